@@ -37,7 +37,7 @@ const OF_RECORDING: [(&str, &str); 23] = [
     ("left_out", "/timing/left_out"),
     ("segments", "/timing/segments"),
     ("gaps", "/timing/gaps"),
-    ("missing", "/timing/missing"),
+    ("missing", "/timing/missing_at_least"),
     ("missing_from", "/timing/missing_from"),
     ("bytes", "/link/bytes"),
     ("frames", "/link/frames"),

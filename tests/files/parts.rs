@@ -86,7 +86,10 @@ fn parts_are_joined_to_the_document_of_the_undivided_recording_in_any_order() {
         let report = |files: &[&Path], out: &Path| {
             let output = vn100().args(["report", "--export", "json", "-o"]).arg(out).args(files).output().unwrap();
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-            fs::read(out.with_extension("json")).unwrap()
+            let mut document: Value = serde_json::from_slice(&fs::read(out.with_extension("json")).unwrap()).unwrap();
+            // the parts are other files
+            document["source"]["file"].take();
+            document
         };
         files.remove(2);
         let folder = whole.parent().unwrap();

@@ -105,7 +105,6 @@ fn a_sensor_that_only_warms_up_shows_no_temperature_coefficient() {
             (&"not-observable".into(), &"one-direction".into()),
             "{found}"
         );
-        assert!(found["text"].as_str().unwrap().starts_with("the temperature only rose (correlation with time +0.9"));
     }
 }
 
@@ -151,7 +150,7 @@ fn spliced_lines_are_refused() {
     check("vn100-walk-circle-sazgar-CORRUPT.vnymr", &[], |document, _| {
         assert_eq!((samples(document), bad(document)), (3_875, 5));
         assert_eq!(document["link"]["bad_frames"]["checksum"], 5);
-        assert_eq!(document["timing"]["missing"], 5);
+        assert_eq!(document["timing"]["missing_at_least"], 5);
     });
 }
 
@@ -259,9 +258,9 @@ fn each_published_frame_is_valid_or_not_as_listed() {
     assert_eq!(seen, 243);
 }
 
-/// Samples, missing and gaps of a recording with stamps.
+/// Samples, missing ones that are known, and gaps of a recording with stamps.
 fn placed(document: &Value) -> [u64; 3] {
-    ["samples", "missing", "gaps"].map(|field| document["timing"][field].as_u64().unwrap())
+    ["samples", "missing_at_least", "gaps"].map(|field| document["timing"][field].as_u64().unwrap())
 }
 
 #[test]

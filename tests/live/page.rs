@@ -114,7 +114,7 @@ fn every_address_of_the_page_answers() {
         ("/page.css", "text/css", "svg.figure"),
         ("/page.js", "text/javascript", "EventSource"),
         ("/icon.svg", "image/svg+xml", "<svg"),
-        ("/snapshot.json", "application/json", "\"schema\":\"vn100.analysis/1\""),
+        ("/snapshot.json", "application/json", "\"schema\":\"vn100.analysis/2\""),
         ("/report.html", "text/html", "Noise report: still.mcap"),
         ("/metrics", "text/plain; version=0.0.4", "vn100_samples_total{port=\"still.mcap\"} 24000\n"),
         ("/healthz", "text/plain", "still.mcap: replayed to its end\n"),

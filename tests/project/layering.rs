@@ -4,15 +4,15 @@ use std::{collections::BTreeSet, fs, path::Path};
 
 /// Crate, its allowed crates of this project, and its forbidden dependencies.
 const RULES: &[(&str, &[&str], &[&str])] = &[
-    ("vn100-protocol", &[], &["tokio", "tokio-util", "serialport", "clap", "tracing", "anyhow", "serde"]),
-    ("imu-noise", &[], &["tokio", "tokio-util", "serialport", "clap", "tracing", "anyhow", "serde"]),
+    ("vn100-protocol", &[], &["tokio", "tokio-util", "serialport", "clap", "tracing", "anyhow", "serde_json"]),
+    ("imu-noise", &[], &["tokio", "tokio-util", "serialport", "clap", "tracing", "anyhow", "serde_json"]),
     ("vn100-capture", &["vn100-protocol"], &["serialport", "clap", "ratatui", "anyhow", "serde"]),
     ("vn100-driver", &["vn100-protocol", "vn100-capture"], &["clap", "ratatui", "anyhow", "serde"]),
     ("vn100-sim", &["vn100-protocol"], &["tokio", "tokio-util", "clap", "anyhow", "serde"]),
     (
         "vn100-analysis",
         &["vn100-protocol", "imu-noise"],
-        &["tokio", "tokio-util", "serialport", "clap", "ratatui", "anyhow", "serde"],
+        &["tokio", "tokio-util", "serialport", "clap", "ratatui", "anyhow", "serde_json"],
     ),
     (
         "vn100-session",

@@ -25,6 +25,7 @@ mod in_parallel;
 mod noise_figure;
 mod plan;
 mod remedy;
+mod result;
 mod selftest;
 mod sensor;
 mod settings;
@@ -60,6 +61,12 @@ pub use hypothesis_tests::{Spread, holm};
 pub use noise_figure::{NoiseFigure, NoiseFigureError};
 pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError, TakenAt, TakenFrom};
 pub use remedy::{Remedy, RemedyWords, Setting, Text};
+pub use result::{
+    BlockValues, Budget, ChannelResult, ComparedSheet, Completion, Correlation, Curve, Detectable, Graded,
+    GraphicalReading, GraphicalReadings, HistogramBars, History, HistoryColumn, InUnit, LinkCounts, NoiseResult, Norm,
+    NormalityTest, ParameterResult, Parts, Point, SourceResult, Spectrum, Stationarity, Statistics, TemperatureResult,
+    TimeBase,
+};
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};
 pub use settings::{DEFAULT_RATE_HZ, Settings};
@@ -68,8 +75,8 @@ pub use snapshot::{
     Snapshot, Timing,
 };
 pub use source_facts::{
-    EndKind, FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,
-    SourceFacts,
+    Device, EndKind, FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,
+    SourceFacts, utc,
 };
 pub use want::{Known, Want, WantError};
 pub use warning::{Severity, Warning, WarningKind};

@@ -1,5 +1,7 @@
 //! The results of a measurement at one moment.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
 use imu_noise::timebase::{Refusal, TimebaseSummary};
@@ -98,7 +100,7 @@ pub struct Snapshot {
 }
 
 /// A place in the record that the user marked.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
 pub struct PlaceMark {
     /// Data time from the beginning of the record, in seconds.
     pub at_s: f64,
@@ -280,7 +282,8 @@ impl Timing {
 }
 
 /// The evidence for missing samples.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum MissingFrom {
     /// Device time in every packet: exact.
     DeviceTime,
@@ -290,6 +293,7 @@ pub enum MissingFrom {
     Arrival,
     /// A rejected row between valid ones: dropped lines are not detected.
     #[default]
+    #[serde(rename = "bad-lines")]
     RejectedRows,
 }
 
@@ -304,7 +308,7 @@ impl MissingFrom {
 }
 
 /// A change of the rate of the sensor within the stream.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
 pub struct RateChange {
     /// Samples in the statistics, all of them before the change.
     pub after_samples: u64,
@@ -335,7 +339,8 @@ pub struct FalseReport {
 }
 
 /// Where a sample rate comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum RateFrom {
     /// The user gave the rate.
     Option,

@@ -24,7 +24,7 @@ def test_a_capture_is_measured(log):
     curve = result.channels["gyro_x"].curve
     assert curve.m[0] == 1 and curve.tau[0] == 0.025 and len(curve.tau) == len(curve.edf)
     assert result.channels["gyro_x"].noise.white.status == "estimated"
-    assert result.to_dict()["schema"] == "vn100.analysis/1"
+    assert result.to_dict()["schema"] == "vn100.analysis/2"
     assert "<table>" in result._repr_html_() and str(result.samples) in repr(result)
 
 

@@ -1,8 +1,10 @@
 //! The codes of documents: the word for each code in text and pages, and its meaning, as
 //! `docs/words.md` lists them.
 
+use serde::Serialize;
+use serde_json::Value;
 use vn100_analysis::noise::{Grade, NoCoefficient, Status, Term, Verdict};
-use vn100_analysis::{AxisTemperature, EndKind, MissingFrom, RateFrom, WhyNoCoefficient, WindowFrom, Withheld};
+use vn100_analysis::{EndKind, MissingFrom, RateFrom, WhyNoCoefficient, WindowFrom, Withheld};
 
 /// A code of documents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,15 +35,6 @@ pub fn all_codes() -> Vec<Code> {
     verdicts.chain(statuses).chain(grades).chain(origins).chain(ends).collect()
 }
 
-/// What is known of a temperature coefficient.
-pub(crate) const fn status_of_temperature(temperature: &AxisTemperature) -> Status {
-    match temperature.coefficient {
-        Ok(_) => Status::Estimated,
-        Err(WhyNoCoefficient::BiasNotInStream) => Status::NotMeasurable,
-        Err(_) => Status::NotObservable,
-    }
-}
-
 /// Why the slow terms of an axis are no more than bounded.
 #[must_use]
 pub(crate) const fn code_of_withheld(why: Withheld) -> Code {
@@ -60,22 +53,19 @@ pub(crate) const fn code_of_withheld(why: Withheld) -> Code {
 /// Why there is no temperature coefficient.
 #[must_use]
 pub(crate) const fn code_of_no_coefficient(why: WhyNoCoefficient) -> Code {
-    let (name, meaning) = match why {
-        WhyNoCoefficient::Moved => ("moved", "the sensor was moved"),
-        WhyNoCoefficient::BiasNotInStream => {
-            ("bias-not-in-stream", "a filter removes the bias before the sensor sends the samples")
-        }
-        WhyNoCoefficient::Constant => ("constant", "the values do not vary"),
+    let meaning = match why {
+        WhyNoCoefficient::Moved => "the sensor was moved",
+        WhyNoCoefficient::BiasNotInStream => "a filter removes the bias before the sensor sends the samples",
+        WhyNoCoefficient::Constant => "the values do not vary",
         WhyNoCoefficient::Temperature(NoCoefficient::TooShort { .. }) => {
-            ("too-short", "fewer than 32 consecutive blocks have samples and a temperature")
+            "fewer than 32 consecutive blocks have samples and a temperature"
         }
-        WhyNoCoefficient::Temperature(NoCoefficient::Excursion { .. }) => {
-            ("excursion", "the temperature changed by less than 1 °C")
-        }
+        WhyNoCoefficient::Temperature(NoCoefficient::Excursion { .. }) => "the temperature changed by less than 1 °C",
         WhyNoCoefficient::Temperature(NoCoefficient::OneDirection { .. }) => {
-            ("one-direction", "the temperature only rose or only fell, so that any other drift would look the same")
+            "the temperature only rose or only fell, so that any other drift would look the same"
         }
     };
+    let name = why.code();
     code("temperature.reason", name, name, meaning)
 }
 
@@ -210,6 +200,14 @@ pub fn code_of_missing(from: MissingFrom) -> Code {
             "rejected lines",
             "each rejected line counts as one dropped sample; entirely missing lines are not detected",
         ),
+    }
+}
+
+/// The code of a value of a kind that documents write as a code.
+pub(crate) fn name_of(value: impl Serialize) -> String {
+    match serde_json::to_value(value) {
+        Ok(Value::String(code)) => code,
+        _ => String::new(),
     }
 }
 

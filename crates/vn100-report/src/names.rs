@@ -1,15 +1,16 @@
 //! Names of quantities and results in words, the same in text, documents and reports.
 
-use vn100_analysis::noise::{Claim, Deviation, Grade, Parameter, Sensor, Status, Term, Verdict, conventions};
-use vn100_analysis::protocol::{Quantity, Tally};
+use crate::units::in_unit;
+use vn100_analysis::noise::{Claim, Deviation, Grade, Parameter, Sensor, Status, Term, Verdict};
+use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
-    Aliasing, ChannelNoise, Comparison, FigureVerdict, NoGrade, Onboard, Ranking, RateFrom, StreamUnknown, Untested,
-    WhiteBudget, WhyNone, WhyUse, WindowFrom,
+    Aliasing, Budget, Comparison, FigureVerdict, Graded, LinkCounts, NoGrade, Onboard, Ranking, RateFrom,
+    StreamUnknown, TimeBase, Untested, WhyNone, WhyUse, WindowFrom,
 };
 
 use crate::{
     codes::{code_of_grade, code_of_status, code_of_verdict},
-    numbers::plain::{counted, digits, four_digits},
+    numbers::plain::{counted, digits, four_digits, grouped},
 };
 
 /// The quantities, in the order of results.
@@ -99,19 +100,12 @@ pub fn parameter_names(sensor: Sensor, term: Term) -> ParameterNames {
 pub const TERMS: [Term; 5] =
     [Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
 
-/// The probability that noise without that parameter would show as much of it. White noise is in
-/// every record: that it may be absent is not tested.
-#[must_use]
-pub fn p_without(term: Term, parameter: &Parameter) -> Option<f64> {
-    parameter.p.filter(|_| term != Term::White)
-}
-
 /// Why the budget of N has no share of the scale factor.
 pub(crate) const NO_SCALE_FACTOR: &str = "not verified: a record at rest does not show it";
 
 /// The rows of the budget of N that all axes of a sensor share: the name and the amount of each.
 #[must_use]
-pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, String); 3] {
+pub fn budget_rows(budget: &Budget, nominal_hz: f64) -> [(&'static str, String); 3] {
     let rate = match (budget.rate.relative, budget.rate.from) {
         (Some(relative), _) => {
             let off = match 100.0 * relative {
@@ -132,10 +126,10 @@ pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, Str
         Some(Aliasing { factor, window_from: WindowFrom::Default, most, .. }) => format!(
             "N is {factor:.2} times the sensor's own at the factory default of register 85, 1 to {most:.2} times at others: not known"
         ),
-        Some(Aliasing { factor, uncertainty: 0.0, .. }) => {
+        Some(Aliasing { factor, relative: None | Some(0.0), .. }) => {
             format!("none: N is {factor:.2} times the sensor's own")
         }
-        Some(Aliasing { factor, uncertainty, .. }) => {
+        Some(Aliasing { factor, relative: Some(uncertainty), .. }) => {
             format!("N is {factor:.2} times the sensor's own, ±{:.0} %", 100.0 * uncertainty)
         }
     };
@@ -150,8 +144,8 @@ pub fn in_words(status: Status) -> &'static str {
 
 /// How many sentences were rejected, and for which reasons.
 #[must_use]
-pub fn rejected_lines(tally: &Tally) -> String {
-    let rejected = &tally.rejected;
+pub fn rejected_lines(link: &LinkCounts) -> String {
+    let rejected = &link.rejected;
     let kinds = [
         ("checksum", rejected.checksum),
         ("unchecked", rejected.unchecked),
@@ -165,12 +159,28 @@ pub fn rejected_lines(tally: &Tally) -> String {
     if present.is_empty() { "0".into() } else { format!("{} ({})", rejected.total(), present.join(", ")) }
 }
 
-/// How many packets fail their checksum, behind the rejected lines; empty for none.
+/// How many packets fail their checksum, after the rejected lines; empty for none.
 #[must_use]
-pub fn damaged_packets(tally: &Tally) -> String {
-    match tally.damaged_packets {
+pub fn damaged_packets(link: &LinkCounts) -> String {
+    match link.damaged_packets {
         0 => String::new(),
         count => format!(", {}", counted(count, "damaged packet")),
+    }
+}
+
+/// The outages of a link; `None` for none.
+#[must_use]
+pub fn outages(link: &LinkCounts) -> Option<String> {
+    (link.outages.times > 0).then(|| link.outages.to_string())
+}
+
+/// The samples known to be missing, or that they are not known.
+#[must_use]
+pub fn missing_text(timing: &TimeBase) -> String {
+    match (timing.missing, timing.missing_at_least) {
+        (Some(missing), _) => grouped(missing),
+        (None, 0) => "unknown".into(),
+        (None, at_least) => format!("at least {}", grouped(at_least)),
     }
 }
 
@@ -197,15 +207,15 @@ pub(crate) fn no_grade(reason: NoGrade) -> &'static str {
     }
 }
 
-/// The grades that a gyroscope may have, or why no grade can be given; `None` for any other sensor.
+/// The grades that a gyroscope may have, or why no grade can be given.
 #[must_use]
-pub fn grade_text(noise: &ChannelNoise) -> Option<String> {
-    Some(match noise.grade()? {
-        Ok((best, worst)) if best == worst => grade_name(best).to_owned(),
-        Ok((_, Grade::Consumer)) => "not known to be better than consumer".into(),
-        Ok((_, worst)) => format!("at least {}", grade_name(worst)),
-        Err(reason) => format!("none, {}", no_grade(reason)),
-    })
+pub fn grade_text(graded: &Graded) -> String {
+    match (graded.best, graded.worst, graded.reason) {
+        (_, _, Some(reason)) => format!("none, {}", no_grade(reason)),
+        (best, Some(worst), None) if best == Some(worst) => grade_name(worst).to_owned(),
+        (_, Some(Grade::Consumer) | None, None) => "not known to be better than consumer".into(),
+        (_, Some(worst), None) => format!("at least {}", grade_name(worst)),
+    }
 }
 
 /// How grades are defined, in words.
@@ -316,15 +326,6 @@ fn shown_in(sensor: Sensor, term: Term) -> (&'static str, f64) {
         _ => "",
     };
     in_unit(sensor, term, unit)
-}
-
-/// The unit with this name of a parameter of a sensor, and how many of these units are one SI unit;
-/// the SI unit and 1 if the parameter is not given in such a unit.
-#[must_use]
-pub fn in_unit(sensor: Sensor, term: Term, unit: &str) -> (&'static str, f64) {
-    let all = conventions(sensor, term);
-    let convention = all.iter().find(|convention| convention.unit == unit).or(all.first());
-    convention.map_or(("", 1.0), |convention| (convention.unit, convention.factor))
 }
 
 /// Which record to use and why, by the names that `name` gives to places from 0; without a full

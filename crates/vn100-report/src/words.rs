@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use vn100_analysis::{End, RateChange, Remedy, Setting, Shortfall, Snapshot, StartCure};
+use vn100_analysis::{End, RateChange, Remedy, Setting, Shortfall, StartCure};
 
 use crate::numbers::plain::{tau, time};
 
@@ -16,14 +16,15 @@ pub fn about(name: &str, text: &str) -> String {
     if words.any(|word| word == name) { text.to_owned() } else { format!("{name}: {text}") }
 }
 
-/// Why the result of that source is not whole; `None` if it is.
+/// Why the result of that source is not complete, after so many bytes of sentences and packets;
+/// `None` if it is.
 #[must_use]
-pub fn end(name: &str, end: &End, snapshot: &Snapshot) -> Option<String> {
+pub fn end(name: &str, end: &End, framed_bytes: u64) -> Option<String> {
     const LOST: &str =
         ", as after a restart that lost settings that were not saved; the result holds what came before. ";
     match end {
-        End::NotStarted { text, names_source, cure } => Some(not_started(name, text, *names_source, cure.as_ref())),
-        End::SourceFailed(error) => Some(match snapshot.link.tally.bytes() {
+        End::NotStarted { text, names_source, cure, .. } => Some(not_started(name, text, *names_source, cure.as_ref())),
+        End::SourceFailed(error) => Some(match framed_bytes {
             // no sensor was found: nothing was cut short
             0 => about(name, error),
             bytes => format!("{name}: reading failed after {bytes} bytes, the result holds what came before: {error}"),
@@ -58,11 +59,11 @@ pub fn ended_early(
     end: &End,
     shortfall: Option<&Shortfall>,
     has_unmet: bool,
-    snapshot: &Snapshot,
+    duration_s: f64,
 ) -> Option<(String, String)> {
     let when = match shortfall {
         Some(shortfall) => shortfall_words(shortfall),
-        None => format!("after {} of data", seconds(Duration::from_secs_f64(snapshot.timing.duration_s()))),
+        None => format!("after {} of data", seconds(Duration::from_secs_f64(duration_s))),
     };
     let why = match end {
         // nothing of it was measured

@@ -62,6 +62,7 @@ impl EndReason {
             Self::NotStarted(error) => End::NotStarted {
                 text: with_causes(error),
                 names_source: matches!(error, StartError::Capture(_)),
+                is_of_recording: matches!(error, StartError::Recording(_) | StartError::OtherMessage { .. }),
                 cure: error.cure(),
             },
             Self::SourceEnded => End::SourceEnded,

@@ -214,7 +214,7 @@ async fn measure_capture(capture: Capture, settings: Settings, spec: &ReplaySpec
         Err(error) => {
             let snapshot = channels.state.borrow().snapshot.clone();
             let (reason, excluded) = (EndReason::SourceFailed(error), Excluded::default());
-            Ending { snapshot, analysis: None, reason, report: None, excluded, shortfall: None }
+            Ending { snapshot, reason, report: None, excluded, shortfall: None }
         }
     }
 }

@@ -3,7 +3,9 @@
 use std::{sync::Arc, time::Duration};
 
 use vn100_analysis::protocol::stream::{BagReport, CsvReport, FileReport};
-use vn100_analysis::{Analysis, Assessment, Goal, RecordingEndFacts, RecordingFacts, Snapshot, SourceFacts, UnmetGoal};
+use vn100_analysis::{
+    Goal, Parts, RecordingEndFacts, RecordingFacts, Shortfall, Snapshot, SourceFacts, SourceResult, UnmetGoal,
+};
 use vn100_capture::RecordingState;
 
 use crate::{
@@ -13,27 +15,22 @@ use crate::{
     measure::Ending,
 };
 
-/// The result of a session. If nothing could be measured, the snapshot has no samples.
+/// The result of a session, and how the session ended.
 #[derive(Debug)]
 pub struct SessionResult {
-    /// The facts of the source; their `error` is `None`, for the face to put into words.
-    pub facts: SourceFacts,
-    /// All numbers of the measurement.
-    pub snapshot: Arc<Snapshot>,
-    /// The assessment of exactly this snapshot.
-    pub assessment: Assessment,
-    /// The sums that the snapshot is read from, finished; `None` if nothing was measured.
-    pub analysis: Option<Box<Analysis>>,
-    /// The reason of the end of the session.
+    /// The result of the source; one without samples if nothing could be measured. Its error is
+    /// `None`, for the face to put into words.
+    pub measured: SourceResult,
+    /// Why the session ended.
     pub end: Arc<EndReason>,
-    /// The missing part of the requested data time; `None` if none is missing, or if no duration
-    /// was requested.
-    pub shortfall: Option<vn100_analysis::Shortfall>,
+    /// The data time that is missing from what was asked for; `None` if none is missing, or no
+    /// duration was asked for.
+    pub shortfall: Option<Shortfall>,
     /// The goals that were not met.
     pub unmet: Vec<UnmetGoal>,
-    /// Data time at the beginning that was excluded by command; zero if none was.
+    /// Data time at the beginning that was excluded by command; zero for none.
     pub excluded: Duration,
-    /// The recording made during the measurement; `None` if none was requested or begun.
+    /// The recording made during the measurement; `None` if none was asked for or begun.
     pub recording: Option<RecordingState>,
     /// Bytes that the recording lacks because the disk was too slow.
     pub unrecorded_bytes: u64,
@@ -42,14 +39,14 @@ pub struct SessionResult {
 }
 
 pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> SessionResult {
-    let Ending { mut snapshot, analysis, reason, report, excluded, shortfall } = ending;
+    let Ending { mut snapshot, reason, report, excluded, shortfall } = ending;
     let (csv, bag) = match report {
         Some(FileReport::Csv(csv)) => (Some(csv), None),
         Some(FileReport::Bag(bag)) => (None, Some(bag)),
         None => (None, None),
     };
     let state = channels.state.borrow();
-    let assessment = state.assessor.exact(&snapshot);
+    let assessment = Arc::new(state.assessor.exact(&snapshot));
     let facts = state.facts_at(true);
     let recording = (facts.recording.clone())
         .or_else(|| bag.as_ref().and_then(|bag| recorded_times(bag, &reason)))
@@ -59,13 +56,11 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
         Arc::make_mut(&mut snapshot).warnings.push(cut);
         channels.state.send_modify(|state| state.snapshot = Arc::clone(&snapshot));
     }
+    let facts = SourceFacts { csv, bag, recording, end: Some(reason.kind()), ..facts };
     SessionResult {
-        facts: SourceFacts { csv, bag, recording, end: Some(reason.kind()), ..facts },
         shortfall,
         unmet: UnmetGoal::of(goals, &snapshot, &assessment),
-        snapshot,
-        assessment,
-        analysis,
+        measured: SourceResult::new(facts, snapshot, assessment, Parts::All),
         end: Arc::new(reason),
         excluded: excluded.total(),
         recording: None,
@@ -102,9 +97,9 @@ fn recorded_times(bag: &BagReport, reason: &EndReason) -> Option<RecordingFacts>
 
 /// The result for a source that could not be opened; it has no samples.
 pub(crate) fn not_started(error: impl Into<StartError>, channels: &Channels) -> SessionResult {
-    let snapshot = Arc::clone(&channels.state.borrow().snapshot);
+    let snapshot: Arc<Snapshot> = Arc::clone(&channels.state.borrow().snapshot);
     let (reason, excluded) = (EndReason::NotStarted(error.into()), Excluded::default());
-    let ending = Ending { snapshot, analysis: None, reason, report: None, excluded, shortfall: None };
+    let ending = Ending { snapshot, reason, report: None, excluded, shortfall: None };
     result(ending, &[], channels)
 }
 

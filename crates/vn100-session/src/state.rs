@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use vn100_analysis::{
-    Analysis, Assessment, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,
-    Settings, Snapshot, SourceFacts,
+    Analysis, Assessment, LinkFacts, LinkStatus, Parts, PlaybackFacts, RecorderFacts, RecordingEndFacts,
+    RecordingFacts, Settings, Snapshot, SourceFacts, SourceResult,
 };
 use vn100_capture::{Recorded, RecordingState};
 use vn100_driver::LinkState;
@@ -88,6 +88,13 @@ impl SourceState {
             _ => None,
         };
         SourceFacts { end, ..self.facts_at(end.is_some()) }
+    }
+
+    /// The result of the source as if it ended now. The call takes milliseconds if the assessment is
+    /// made anew.
+    #[must_use]
+    pub fn result(&self, parts: Parts) -> SourceResult {
+        SourceResult::new(self.facts(), Arc::clone(&self.snapshot), self.assessment(), parts)
     }
 
     /// The facts of the source. The recorded end of a replayed recording is read ahead, and is part

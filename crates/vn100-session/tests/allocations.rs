@@ -41,7 +41,7 @@ fn allocations(chunks: usize, lines: usize) -> u64 {
             let settings = Settings { watch_every: Duration::from_secs(3600), ..Settings::default() };
             Session::of_events(SourceFacts::default(), events, settings).result.await.unwrap()
         });
-        assert_eq!(outcome.snapshot.timing.samples, (chunks * lines) as u64);
+        assert_eq!(outcome.measured.timing.samples, (chunks * lines) as u64);
     });
     counted.count_total
 }

@@ -362,9 +362,9 @@ pub(crate) struct SchemaArgs {
 /// A document that has a schema.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum DescribedDocument {
-    /// The result of a measurement, vn100.analysis/1
+    /// The result of a measurement, vn100.analysis/2
     Analysis,
-    /// The lines of a measurement under way, vn100.progress/1
+    /// The lines of a measurement under way, vn100.progress/2
     Progress,
 }
 

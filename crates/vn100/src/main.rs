@@ -22,7 +22,7 @@ mod words;
 use std::process::ExitCode;
 
 use clap::Parser;
-use vn100_report::Completion;
+use vn100_analysis::Completion;
 use vn100_session::LiveError;
 
 use crate::{

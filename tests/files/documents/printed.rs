@@ -7,16 +7,15 @@ use crate::support::{capture, channel, replay, vn100, workspace};
 /// first sample is random.
 const NEAR: f64 = 0.03;
 
-/// Its words, with a `#` for each number; for intervals, which need not be symmetric, only the name.
+/// Its words, with a `#` for each number.
 fn words(line: &str) -> String {
-    let line = line.split_inclusive("95 % interval").next().unwrap_or(line);
-    let is_number = |word: &&str| word.trim_start_matches(['+', '±']).parse::<f64>().is_ok();
+    let is_number = |word: &&str| word.trim_start_matches(['+', '±']).trim_end_matches('%').parse::<f64>().is_ok();
     line.split_whitespace().map(|word| if is_number(&word) { "#" } else { word }).collect::<Vec<_>>().join(" ")
 }
 
 /// The noise density of each axis, if the line contains it.
 fn densities(line: &str) -> Vec<f64> {
-    let has_noise = ["Random Walk N", "Noise Density N"].iter().any(|name| line.contains(name));
+    let has_noise = ["ARW N", "VRW N", "Density N"].iter().any(|name| line.contains(name));
     let numbers = line.split_whitespace().filter_map(|word| word.parse().ok());
     numbers.filter(|_| has_noise).collect()
 }

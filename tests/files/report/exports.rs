@@ -22,7 +22,7 @@ fn exports_are_read_by_others() {
 
     let document: Value = serde_json::from_str(&fs::read_to_string(beside(".json")).unwrap()).unwrap();
     let gyro = &document["channels"][10];
-    assert_eq!((&gyro["name"], &document["schema"]), (&"gyro_y".into(), &"vn100.analysis/1".into()));
+    assert_eq!((&gyro["name"], &document["schema"]), (&"gyro_y".into(), &"vn100.analysis/2".into()));
 
     let table = fs::read_to_string(beside(".allan.csv")).unwrap();
     let mut rows = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
@@ -153,7 +153,7 @@ fn a_capture_of_motion_gives_no_filter_parameters() {
     let told = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.code() == Some(1) && told.contains("the sensor was moved"), "{told}");
     let html = fs::read_to_string(&page).unwrap();
-    assert!(html.contains("No: sensor moved") && html.contains("Nothing is compared: sensor moved"));
+    assert!(html.contains("MOVED</b> <span>sensor moved") && html.contains("Nothing is compared: sensor moved"));
     let parameters = html.split("id=\"parameters\"").nth(1).unwrap().split("id=\"datasheet\"").next().unwrap();
     assert!(parameters.contains("Not given: the sensor was moved") && !parameters.contains("≤"), "{parameters}");
     assert!(

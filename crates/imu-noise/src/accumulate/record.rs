@@ -1,8 +1,13 @@
 //! The shape of a record: its windows, its deviation, its octaves.
 
-/// The windows of m samples that are in the sums: they start at absolute indices that are multiples
-/// of the stride s. N samples without a gap have n such windows (d = 2 for Allan, 3 for Hadamard).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// Which windows of m samples are in the sums: those that start at absolute indices that are
+/// multiples of the stride s. Of N samples without a gap these are n windows (d = 2 for Allan, 3
+/// for Hadamard).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Estimator {
     /// 16 windows per averaging time, s = max(1, m/16), n = floor((N - d m)/s) + 1. Bounded memory.
     /// All overlaps for m <= 16, and at least 99.5 % of the degrees of freedom of all overlaps
@@ -15,8 +20,9 @@ pub enum Estimator {
     Full,
 }
 
-/// The difference of cluster sums that is squared, which determines the slow changes that cancel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+/// Which difference of cluster sums is squared, and so which slow changes drop out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Deviation {
     /// B2 - B1 of adjacent sums of m samples. Removes a constant. Allan (1966).
     #[default]

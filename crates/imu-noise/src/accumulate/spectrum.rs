@@ -3,6 +3,8 @@
 mod power_sums;
 mod segments;
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::sync::Arc;
 
 use realfft::RealFftPlanner;
@@ -118,8 +120,9 @@ impl SpectrumSums {
     }
 }
 
-/// The frequencies that a density counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// Which frequencies a density counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Sides {
     /// Only positive ones, as in spectrum analysers: √2 times the two-sided amplitude, twice its
     /// power. White noise has the power density 2 N².

@@ -6,6 +6,8 @@ use super::slow_cycle::SlowCycle;
 use crate::accumulate::blocks::Block;
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::signal::ChannelSignal;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 const MIN_BLOCKS: usize = 16;
 
@@ -35,9 +37,10 @@ const AS_GOOD: f64 = 6.0;
 const LEAST_PRESENT: f64 = 0.75;
 
 /// A change of level that the noise of the record, with flicker and random walk, does not explain.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct LevelChange {
     /// Its shape.
+    #[serde(flatten)]
     pub shape: LevelShape,
     /// Square root of twice the log-likelihood ratio: the sigmas of a known shape in known noise.
     pub sigmas: f64,
@@ -46,7 +49,8 @@ pub struct LevelChange {
 }
 
 /// The shape of a change of level.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case", tag = "shape")]
 pub enum LevelShape {
     /// The level relaxes from the start of the record on.
     WarmUp {

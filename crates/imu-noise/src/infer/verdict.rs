@@ -1,6 +1,8 @@
 //! A fitted parameter against a data sheet's claim, by the interval, never by the point.
 
 use super::noise_model::{Parameter, Status};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// What a data sheet claims of a parameter, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,7 +38,8 @@ impl StreamFactor {
 }
 
 /// A claim, judged by an interval.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// The whole interval lies within the limit.
     Pass,
@@ -150,7 +153,8 @@ impl Claim {
 
 /// A class of gyroscopes. No standard defines these; the edges are what makers and textbooks agree
 /// on within a factor of a few.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Grade {
     /// B below 0.01 deg/h and N below 0.002 deg/sqrt(h).
     Navigation,

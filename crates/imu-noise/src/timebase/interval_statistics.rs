@@ -1,5 +1,7 @@
 //! Running statistics of the intervals between arrivals.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::collections::VecDeque;
 
 use hdrhistogram::Histogram;
@@ -9,14 +11,17 @@ use super::edge_tracker::TOGETHER_PERIODS;
 /// Longest interval that the percentiles distinguish: longer ones count as one hour.
 const MAX_INTERVAL_US: u64 = 3_600_000_000;
 
-/// Times between samples over the whole stream, including changes of rate.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Times between samples over the whole stream, changes of rate included.
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Arrivals {
     /// Median time between samples in microseconds, to three digits.
+    #[serde(rename = "p50")]
     pub p50_us: u64,
     /// 99th percentile in microseconds, to three digits.
+    #[serde(rename = "p99")]
     pub p99_us: u64,
     /// Longest time between samples in microseconds, exactly.
+    #[serde(rename = "max")]
     pub max_us: u64,
     /// Share of the samples, 0 to 1, that arrived within 0.2 nominal periods of the one before.
     pub share_together: f64,

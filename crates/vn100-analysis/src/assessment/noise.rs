@@ -1,5 +1,7 @@
 //! The noise parameters of one axis, as far as its stream carries them.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::sync::OnceLock;
 
 use crate::hypothesis_tests::holm;
@@ -55,7 +57,8 @@ pub struct ChannelNoise {
 }
 
 /// Why a gyroscope has no grade.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum NoGrade {
     /// The sensor was moved.
     Moved,
@@ -70,7 +73,8 @@ pub enum NoGrade {
 }
 
 /// Whether long averaging times show the sensor's own noise: bias instability, random walk, ramp.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum LongTauValidity {
     /// They do.
     Sensor,
@@ -86,7 +90,7 @@ pub enum LongTauValidity {
 }
 
 /// The minimum detectable rate random walk of a longer record.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
 pub struct DetectableRrw {
     /// Length of that record in seconds.
     pub duration_s: f64,
@@ -101,7 +105,8 @@ impl DetectableRrw {
 }
 
 /// Why bias instability, random walk and ramp of an axis are no more than bounded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Withheld {
     /// A warm-up, a step or a cycle of the level poses as them.
     LevelChange,
@@ -109,6 +114,7 @@ pub enum Withheld {
     Temperature,
     /// One to three cycles may be in the level, and explain the record as well as a random walk
     /// does: only what is proved beside them is estimated.
+    #[serde(rename = "perhaps-cycle")]
     MayBeCycle,
 }
 

@@ -1,6 +1,8 @@
 //! Whether the sensor was moved, and what one at rest should show: gravity, a magnetic field, a
 //! heading as good as the levelling.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::fmt;
 
 use imu_noise::{STANDARD_GRAVITY_M_S2, Sensor};
@@ -24,7 +26,7 @@ const GYRO_LIMIT_RAD_S: f64 = 0.05;
 const ACCEL_LIMIT_M_S2: f64 = 0.5;
 
 /// A sensor that was moved, by the axis that shows it most; its text says so.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
 pub struct Motion {
     /// The axis.
     pub channel: String,

@@ -51,18 +51,19 @@ pub struct MeasuredPackets {
 
 /// Rejected sentences by reason.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 pub struct RejectedCounts {
-    /// [`RejectReason::Checksum`].
+    /// The checksum differs.
     pub checksum: u64,
-    /// [`RejectReason::Unchecked`].
+    /// There is no checksum.
     pub unchecked: u64,
-    /// [`RejectReason::Grammar`].
+    /// The fields are not those of the message.
     pub grammar: u64,
-    /// [`RejectReason::Range`].
+    /// A number is beyond what the sensor can give.
     pub range: u64,
-    /// [`RejectReason::Truncated`].
+    /// The sentence is cut short.
     pub truncated: u64,
-    /// [`RejectReason::TooLong`].
+    /// The sentence is longer than any message.
     pub too_long: u64,
 }
 

@@ -115,7 +115,7 @@ mod tests {
         for (channel, count, text) in
             [(0, -85_469, "-85.469"), (3, 4_403, "0.4403"), (9, -301, "-0.000301"), (9, 39_999_999, "39.999999")]
         {
-            assert_eq!(VNYMR.channels[channel].value(count), text.parse().unwrap());
+            assert_eq!(VNYMR.channels[channel].value(count), text.parse::<f64>().unwrap());
         }
     }
 

@@ -16,10 +16,12 @@ pub enum FileReport {
 
 /// The messages of a topic, each counted once: `messages = used + without_sample + unreadable`.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 pub struct BagReport {
     /// The topic.
     pub topic: String,
     /// The type of its messages, as `package/Type`.
+    #[cfg_attr(feature = "schema", serde(rename = "type"))]
     pub type_name: String,
     /// All messages of the topic.
     pub messages: u64,
@@ -43,8 +45,10 @@ pub struct BagReport {
     pub unpacked_bytes: u64,
     /// The record times of its first and its last message, in nanoseconds since 1970-01-01 UTC, or
     /// since the start of a simulation; `None` without a message.
+    #[cfg_attr(feature = "schema", serde(skip))]
     pub recorded_ns: Option<(i64, i64)>,
-    /// The times that are used.
+    /// Which times are used.
+    #[cfg_attr(feature = "schema", serde(flatten))]
     pub stamps: StampSource,
 }
 
@@ -74,6 +78,7 @@ impl BagReport {
 /// Numbers of a standard message that are zero in the first messages, as for a sensor that does not
 /// measure them.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 pub struct UnreadNumbers {
     /// Their path, such as `linear_acceleration`.
     pub path: String,
@@ -96,6 +101,8 @@ impl fmt::Display for UnreadNumbers {
 
 /// The source of the times of the messages of a bag.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
+#[cfg_attr(feature = "schema", serde(rename_all = "kebab-case", tag = "stamps", content = "stamp_field"))]
 pub enum StampSource {
     /// The times in the messages, in the field with this path.
     Field(String),

@@ -5,6 +5,8 @@ use core::fmt;
 
 /// The reason why a row of a CSV file was rejected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
+#[cfg_attr(feature = "schema", serde(rename_all = "kebab-case"))]
 pub enum RejectedRow {
     /// It has more or fewer fields than the header, or no sentence in the field for it.
     Fields,
@@ -22,6 +24,7 @@ pub enum RejectedRow {
 /// The lines of a CSV file, each counted once: `lines = rows + skipped_lines + rejected rows +
 /// other_stream_rows`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 pub struct CsvReport {
     /// All lines.
     pub lines: u64,
@@ -30,13 +33,16 @@ pub struct CsvReport {
     /// Header, comments and blank lines.
     pub skipped_lines: u64,
     /// Rejected rows, one entry for each reason.
+    #[cfg_attr(feature = "schema", serde(rename = "odd"))]
     pub rejected: Vec<RejectedRows>,
-    /// Rows with numbers of other streams only; `None` if all columns of numbers are read.
+    /// Rows with numbers of other streams alone; `None` where all columns of numbers are read.
+    #[cfg_attr(feature = "schema", serde(skip_serializing_if = "Option::is_none"))]
     pub other_stream_rows: Option<u64>,
     /// The columns of the stamps and their forms, as written in a column map; `None` without any.
     pub times: Option<String>,
     /// The stamp from which the times of the rows are counted, in nanoseconds as written; `None`
     /// without any.
+    #[cfg_attr(feature = "schema", serde(skip))]
     pub first_stamp_ns: Option<i64>,
     /// Columns that are not used, by their names in the file.
     pub ignored_columns: Vec<String>,
@@ -50,10 +56,13 @@ pub struct CsvReport {
 
 /// A column whose name tells its content, but that is not read.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 pub struct LeftOutColumn {
     /// The name in the file.
+    #[cfg_attr(feature = "schema", serde(rename = "column"))]
     pub name: String,
-    /// The reason why it is not read.
+    /// Why it is not read.
+    #[cfg_attr(feature = "schema", schemars(with = "String"), serde(serialize_with = "in_words"))]
     pub reason: LeftOutReason,
 }
 
@@ -72,6 +81,11 @@ pub enum LeftOutReason {
     Empty,
 }
 
+#[cfg(feature = "schema")]
+fn in_words<S: serde::Serializer>(reason: &LeftOutReason, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(reason)
+}
+
 impl fmt::Display for LeftOutReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -86,6 +100,7 @@ impl fmt::Display for LeftOutReason {
 
 /// The number of good rows of a CSV file, or of messages of a bag, that lack a channel.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 pub struct AbsentValues {
     /// The channel, by name.
     pub channel: String,
@@ -109,6 +124,7 @@ impl AbsentValues {
 
 /// Rows of a CSV file rejected for one reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 pub struct RejectedRows {
     /// The reason.
     pub reason: RejectedRow,

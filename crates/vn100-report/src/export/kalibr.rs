@@ -4,15 +4,11 @@
 //! Names and units as in the page "Yaml formats" of its documentation.
 
 use thiserror::Error;
-use vn100_analysis::LongTauValidity;
 use vn100_analysis::noise::{Sensor, Status, Term};
 use vn100_analysis::protocol::Quantity;
+use vn100_analysis::{ChannelResult, LongTauValidity, SourceResult};
 
-use crate::{
-    measured::Record,
-    printable,
-    units::{ChannelValues, si_unit},
-};
+use crate::{printable, units::si_unit};
 
 /// The time in seconds over which Kalibr integrates, where the user does not give one.
 pub const DEFAULT_KALIBR_SPAN_S: f64 = 60.0;
@@ -58,22 +54,22 @@ impl KalibrYaml {
     /// A value without an estimate is an upper bound; if there is no bound, the value is
     /// missing, with the reason.
     #[must_use]
-    pub fn of(record: &Record<'_>, span_s: f64) -> Self {
-        let snapshot = &record.measured.snapshot;
+    pub fn of(record: &SourceResult, span_s: f64) -> Self {
         let mut yaml = Self::default();
-        let message = snapshot.layout.as_ref().map_or("no message", |layout| &layout.message);
+        let message = record.source.message.as_deref().unwrap_or("no message");
+        let rate = record.timing.rate_hz.map_or_else(|| "an unknown rate".into(), |hz| format!("{hz} Hz"));
         yaml.comment(&format!(
-            "{} samples of {message} at {} Hz; upper bounds at a confidence of {}",
-            snapshot.timing.samples, snapshot.timing.rate_hz, record.measured.assessment.confidence
+            "{} samples of {message} at {rate}; upper bounds at a confidence of {}",
+            record.timing.samples, record.confidence
         ));
-        if record.measured.assessment.motion.is_some() {
+        if record.motion.is_some() {
             yaml.was_moved = true;
             yaml.comment("no values: the sensor was moved in this record, which shows none of its noise");
             return yaml;
         }
         yaml.comment("continuous-time densities of the noisiest axis, as measured in this stream at this rate");
         yaml.comment(&format!("random walk: the larger of K and 1.15 B/sqrt({span_s} s)"));
-        if snapshot.layout.as_ref().is_none_or(|layout| layout.compensated.is_none()) {
+        if record.source.compensated.is_none() {
             yaml.comment("whether the rates are bias-compensated is unknown; if they are, B and K are too small");
         }
         for (quantity, sensor, name) in [
@@ -83,14 +79,17 @@ impl KalibrYaml {
             yaml.sensor(&axes(record, quantity), (sensor, name), span_s);
         }
         // Kalibr reads no other type
-        match record.measured.facts.bag.as_ref().filter(|bag| bag.type_name.ends_with("/Imu")) {
+        match record.source.bag.as_ref().filter(|bag| bag.type_name.ends_with("/Imu")) {
             Some(bag) => yaml.lines.push(format!("rostopic: {}", quoted(&bag.topic))),
             None => {
                 yaml.comment("the topic of the sensor in the bag that Kalibr reads: put its name here");
                 yaml.lines.push("rostopic: /imu/data".into());
             }
         }
-        yaml.lines.push(format!("update_rate: {}", decimal(snapshot.timing.rate_hz)));
+        match record.timing.rate_hz {
+            Some(hz) => yaml.lines.push(format!("update_rate: {}", decimal(hz))),
+            None => yaml.comment("update_rate: unknown, put it here"),
+        }
         yaml
     }
 
@@ -126,7 +125,7 @@ impl KalibrYaml {
         self.lines.push(format!("# {}", printable(text)));
     }
 
-    fn sensor(&mut self, axes: &[&ChannelValues], (sensor, name): (Sensor, &str), span_s: f64) {
+    fn sensor(&mut self, axes: &[&ChannelResult], (sensor, name): (Sensor, &str), span_s: f64) {
         let first = axes.first().and_then(|axis| axis.noise.as_ref());
         let no_walk = first.and_then(|noise| match noise.long_taus {
             LongTauValidity::Sensor => None,
@@ -166,14 +165,13 @@ impl KalibrYaml {
 
 /// The axes of a sensor in the stream, none if its noise is not assessed; what was read from a
 /// register between the samples has no noise parameters.
-fn axes<'a>(record: &'a Record<'_>, quantity: Quantity) -> Vec<&'a ChannelValues> {
-    let streamed = record.channels.iter().take(record.measured.assessment.channels.len());
-    let axes: Vec<_> = streamed.filter(|channel| channel.quantity == quantity).collect();
+fn axes(record: &SourceResult, quantity: Quantity) -> Vec<&ChannelResult> {
+    let axes: Vec<_> = record.streamed().filter(|channel| channel.quantity == quantity).collect();
     if axes.first().is_some_and(|axis| axis.noise.is_some()) { axes } else { Vec::new() }
 }
 
 /// The largest value of the axes; an axis without a value is named.
-fn noisiest(axes: &[&ChannelValues], of: impl Fn(&ChannelValues) -> Option<Value>) -> Option<Value> {
+fn noisiest(axes: &[&ChannelResult], of: impl Fn(&ChannelResult) -> Option<Value>) -> Option<Value> {
     let unknown: Vec<&str> = axes.iter().filter(|axis| of(axis).is_none()).map(|axis| axis.name.as_str()).collect();
     let known = axes.iter().filter_map(|axis| of(axis)).max_by(|a, b| a.value.total_cmp(&b.value))?;
     let except = if unknown.is_empty() { String::new() } else { format!("; not known: {}", unknown.join(", ")) };
@@ -181,20 +179,20 @@ fn noisiest(axes: &[&ChannelValues], of: impl Fn(&ChannelValues) -> Option<Value
 }
 
 /// The estimate of a parameter, or else its upper bound, and whether it is the first.
-fn known(axis: &ChannelValues, term: Term) -> Option<(f64, bool)> {
+fn known(axis: &ChannelResult, term: Term) -> Option<(f64, bool)> {
     let parameter = axis.noise.as_ref()?.parameter(term)?;
     let estimate = parameter.value.filter(|_| parameter.status == Status::Estimated);
     estimate.map(|value| (value, true)).or_else(|| Some((parameter.upper?, false)))
 }
 
-fn density(axis: &ChannelValues) -> Option<Value> {
+fn density(axis: &ChannelResult) -> Option<Value> {
     let (value, is_estimated) = known(axis, Term::White)?;
     let status = if is_estimated { "estimated" } else { "upper bound, N is not estimated" };
     Some(Value { value, is_estimated, label: format!("N of {}: {status}", axis.name) })
 }
 
 /// Bias instability that was not detected says nothing beside a K that was.
-fn random_walk(axis: &ChannelValues, span_s: f64) -> Option<Value> {
+fn random_walk(axis: &ChannelResult, span_s: f64) -> Option<Value> {
     let walk = known(axis, Term::RateRandomWalk);
     let flicker = known(axis, Term::BiasInstability);
     let flicker = flicker.map(|(b, is_estimated)| (WALK_OF_FLICKER * b / span_s.sqrt(), is_estimated));

@@ -1,16 +1,15 @@
 //! Several records side by side.
 
 use crate::{
-    Record,
     figure::Figures,
     names::{folding, names_of, recommendation, untested},
     numbers::{NOTHING, digits, duration, four_digits, grouped, trimmed, with_interval},
-    run_name,
-    units::{pretty_unit, tests_by_channel},
+    run_name, tests_by_channel,
+    units::pretty_unit,
 };
 use maud::{Markup, html};
 use vn100_analysis::Spread;
-use vn100_analysis::{Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, RemedyWords};
+use vn100_analysis::{Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, RemedyWords, SourceResult};
 
 use crate::html::{
     caption::Captions,
@@ -21,12 +20,12 @@ use crate::html::{
 };
 
 pub(crate) fn several(
-    records: &[Record<'_>],
+    records: &[SourceResult],
     together: &Figures,
     options: PageOptions<'_>,
     captions: &Captions,
 ) -> Markup {
-    let compared: Vec<_> = records.iter().map(|record| record.measured.compared()).collect();
+    let compared: Vec<_> = records.iter().map(|record| record.compared()).collect();
     let comparison = Comparison::of(&compared, false, options.confidence);
     html! {
         section id="comparison" {
@@ -44,16 +43,16 @@ pub(crate) fn several(
     }
 }
 
-fn list(records: &[Record<'_>], captions: &Captions) -> Markup {
+fn list(records: &[SourceResult], captions: &Captions) -> Markup {
     let rows = html! {
         @for (index, record) in records.iter().enumerate() {
-            @let timing = &record.measured.snapshot.timing;
+            @let timing = &record.timing;
             (row(run_name(index), [
-                record.measured.facts.name.clone(),
-                record.measured.snapshot.layout.as_ref().map_or(NOTHING, |layout| &layout.message).to_owned(),
+                record.source.name.clone(),
+                record.source.message.as_deref().unwrap_or(NOTHING).to_owned(),
                 grouped(timing.samples),
-                duration(timing.duration_s()),
-                format!("{} Hz", trimmed(timing.rate_hz, 4)),
+                duration(timing.duration_s),
+                timing.rate_hz.map_or_else(|| NOTHING.into(), |hz| format!("{} Hz", trimmed(hz, 4))),
             ]))
         }
     };

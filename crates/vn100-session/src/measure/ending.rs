@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use tokio::time::Instant;
-use vn100_analysis::{Analysis, Shortfall, Snapshot, protocol::stream::FileReport};
+use vn100_analysis::{Shortfall, Snapshot, protocol::stream::FileReport};
 use vn100_driver::LinkState;
 
 use super::Measuring;
@@ -11,7 +11,6 @@ use crate::{channels::Channels, end_reason::EndReason, excluded::Excluded, sessi
 
 pub(crate) struct Ending {
     pub(crate) snapshot: Arc<Snapshot>,
-    pub(crate) analysis: Option<Box<Analysis>>,
     pub(crate) reason: EndReason,
     pub(crate) report: Option<FileReport>,
     pub(crate) excluded: Excluded,
@@ -101,7 +100,6 @@ impl Measuring {
             self.analysis.is_complete() || matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
         let wanted = self.analysis.settings().duration.filter(|_| !has_all);
         let shortfall = wanted.map(|wanted| Shortfall { wanted, measured: self.analysis.data_time() });
-        let (analysis, excluded) = (Some(Box::new(self.analysis)), self.excluded);
-        Ending { snapshot, analysis, reason, report, excluded, shortfall }
+        Ending { snapshot, reason, report, excluded: self.excluded, shortfall }
     }
 }

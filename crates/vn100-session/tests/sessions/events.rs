@@ -65,8 +65,9 @@ async fn a_reader_sees_the_latest_state_and_delays_nothing() {
     events.send(end()).await.unwrap();
     let state = session.state.clone();
     let result = session.result.await.unwrap();
-    assert_eq!((result.snapshot.timing.samples, result.assessment.samples), (301, 301));
-    assert!(matches!(*result.end, EndReason::SourceEnded) && result.facts.ended && result.is_restored);
+    let assessed = result.measured.channels.iter().find_map(|channel| Some(channel.noise.as_ref()?.samples));
+    assert_eq!((result.measured.timing.samples, assessed), (301, Some(301)));
+    assert!(matches!(*result.end, EndReason::SourceEnded) && result.measured.source.ended && result.is_restored);
     let last = state.borrow().clone();
     assert!(matches!(last.stage, Stage::Ended(_)) && last.facts().ended && last.name() == "a test");
     assert_eq!(last.snapshot.timing.samples, 301);
@@ -109,7 +110,7 @@ async fn the_requested_time_ends_it() {
     }
     let result = session.result.await.unwrap();
     assert!(matches!(*result.end, EndReason::DurationReached));
-    assert_eq!(result.snapshot.timing.samples, 20);
+    assert_eq!(result.measured.timing.samples, 20);
     assert!(events.is_closed());
 }
 
@@ -136,7 +137,7 @@ async fn the_error_of_the_source_comes_with_the_results_before_it() {
     events.send(rows(5)).await.unwrap();
     events.send(Event::End(End { error: Some(io::Error::other("unplugged")), report: None })).await.unwrap();
     let result = session.result.await.unwrap();
-    assert_eq!(result.snapshot.timing.samples, 5);
+    assert_eq!(result.measured.timing.samples, 5);
     assert_eq!(result.end.to_string(), "unplugged");
     assert!(matches!(*result.end, EndReason::SourceFailed(_)));
 }
@@ -147,7 +148,7 @@ async fn a_source_that_vanishes_without_an_end_is_an_error() {
     events.send(rows(5)).await.unwrap();
     drop(events);
     let result = session.result.await.unwrap();
-    assert_eq!(result.snapshot.timing.samples, 5);
+    assert_eq!(result.measured.timing.samples, 5);
     assert!(matches!(*result.end, EndReason::SourceFailed(_)));
 }
 
@@ -169,7 +170,7 @@ async fn the_counts_of_csv_lines_are_among_the_facts() {
         absent: Vec::new(),
     };
     events.send(Event::End(End { error: None, report: Some(FileReport::Csv(csv)) })).await.unwrap();
-    let csv = session.result.await.unwrap().facts.csv.unwrap();
+    let csv = session.result.await.unwrap().measured.source.csv.unwrap();
     assert_eq!((csv.lines, csv.rows, csv.skipped_lines), (10, 7, 1));
     let [rejected] = &csv.rejected[..] else { panic!("{csv:?}") };
     assert_eq!((rejected.reason, rejected.count), (RejectedRow::Fields, 2));
@@ -190,7 +191,7 @@ async fn times_of_rows_since_1970_give_the_start_of_the_record() {
         let (events, session) = session(Settings::default());
         let csv = CsvReport { times: Some(times.into()), first_stamp_ns: Some(first_ns), ..CsvReport::default() };
         events.send(Event::End(End { error: None, report: Some(FileReport::Csv(csv)) })).await.unwrap();
-        let recording = session.result.await.unwrap().facts.recording;
+        let recording = session.result.await.unwrap().measured.source.recording;
         assert_eq!(recording.and_then(|recording| recording.started_ns), expected, "{times}");
     }
 }
@@ -219,7 +220,7 @@ async fn the_warm_up_is_ended_and_the_measurement_started_over_by_command() {
     }
     events.send(end()).await.unwrap();
     let result = session.result.await.unwrap();
-    let timing = result.snapshot.timing;
+    let timing = result.measured.timing;
     assert_eq!((timing.samples, timing.excluded), (8, 70));
     assert_eq!(result.excluded, Duration::from_secs(7));
     assert!(session.events.recv().await.is_none());
@@ -233,7 +234,7 @@ async fn a_command_stops_it_with_the_result_so_far() {
     session.commands.send(Command::Stop).await.unwrap();
     let result = session.result.await.unwrap();
     assert!(matches!(*result.end, EndReason::Stopped));
-    assert_eq!(result.snapshot.timing.samples, 50);
+    assert_eq!(result.measured.timing.samples, 50);
     assert!(events.is_closed());
 }
 
@@ -263,7 +264,7 @@ async fn unsolicited_device_errors_are_warnings_to_the_end() {
     let answer = read(b"$VNERR,08*79\r\n");
     let link = StreamInput::Link(LinkEvent { at_ns: 0, kind: refused });
     let inputs = [read(LINE), full.clone(), full, restarted, link, answer, read(LINE)];
-    let snapshot = measured(Script(inputs.into()), ReadOptions::default(), Settings::default()).await.snapshot;
+    let snapshot = measured(Script(inputs.into()), ReadOptions::default(), Settings::default()).await.measured;
     let warnings: Vec<_> = (snapshot.warnings.iter())
         .filter(|warning| matches!(warning.kind, WarningKind::LinkBudget | WarningKind::DeviceErrors))
         .map(ToString::to_string)
@@ -300,11 +301,17 @@ async fn the_requested_time_ends_lines_of_unknown_rate_live_and_in_a_replay() {
     let settings = Settings { duration: Some(Duration::from_secs(5)), ..Settings::default() };
     let options = ReadOptions { line_by_line: true, ..ReadOptions::default() };
     let live = measured(Open(lines_of_1_hz(7)), options, settings.clone());
-    let live = time::timeout(Duration::from_secs(60), live).await.unwrap().snapshot;
-    assert_eq!((live.timing.samples, live.timing.excluded, live.timing.rate_hz), (5, 2, 1.0));
+    let live = time::timeout(Duration::from_secs(60), live).await.unwrap().measured;
+    assert_eq!((live.timing.samples, live.timing.excluded, live.timing.rate_hz), (5, 2, Some(1.0)));
     for lines in [7, 8, 600] {
-        let replay = measured(lines_of_1_hz(lines), options, settings.clone()).await.snapshot;
+        let replay = measured(lines_of_1_hz(lines), options, settings.clone()).await.measured;
         assert_eq!(replay.timing, live.timing, "{lines} lines recorded");
-        assert!(replay.channels.iter().zip(&live.channels).all(|(replay, live)| replay.moments == live.moments));
+        assert!(
+            replay
+                .channels
+                .iter()
+                .zip(&live.channels)
+                .all(|(replay, live)| replay.statistics.mean == live.statistics.mean)
+        );
     }
 }

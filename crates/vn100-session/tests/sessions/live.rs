@@ -112,9 +112,12 @@ async fn a_sensor_is_measured_for_the_requested_time() {
     let state = session.state.clone();
     let (result, events) = ended(session).await;
     assert!(matches!(*result.end, EndReason::DurationReached), "{:?}", result.end);
-    assert_eq!(result.snapshot.timing.samples, 120);
-    assert_eq!((result.assessment.samples, result.excluded), (120, Duration::ZERO));
-    assert!(result.unmet.is_empty() && result.recording.is_none() && result.is_restored && result.facts.ended);
+    assert_eq!(result.measured.timing.samples, 120);
+    let assessed = result.measured.channels.iter().find_map(|channel| Some(channel.noise.as_ref()?.samples));
+    assert_eq!((assessed, result.excluded), (Some(120), Duration::ZERO));
+    assert!(
+        result.unmet.is_empty() && result.recording.is_none() && result.is_restored && result.measured.source.ended
+    );
     assert!(events.is_empty(), "{events:?}");
     let state = state.borrow().clone();
     assert!(matches!(&state.stage, Stage::Ended(reason) if Arc::ptr_eq(reason, &result.end)));
@@ -137,7 +140,7 @@ async fn a_session_is_stopped_by_a_command_or_by_its_token() {
         }
         let (result, _) = ended(session).await;
         assert!(matches!(*result.end, EndReason::Stopped));
-        assert!(result.snapshot.timing.samples > 50);
+        assert!(result.measured.timing.samples > 50);
         assert_eq!(stop.is_cancelled(), !by_command, "the session alone ends");
     }
 }
@@ -148,7 +151,7 @@ async fn a_silent_sensor_is_an_error_of_the_source() {
     sensor.world().plugged = false;
     let (result, _) = ended(Session::live(of(&sensor))).await;
     assert!(matches!(*result.end, EndReason::SourceFailed(_)), "{:?}", result.end);
-    assert_eq!(result.snapshot.timing.samples, 0);
+    assert_eq!(result.measured.timing.samples, 0);
 }
 
 #[tokio::test(start_paused = true)]
@@ -164,7 +167,7 @@ async fn the_link_and_its_loss_are_shown() {
     sensor.world().plugged = true;
     until(&mut session, |state| state.snapshot.link.connects == 2).await;
     session.commands.send(Command::Stop).await.unwrap();
-    assert!(ended(session).await.0.snapshot.timing.samples > 50);
+    assert!(ended(session).await.0.measured.timing.samples > 50);
 }
 
 #[tokio::test(start_paused = true)]
@@ -182,9 +185,9 @@ async fn a_recording_can_be_replayed_to_the_same_end() {
     assert_eq!(reason(&recording.path), "duration reached");
     let replay = Session::replay(ReplaySpec::of(recording.path)).result.await.unwrap();
     assert!(matches!(*replay.end, EndReason::DurationReached));
-    assert_eq!(replay.snapshot.timing.samples, result.snapshot.timing.samples);
-    assert!(replay.facts.recording.unwrap().started_ns.is_some());
-    assert_eq!((replay.facts.kind, replay.facts.meta), (Some("mcap"), Some(conditions)));
+    assert_eq!(replay.measured.timing.samples, result.measured.timing.samples);
+    assert!(replay.measured.source.recording.unwrap().started_ns.is_some());
+    assert_eq!((replay.measured.source.kind, replay.measured.source.meta), (Some("mcap"), Some(conditions)));
 }
 
 #[tokio::test(start_paused = true)]
@@ -238,7 +241,7 @@ async fn a_recording_is_continued_only_by_its_own_sensor() {
         sensor.world().registers.insert(3, serial.into());
         let recording = recording(&folder).map(|recording| RecordingSpec { resume, ..recording });
         let (result, _) = ended(Session::live(LiveSpec { settings: duration(3), recording, ..of(&sensor) })).await;
-        assert_eq!(result.snapshot.timing.samples, samples, "{serial}: {}", result.end);
+        assert_eq!(result.measured.timing.samples, samples, "{serial}: {}", result.end);
     }
 }
 
@@ -294,7 +297,7 @@ async fn a_sensor_whose_output_was_paused_is_measured_at_any_rate() {
         // the watchdog judges the published state
         until(&mut session, |state| state.snapshot.timing.samples > 0).await;
         let (result, _) = ended(session).await;
-        let timing = &result.snapshot.timing;
+        let timing = &result.measured.timing;
         assert!(matches!(*result.end, EndReason::DurationReached), "{rate_hz} Hz: {:?}", result.end);
         assert_eq!(timing.samples, 5 * u64::from(rate_hz));
     }
@@ -334,7 +337,7 @@ async fn a_stream_is_measured_recorded_and_takes_no_commands() {
     }));
     let (result, _) = ended(Session::live(LiveSpec { recording: recording(&folder), ..spec(source) })).await;
     assert!(matches!(*result.end, EndReason::SourceEnded));
-    assert_eq!(result.snapshot.link.samples(), 50);
+    assert_eq!(result.measured.timing.samples, 50);
     assert_eq!(*seen.lock().unwrap(), (50, 1));
     let recording = result.recording.unwrap();
     assert_eq!(recording.bytes, 50 * LINE.len() as u64);

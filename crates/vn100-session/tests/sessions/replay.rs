@@ -63,9 +63,9 @@ async fn a_capture_is_measured_to_its_end() {
     let (state, mut seconds) = (session.state.clone(), session.seconds);
     let result = session.result.await.unwrap();
     assert!(matches!(*result.end, EndReason::SourceEnded) && result.excluded.is_zero());
-    assert_eq!((result.snapshot.timing.samples, seen.load(Ordering::Relaxed)), (SAMPLES, SAMPLES as usize));
-    assert_eq!(result.facts.name, file.path().file_name().unwrap().to_str().unwrap());
-    assert_eq!((result.facts.kind, result.facts.playback), (Some("text"), None));
+    assert_eq!((result.measured.timing.samples, seen.load(Ordering::Relaxed)), (SAMPLES, SAMPLES as usize));
+    assert_eq!(result.measured.source.name, file.path().file_name().unwrap().to_str().unwrap());
+    assert_eq!((result.measured.source.kind, result.measured.source.playback), (Some("text"), None));
     assert_eq!(state.borrow().stored_bytes_read, SAMPLES * LINE.len() as u64);
     assert!(seconds.recv().await.is_none(), "not asked for");
 }
@@ -83,7 +83,7 @@ async fn a_writer_of_samples_gets_each_sample_once_and_nothing_else() {
         assert!(batch.row_count() > 0);
         samples += batch.row_count() as u64;
     }
-    assert_eq!((samples, session.result.await.unwrap().snapshot.timing.samples), (SAMPLES, SAMPLES));
+    assert_eq!((samples, session.result.await.unwrap().measured.timing.samples), (SAMPLES, SAMPLES));
 }
 
 #[tokio::test]
@@ -96,17 +96,17 @@ async fn numbers_are_measured_at_the_rate_of_their_times_and_not_at_a_guess() {
     let even = ["0.0,1.0", "0.1,2.0", "0.2,1.5", "0.3,1.0", "0.4,2.5"];
     let result = measured(&even, Settings::default()).await;
     assert!(matches!(*result.end, EndReason::SourceEnded), "{:?}", result.end);
-    assert_eq!((result.snapshot.timing.samples, result.snapshot.timing.rate_hz), (5, 10.0));
-    // one sample has no rate, and results that need a rate are absent
+    assert_eq!((result.measured.timing.samples, result.measured.timing.rate_hz), (5, Some(10.0)));
+    // one sample has no rate, and nothing is said of it that needs one
     let result = measured(&even[..1], Settings::default()).await;
     assert!(matches!(*result.end, EndReason::SourceEnded), "{:?}", result.end);
-    assert_eq!(result.snapshot.timing.samples, 1);
+    assert_eq!(result.measured.timing.samples, 1);
     let at_once = ["0.0,1.0", "0.0,2.0"];
     let result = measured(&at_once, Settings::default()).await;
     assert!(matches!(*result.end, EndReason::NotStarted(StartError::RateUnknown { .. })), "{:?}", result.end);
-    assert_eq!(result.snapshot.timing.samples, 0);
+    assert_eq!(result.measured.timing.samples, 0);
     let given = Settings { rate_hz: Some(20.0), ..Settings::default() };
-    assert_eq!(measured(&at_once, given).await.snapshot.timing.samples, 2);
+    assert_eq!(measured(&at_once, given).await.measured.timing.samples, 2);
 }
 
 #[tokio::test(start_paused = true)]
@@ -123,7 +123,7 @@ async fn every_second_brings_one_state_and_waits_until_it_is_taken() {
         taken.push(state.snapshot.timing.samples);
     }
     assert_eq!(taken, (1..=20).map(|second| 40 * second).collect::<Vec<_>>());
-    assert_eq!(session.result.await.unwrap().snapshot.timing.samples, SAMPLES);
+    assert_eq!(session.result.await.unwrap().measured.timing.samples, SAMPLES);
 }
 
 #[tokio::test(start_paused = true)]
@@ -132,8 +132,8 @@ async fn a_capture_that_cannot_be_opened_reports_the_reason() {
     let result = Session::replay(ReplaySpec::of(missing)).result.await.unwrap();
     let EndReason::NotStarted(StartError::Capture(error)) = &*result.end else { panic!("{:?}", result.end) };
     assert!(matches!(error, OpenError::Io { .. }));
-    assert_eq!((result.facts.name.as_str(), result.facts.kind), ("night.vnymr", None));
-    assert_eq!(result.snapshot.timing.samples, 0);
+    assert_eq!((result.measured.source.name.as_str(), result.measured.source.kind), ("night.vnymr", None));
+    assert_eq!(result.measured.timing.samples, 0);
     // in a view it is shown until the view is closed
     let paced = ReplaySpec { speed: Some(Speed::Max), ..ReplaySpec::of(missing) };
     let stop = paced.stop.clone();
@@ -167,7 +167,7 @@ async fn a_stop_ends_a_capture_with_the_result_so_far() {
     while session.seconds.recv().await.is_some() {}
     let result = session.result.await.unwrap();
     assert!(matches!(*result.end, EndReason::Stopped), "{:?}", result.end);
-    assert!(result.snapshot.timing.samples < 10 * SAMPLES);
+    assert!(result.measured.timing.samples < 10 * SAMPLES);
 }
 
 #[tokio::test(start_paused = true)]
@@ -191,7 +191,7 @@ async fn a_paced_replay_is_paused_and_resumed() {
     command(&session, Command::Stop).await;
     let result = session.result.await.unwrap();
     assert!(matches!(*result.end, EndReason::Stopped));
-    assert!(result.snapshot.timing.samples < SAMPLES && !result.facts.playback.unwrap().at_end);
+    assert!(result.measured.timing.samples < SAMPLES && !result.measured.source.playback.unwrap().at_end);
 }
 
 #[tokio::test(start_paused = true)]
@@ -217,8 +217,8 @@ async fn at_its_end_a_replay_stays_until_it_is_stopped() {
     command(&session, Command::Stop).await;
     let result = session.result.await.unwrap();
     assert!(matches!(*result.end, EndReason::SourceEnded), "it had come to its end");
-    assert_eq!(result.snapshot.timing.samples, SAMPLES);
-    let playback = result.facts.playback.unwrap();
+    assert_eq!(result.measured.timing.samples, SAMPLES);
+    let playback = result.measured.source.playback.unwrap();
     assert_eq!((playback.samples, playback.total, playback.at_end), (SAMPLES, Some(SAMPLES), true));
 }
 
@@ -268,7 +268,7 @@ async fn a_replay_measures_the_frames_that_its_recording_names() {
         recording.write(&StreamInput::Chunk(Chunk { bytes: LINE.repeat(100).into(), at_ns: Some(0) })).unwrap();
         let file = NamedTempFile::with_suffix(".mcap").unwrap();
         fs::write(&file, recording.finish(None).unwrap()).unwrap();
-        Session::replay(ReplaySpec::of(file.path())).result.await.unwrap().snapshot.timing.samples
+        Session::replay(ReplaySpec::of(file.path())).result.await.unwrap().measured.timing.samples
     };
     assert_eq!((samples("sentences").await, samples("packets").await), (100, 0));
 }
@@ -286,7 +286,7 @@ async fn a_recording_whose_rate_changes_is_read_to_its_end() {
     let file = NamedTempFile::with_suffix(".mcap").unwrap();
     fs::write(&file, recording.finish(Some("done")).unwrap()).unwrap();
     let result = Session::replay(ReplaySpec::of(file.path())).result.await.unwrap();
-    let change = result.snapshot.rate_change.unwrap();
+    let change = result.measured.timing.rate_change.unwrap();
     assert_eq!((change.from_hz, change.to_hz), (40.0, 10.0));
     assert!(matches!(*result.end, EndReason::SourceEnded), "{:?}", result.end);
 }

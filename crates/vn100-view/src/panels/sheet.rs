@@ -22,8 +22,8 @@ pub(crate) fn verdicts<'a>(
     group: &ChannelGroup,
     term: Term,
 ) -> Option<Vec<Option<&'a FigureVerdict>>> {
-    let verdicts = source.verdicts.as_ref()?;
-    let of = |place: &usize| verdicts.channels.get(*place)?.iter().find(|figure| figure.figure.term == term);
+    let channels = &source.result.channels;
+    let of = |place: &usize| channels.get(*place)?.verdicts().iter().find(|figure| figure.figure.term == term);
     let judged: Vec<_> = group.channels.iter().map(of).collect();
     judged.iter().any(Option::is_some).then_some(judged)
 }
@@ -72,7 +72,7 @@ pub(crate) const SHEET: &str = "S";
 /// The deviation of a sensor at its data sheet in this stream, over these averaging times: that of
 /// the white noise, and the floor of the bias instability where it is higher.
 pub(crate) fn line(source: &SourceView, group: &ChannelGroup, taus: &[f64], factor: f64) -> Option<ModelLine> {
-    let shape = source.snapshot.shape();
+    let shape = source.result.shape();
     let figure = |term| {
         let judged = verdicts(source, group, term)?;
         judged.into_iter().flatten().find(|figure| figure.verdict != Verdict::NotComparable)

@@ -8,8 +8,11 @@ use ratatui::{
     text::Line,
     widgets::Paragraph,
 };
-use vn100_analysis::{Severity, Warning};
-use vn100_report::{names::rejected_lines, numbers::plain::grouped};
+use vn100_analysis::{Severity, SourceResult, Warning};
+use vn100_report::{
+    names::{missing_text, rejected_lines},
+    numbers::plain::grouped,
+};
 
 use crate::{
     scene::{Scene, framed},
@@ -80,7 +83,7 @@ impl TopLines {
         }
         lines.extend(self.notices.map(|text| Line::styled(text, theme.faint())));
         if lines.is_empty() {
-            let text = if source.snapshot.timing.samples > 0 { " no warnings" } else { " no warnings yet" };
+            let text = if source.result.timing.samples > 0 { " no warnings" } else { " no warnings yet" };
             lines.push(Line::styled(text, theme.faint()));
         }
         frame.render_widget(Paragraph::new(lines), area);
@@ -118,18 +121,16 @@ fn names<'a>(texts: impl Iterator<Item = &'a str>) -> String {
 /// What was lost so far: rejected sentences by kind, damaged packets, dropped samples, reconnects;
 /// none that is 0.
 fn lost(source: &SourceView) -> Vec<String> {
-    let (timing, link) = (&source.snapshot.timing, &source.snapshot.link);
-    let rejected = link.tally.rejected.total();
-    let reconnects = link.connects.saturating_sub(1);
-    let damaged = link.tally.damaged_packets;
+    let SourceResult { timing, link, .. } = &source.result;
+    let (rejected, reconnects, damaged) = (link.rejected.total(), link.reconnects, link.damaged_packets);
     let other = [
         (damaged, format!("damaged packets {}", grouped(damaged))),
-        (timing.missing, format!("dropped {}{}", grouped(timing.missing), in_gaps(timing.gaps))),
+        (timing.missing_at_least, format!("dropped {}{}", missing_text(timing), in_gaps(timing.gaps))),
         (reconnects, format!("reconnected {reconnects}")),
         (timing.excluded, format!("excluded {}", grouped(timing.excluded))),
     ];
     let other: Vec<String> = other.into_iter().filter(|(count, _)| *count > 0).map(|(_, text)| text).collect();
-    let rejected = (rejected > 0).then(|| format!("rejected {}", rejected_lines(&link.tally)));
+    let rejected = (rejected > 0).then(|| format!("rejected {}", rejected_lines(link)));
     rejected.into_iter().chain((!other.is_empty()).then(|| other.join("  "))).collect()
 }
 

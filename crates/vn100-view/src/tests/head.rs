@@ -35,8 +35,8 @@ fn with_goals(duration_s: Option<u64>, until: &[&str]) -> SourceView {
 fn a_single_gap_is_one_gap() {
     for (gaps, shown) in [(1, "dropped 3 in 1 gap  "), (2, "dropped 3 in 2 gaps  ")] {
         let mut source = measured();
-        let timing = &mut Arc::make_mut(&mut source.snapshot).timing;
-        (timing.missing, timing.gaps) = (3, gaps);
+        let timing = &mut source.result.timing;
+        (timing.missing, timing.missing_at_least, timing.gaps) = (Some(3), 3, gaps);
         let screen = screen(&one(), &source, (200, 60));
         assert!(screen.contains(shown), "{screen}");
     }
@@ -81,7 +81,7 @@ fn values_and_units_below_the_curve_are_whole_at_every_width() {
             let row = |text: &str| screen.lines().find(|line| line.contains(text)).map(|line| line.trim_matches('│'));
             assert!(row(" N  ").is_some_and(|row| row.trim_end().ends_with(&unit)), "{width} {unit}\n{screen}");
             for place in group.channels {
-                let white = source.values[place].noise.as_ref().unwrap().parameter(Term::White).unwrap();
+                let white = source.result.channels[place].noise.as_ref().unwrap().parameter(Term::White).unwrap();
                 let Some(value) = white.value else { continue };
                 let value = digits(value * convention(Sensor::Gyroscope, Term::White, units).factor, 3);
                 let interval = [spread, widest_spread].map(|interval| {
@@ -115,9 +115,8 @@ fn the_noise_panel_leaves_out_values_last() {
 #[test]
 fn a_recording_that_failed_is_said_whole_at_every_width() {
     let mut source = damaged();
-    let mut snapshot = (*source.snapshot).clone();
-    (snapshot.timing.excluded, snapshot.timing.samples, snapshot.link.connects) = (400_000, 1_000_000_000, 124);
-    source.snapshot = Arc::new(snapshot);
+    let result = &mut source.result;
+    (result.timing.excluded, result.timing.samples, result.link.reconnects) = (400_000, 1_000_000_000, 123);
     for width in 60..=200 {
         let screen = screen(&one(), &source, (width, 24));
         assert!(screen.lines().nth(2).unwrap().contains("RECORDING FAILED"), "{width}\n{screen}");
@@ -193,7 +192,8 @@ fn one_unit_for_a_sensor_on_all_panels() {
             assert!(screen.contains(&shown), "{shown}\n{screen}");
         }
     }
-    let rad = measured().values.iter().find(|channel| channel.name == "gyro_x").unwrap().std.unwrap();
+    let measured_x = measured().result.channels.into_iter().find(|channel| channel.name == "gyro_x");
+    let rad = measured_x.unwrap().statistics.std.unwrap();
     let shown = screen(&ViewState { units: 1, ..one() }, &measured(), (120, 40));
     assert!(shown.contains(&format!("{:.7}", rad.to_degrees())), "{shown}");
 }
@@ -220,7 +220,8 @@ fn aliasing_is_explained_where_the_verdict_stands() {
 fn the_data_sheet_has_its_line_in_the_plot() {
     let with = screen(&one(), &measured(), (80, 24));
     assert!(with.contains("S data sheet"), "{with}");
-    let source = SourceView { verdicts: None, ..measured() };
+    let mut source = measured();
+    source.result.channels.iter_mut().for_each(|channel| channel.verdict = None);
     assert!(!screen(&one(), &source, (80, 24)).contains("S data sheet"));
     // the sensor's figure, raised by aliasing, at the first averaging time
     let group = one().group(&measured()).unwrap();

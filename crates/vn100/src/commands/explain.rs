@@ -3,10 +3,8 @@
 use std::fmt::{self, Write};
 
 use anyhow::Result;
-use vn100_report::{
-    Completion,
-    glossary::{Explanation, explain as explained, glossary},
-};
+use vn100_analysis::Completion;
+use vn100_report::glossary::{Explanation, explain as explained, glossary};
 
 use vn100_report::words::remedy_words;
 

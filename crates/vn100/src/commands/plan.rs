@@ -5,11 +5,11 @@ use std::fmt::{self, Write};
 use anyhow::Result;
 use imu_noise::{BoxcarWindow, Sensor};
 use vn100_analysis::{
-    Datasheet, DatasheetFigure, Given, Known, Onboard, Plan, PlannedMessage, SENSORS, TakenAt, TakenFrom, Want,
-    axes_name, letter,
+    Completion, Datasheet, DatasheetFigure, Given, Known, Onboard, Plan, PlannedMessage, SENSORS, TakenAt, TakenFrom,
+    Want, axes_name, letter,
 };
 use vn100_protocol::{BaudRate, PACKET_MESSAGES, PacketMessage};
-use vn100_report::{Completion, PlanCommands, PlanDocument, numbers::plain::span, printable, vn100_datasheet};
+use vn100_report::{PlanCommands, PlanDocument, numbers::plain::span, printable, vn100_datasheet};
 
 use crate::{
     args::{Fixed, PlanArgs},

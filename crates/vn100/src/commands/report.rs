@@ -17,9 +17,9 @@ use std::{
 
 use anyhow::{Context, Result, anyhow, bail};
 use sha2::{Digest, Sha256};
-use vn100_analysis::{DEFAULT_CONFIDENCE, FileFacts};
+use vn100_analysis::{Completion, DEFAULT_CONFIDENCE, FileFacts, SourceResult};
 use vn100_report::html::{PageOptions, write_page};
-use vn100_report::{Completion, DEFAULT_KALIBR_SPAN_S, Measured, Record, figure::Figures, run_name, run_prefix};
+use vn100_report::{DEFAULT_KALIBR_SPAN_S, figure::Figures, run_name, run_prefix};
 
 use vn100_report::words::remedy_words;
 
@@ -43,31 +43,30 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     }
     let inputs = inputs(files);
     let exports = Exports::new(args, &inputs, &output)?;
-    let mut all: Vec<Measured> = Vec::new();
+    let mut records: Vec<SourceResult> = Vec::new();
     let evaluation = evaluation(&files.measure)?;
     let stored = thread::scope(|scope| {
         // a checksum takes as long as reading the file once more: beside the measurement
         let stored = scope.spawn(|| inputs.iter().map(capture_of).collect::<Vec<_>>());
         measure_files(files, &inputs, evaluation, Outputs::default(), |measured| {
-            if let Some(error) = &measured.facts.error {
+            if let Some(error) = &measured.source.error {
                 complain(error);
             }
-            all.push(measured);
+            records.push(measured);
             Ok(())
         })?;
         stored.join().map_err(|_| anyhow!("internal error: the checksums stopped"))
     })?;
-    for (measured, stored) in all.iter_mut().zip(stored) {
-        measured.facts.file = stored;
+    for (measured, stored) in records.iter_mut().zip(stored) {
+        measured.source.file = stored;
     }
-    let records: Vec<Record<'_>> = all.iter().map(Record::new).collect();
     let names: Vec<String> = (0..records.len()).map(run_name).collect();
     let prefix = |number| if records.len() > 1 { run_prefix(number) } else { String::new() };
     let figures =
         records.iter().enumerate().map(|(number, record)| Figures::of(record, &prefix(number))).collect::<Vec<_>>();
     let together = if records.len() > 1 { Figures::together(&records, &names) } else { Figures::default() };
     // of a capture of which nothing was read there is nothing to say on a page
-    let is_read = records.iter().any(|record| record.measured.snapshot.link.bytes() > 0);
+    let is_read = records.iter().any(|record| record.link.bytes > 0);
     if let Some(path) = output.page().filter(|_| is_read) {
         let options = PageOptions {
             confidence: files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE),
@@ -86,7 +85,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
         // the page is there, and any browser shows it
         complain(&format!("no browser could be opened ({error:#}); the report is in {}", page.display()));
     }
-    Ok(all.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete).max(exported))
+    Ok(records.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete).max(exported))
 }
 
 /// A file that was written is the result of this command.

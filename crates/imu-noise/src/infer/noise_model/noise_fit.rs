@@ -2,6 +2,8 @@
 
 use super::{Parameter, Status, Term};
 use crate::infer::roll_off::RollOff;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// The fitted noise of one channel.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +33,7 @@ pub struct NoiseFit {
 }
 
 /// Goodness of a fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct FitQuality {
     /// In seconds. Octaves below do not follow the model, as with vibration.
     pub tau_min_s: f64,

@@ -2,6 +2,8 @@
 
 use super::regression::{Regression, Solution};
 use crate::infer::chi_squared;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// Standard deviations above zero that exclude it: χ² falls by more than 3.84, which noise without
 /// the term does in 2.5 % of records; of a walk decided by the level, twice the log-likelihood,
@@ -20,7 +22,8 @@ pub const PROVED_P: f64 = 0.03;
 const TOLERANCE: f64 = 2e-3;
 
 /// What is known of a noise parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Status {
     /// It is there, and has a value and a two-sided interval.
     Estimated,
@@ -43,7 +46,7 @@ impl Status {
 }
 
 /// A noise parameter, in the unit of its term.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Parameter {
     /// What is known.
     pub status: Status,

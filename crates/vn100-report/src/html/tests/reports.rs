@@ -1,18 +1,19 @@
 //! The report of a record, and of two.
 
-use std::sync::Arc;
+use vn100_analysis::SourceResult;
 
-use crate::{Measured, Record, figure::Figures, run_name};
-
-use super::fixture::{in_a_warming_room, with_attitude};
-use crate::html::{PageOptions, Program, write_page};
+use crate::{
+    figure::Figures,
+    html::{PageOptions, Program, write_page},
+    run_name,
+    tests::fixture::{in_a_warming_room, with_attitude},
+};
 
 /// The report of these records.
-fn report(all: &[Measured]) -> String {
-    let records: Vec<Record<'_>> = all.iter().map(Record::new).collect();
+fn report(records: &[SourceResult]) -> String {
     let figures: Vec<Figures> = records.iter().map(|record| Figures::of(record, "")).collect();
     let names: Vec<String> = (0..records.len()).map(run_name).collect();
-    let together = if records.len() == 1 { Figures::default() } else { Figures::together(&records, &names) };
+    let together = if records.len() == 1 { Figures::default() } else { Figures::together(records, &names) };
     let options = PageOptions {
         confidence: 0.95,
         asked: "as asked",
@@ -21,7 +22,7 @@ fn report(all: &[Measured]) -> String {
         kalibr_span_s: 60.0,
     };
     let mut page = Vec::new();
-    write_page(&mut page, &records, &figures, &together, options).unwrap();
+    write_page(&mut page, records, &figures, &together, options).unwrap();
     String::from_utf8(page).unwrap()
 }
 
@@ -128,27 +129,6 @@ fn the_statistics_say_how_the_sensor_stood_and_how_its_attitude_varied() {
     );
     let norm = "8\u{202f}192 | 0.001112356 | 0.000195199 | 0.000447 | 0.001810 | – | – | –";
     assert_eq!(row(&page, "gyro_norm"), norm);
-}
-
-#[test]
-fn the_answers_give_the_worst_axis_and_what_white_noise_alone_would_be() {
-    let page = text(&report(&[with_attitude(8192, 40.0)]));
-    has(
-        &page,
-        &[
-            "gyro_y, the worst axis of the gyroscope: measured 0.1102 °/√h (0.1085 to 0.1118); ",
-            "standard deviation of one 40 Hz sample: 1.99·10⁻⁴ rad/s (white noise alone: 1.99·10⁻⁴).",
-        ],
-    );
-}
-
-#[test]
-fn the_first_connection_is_no_reconnection() {
-    for (connects, reconnections) in [(0, "0"), (1, "0"), (3, "2")] {
-        let mut measured = with_attitude(256, 40.0);
-        Arc::make_mut(&mut measured.snapshot).link.connects = connects;
-        assert_eq!(row(&report(&[measured]), "Reconnections"), reconnections);
-    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ async fn a_sensor_is_configured_before_and_restored_after() {
     let sensor = sensor();
     let session = Session::live(LiveSpec { output: rate(20), settings: duration(3), ..of(&sensor) });
     let (result, events) = ended(session).await;
-    assert_eq!(result.snapshot.timing.samples, 60);
+    assert_eq!(result.measured.timing.samples, 60);
     let [SessionEvent::SensorConfigured(set), SessionEvent::SettingsRestored { output_paused: false }] = &events[..]
     else {
         panic!("{events:?}")

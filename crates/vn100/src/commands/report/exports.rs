@@ -7,8 +7,9 @@ use std::{
 
 use anyhow::{Error, Result, anyhow};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use vn100_analysis::{Completion, SourceResult};
 use vn100_report::{
-    Completion, CsvTable, Document, KalibrError, KalibrYaml, Record,
+    CsvTable, Document, KalibrError, KalibrYaml,
     figure::{Figure, Figures},
     json_line, printable,
 };
@@ -61,7 +62,7 @@ impl<'a> Exports<'a> {
     /// the others are written.
     ///
     /// `together` are the figures of several records, which only SVG holds.
-    pub(crate) fn write(&self, records: &[Record<'_>], figures: &[Figures], together: &Figures) -> Completion {
+    pub(crate) fn write(&self, records: &[SourceResult], figures: &[Figures], together: &Figures) -> Completion {
         let mut completion = Completion::Complete;
         let mut check = |written: Result<()>| {
             if let Err(error) = written {
@@ -84,7 +85,7 @@ impl<'a> Exports<'a> {
         for form in forms.clone() {
             for (index, (record, figures)) in records.iter().zip(figures).enumerate() {
                 // nothing could be read: the command says so already
-                if record.measured.snapshot.timing.samples == 0 {
+                if record.timing.samples == 0 {
                     continue;
                 }
                 check(self.write_one(*form, index, record, figures));
@@ -96,13 +97,13 @@ impl<'a> Exports<'a> {
         completion
     }
 
-    fn write_one(&self, form: ExportForm, index: usize, record: &Record<'_>, figures: &Figures) -> Result<()> {
+    fn write_one(&self, form: ExportForm, index: usize, record: &SourceResult, figures: &Figures) -> Result<()> {
         let path = |ending: &str| self.path(index, ending);
         match form {
             ExportForm::Csv => (CsvTable::ALL.iter())
                 .try_for_each(|table| self.text(&path(table.ending), &(table.text)(record, remedy_words))),
             ExportForm::Json => {
-                let document = serde_json::to_string(&Document::new(record.measured, true, remedy_words))?;
+                let document = serde_json::to_string(&Document::new(record, remedy_words))?;
                 self.text(&path(JSON), &json_line(&document))
             }
             ExportForm::Kalibr => {

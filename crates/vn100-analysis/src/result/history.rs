@@ -1,7 +1,8 @@
 //! The recent samples of a channel, as they are drawn.
 
-use vn100_analysis::noise::counts_to_unit;
-use vn100_analysis::{Slot, Snapshot};
+use imu_noise::counts_to_unit;
+
+use crate::{accumulate::recent::Slot, snapshot::Snapshot};
 
 /// The values of one column, in the unit of the channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,8 +28,7 @@ impl History {
     /// The latest `most_slots` slots of the channel at this place, in at most `columns` columns,
     /// which begin at fixed times so that they do not flicker. `None` if the recent samples are
     /// not kept, or without a column.
-    #[must_use]
-    pub fn of(snapshot: &Snapshot, channel: usize, columns: usize, most_slots: usize) -> Option<Self> {
+    pub(super) fn of(snapshot: &Snapshot, channel: usize, columns: usize, most_slots: usize) -> Option<Self> {
         let recent = snapshot.recent.as_ref()?;
         let layout = snapshot.layout.as_ref()?.channels.get(channel)?;
         let branch = snapshot.channels.get(channel)?.branch_counts;
