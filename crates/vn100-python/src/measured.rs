@@ -5,8 +5,8 @@ use pyo3::{
     exceptions::{PyException, PyOSError, PyRuntimeError},
     prelude::*,
 };
-use vn100_capture::OpenError;
 use vn100_analysis::SourceResult;
+use vn100_capture::OpenError;
 use vn100_report::{Asked, Document, Ended, Evaluation, words::remedy_words};
 use vn100_session::{EndReason, SessionResult, StartError};
 
@@ -27,7 +27,8 @@ pub(crate) fn of_session(result: SessionResult) -> SourceResult {
 /// Adds the gravest warning to the error of a capture without samples: what was wrong with its
 /// bytes.
 pub(crate) fn explain(result: &mut SourceResult) {
-    if let (0, Some(error), Some(gravest)) = (result.timing.samples, &mut result.source.error, result.warnings.first()) {
+    if let (0, Some(error), Some(gravest)) = (result.timing.samples, &mut result.source.error, result.warnings.first())
+    {
         *error = format!("{error}; {}", gravest.headline);
     }
 }

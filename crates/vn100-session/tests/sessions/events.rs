@@ -269,7 +269,8 @@ async fn unsolicited_device_errors_are_warnings_to_the_end() {
         .filter(|warning| matches!(warning.kind, WarningKind::LinkBudget | WarningKind::DeviceErrors))
         .map(ToString::to_string)
         .collect();
-    let [fault, refused, full] = &warnings[..] else { panic!("{warnings:?}") };
+    // the gravest first
+    let [full, fault, refused] = &warnings[..] else { panic!("{warnings:?}") };
     assert!(
         fault.contains("unsolicited device error, 1 time: VNERR 01") && fault.contains("supply voltage"),
         "{fault}"
