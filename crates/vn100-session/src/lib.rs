@@ -17,7 +17,7 @@
 //! let events = capture.read(ReadOptions::default(), Default::default())?;
 //! let session = Session::of_events(SourceFacts::default(), events, Settings::default());
 //! let result = session.result.await?;
-//! assert_eq!(result.snapshot.timing.samples, 1);
+//! assert_eq!(result.measured.timing.samples, 1);
 //! assert!(matches!(*result.end, EndReason::SourceEnded));
 //! # Ok(()) }
 //! ```
