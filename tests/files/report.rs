@@ -61,12 +61,7 @@ fn holds_the_lab(html: &str) {
         let found = html.to_lowercase().contains(&row.to_lowercase());
         assert!(found, "no {row}");
     }
-    for question in
-        ["How noisy is the sensor?", "Can these numbers be trusted?", "data sheet", "What limits this record?"]
-    {
-        assert!(html.contains(question), "no {question}");
-    }
-    for table in ["Angle Random Walk N", "Comparison with the data sheet", "Graphical slope method"] {
+    for table in ["Angle Random Walk N", "Comparison with the data sheet", "Graphical slope method", "What to do"] {
         assert!(html.replace("<b>", "").replace("</b>", "").contains(table), "no {table}");
     }
 }
@@ -500,13 +495,10 @@ fn the_shared_static_record_is_told_as_it_is() {
     holds_the_lab(&html);
     // the digest is as sha256sum prints it
     for told in [
-        "gyro_y: Angle Random Walk N = 1.2",
-        "mag_x 9.75·10⁻⁴ (0.7",
         "<dt>Start</dt><dd>2025-10-31T19:32:47.192Z</dd>",
         "18.4 Hz",
         "not measurable",
         "undecidable",
-        "factory default, not in this record",
         "VNIMU",
         "966bf211894b7113c2c12b44ddbcb255b991dd6594a7755e0730406592d81b47",
     ] {

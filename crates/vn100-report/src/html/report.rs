@@ -4,18 +4,15 @@ use std::io::{self, Write};
 
 use crate::{KalibrYaml, Record, figure::Figures, run_name, run_prefix, summary::Summary};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use vn100_analysis::RemedyWords;
 use vn100_analysis::protocol::Register;
+use vn100_analysis::{ChannelNoise, RemedyWords, SENSORS, noise::Sensor};
 
 use crate::html::{
     caption::Captions,
     elements::{FIGURES_SCRIPT, STYLE, text_of},
-    facts, figures,
-    findings::Findings,
-    glance, lab,
+    facts, figures, glance, lab,
     options::PageOptions,
     parameters, several, statistics,
-    words::conclusions,
 };
 
 const SCRIPT: &str = include_str!("../../assets/script.js");
@@ -103,7 +100,6 @@ fn running(records: &[Record<'_>]) -> String {
 
 /// Everything of one record. `prefix` makes its anchors unique.
 fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix: &str, captions: &Captions) -> Markup {
-    let findings = Findings::of(record);
     let section = |anchor: &str, name: &str, content: Markup| {
         html! { section id={ (prefix) (anchor) } { h2 { (name) } (content) } }
     };
@@ -132,7 +128,7 @@ fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix:
         ("lab", "Lab report", lab::lab(record, figures, captions)),
         ("statistics", "Descriptive statistics", statistics::statistics(record, figures, options.words, captions)),
         ("spectrum", "Spectrum and deviation per segment", figures::spectrum(figures, captions)),
-        ("answers", "Questions and answers", answers(&findings, options.words)),
+        ("advice", "What to do, and what was not tested", advice(record, &summary)),
         ("filters", "Values for Kalman filters and Kalibr", filters(record, options.kalibr_span_s)),
         ("record", "Record and method", facts::facts(record, options, captions)),
     ];
@@ -146,13 +142,22 @@ fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix:
     }
 }
 
-fn answers(findings: &Findings, words: RemedyWords) -> Markup {
+/// The notes of the summary, and the limits of any record at rest.
+fn advice(record: &Record<'_>, summary: &Summary) -> Markup {
+    let inertial = || SENSORS.iter().filter(|(_, sensor)| *sensor != Sensor::Magnetometer);
+    let mut axes = inertial().flat_map(|(quantity, _)| record.of(*quantity)).filter_map(|axis| axis.noise.as_ref());
+    let has_coefficient =
+        |noise: &ChannelNoise| noise.temperature.as_ref().is_some_and(|found| found.coefficient.is_ok());
+    let temperature = if axes.all(has_coefficient) { "" } else { "temperature, " };
     html! {
-        @for (question, sentences) in conclusions(findings, words).iter().filter(|(_, sentences)| !sentences.is_empty()) {
-            details.answer {
-                summary { (question) }
-                ul { @for sentence in sentences { li { (glance::with_code(sentence)) } } }
+        @if !summary.notes.is_empty() { ul { @for note in &summary.notes { li { (glance::with_code(note)) } } } }
+        p {
+            "One record at rest does not show bias from turn-on to turn-on, scale factor, misalignment, or the sensitivity to " (temperature)
+            "supply and acceleration. Slow motion that looks like noise is not detected. "
+            @if record.measured.snapshot.registers.is_empty() {
+                "The record does not hold the registers of the sensor: its averaging window, calibration and filter modes are unknown. "
             }
+            @if record.measured.facts.meta.is_none() { "Place, mounting, ambient temperature and supply were not recorded." }
         }
     }
 }
