@@ -59,7 +59,7 @@ pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
 pub use hypothesis_tests::{Spread, holm};
 pub use noise_figure::{NoiseFigure, NoiseFigureError};
 pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError, TakenAt, TakenFrom};
-pub use remedy::{Remedy, RemedyWords, Setting, Text};
+pub use remedy::{Remedy, RemedyWords, Setting};
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};
 pub use settings::{DEFAULT_RATE_HZ, Settings};
@@ -72,4 +72,4 @@ pub use source_facts::{
     SourceFacts,
 };
 pub use want::{Known, Want, WantError};
-pub use warning::{Severity, Warning, WarningKind};
+pub use warning::{Doubt, Doubtful, Event, Finding, Happening, Peak, Rejected, Severity, Warning, WarningKind};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use vn100_protocol::stream::{BagReport, CsvReport};
 
-use crate::warning::{Warning, WarningKind};
+use crate::warning::{Finding, Severity, Warning, WarningKind};
 
 /// What is known of a source besides its samples: a session fills in the facts, reports and faces
 /// read them.
@@ -122,10 +122,8 @@ impl RecordingEndFacts {
     /// is not whole; `None` for one that was finished.
     #[must_use]
     pub fn warning(&self) -> Option<Warning> {
-        let details =
-            "What was recorded before the cut is measured in full. Copy the file again where the original is whole.";
-        let headline = "the recording was cut: its file has no end";
-        (!self.complete).then(|| Warning::new(WarningKind::RecordingCut, Vec::new(), headline, details))
+        let found = Warning::new(WarningKind::Incomplete, Finding::RecordingCut);
+        (!self.complete).then(|| found.as_severe_as(Severity::Caution))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Results as documents, and what went wrong as exceptions, in the words of the command line.
+//! Results as documents, and what went wrong as exceptions, in words for Python.
 
 use pyo3::{
     create_exception,
@@ -6,7 +6,9 @@ use pyo3::{
     prelude::*,
 };
 use vn100_capture::OpenError;
-use vn100_report::{Asked, Completion, Document, Evaluation, Measured, words};
+use vn100_report::{
+    Asked, Completion, Document, Evaluation, Measured, remedies::python_words, warnings::headline, words,
+};
 use vn100_session::{EndReason, SessionResult, StartError};
 
 create_exception!(vn100, CaptureError, PyException, "A capture could not be read, or holds no sample.");
@@ -22,19 +24,19 @@ pub(crate) fn of_session(result: SessionResult) -> Measured {
     let SessionResult { mut facts, snapshot, assessment, end, unmet, shortfall, .. } = result;
     let plain = end.plain();
     let early = words::ended_early(&plain, shortfall.as_ref(), !unmet.is_empty(), &snapshot);
-    facts.error = words::end(&facts.name, &plain, &snapshot);
+    facts.error = words::end(&facts.name, &plain, &snapshot, python_words);
     let mut measured = Measured::ended(facts, snapshot, assessment, &unmet);
     if matches!(*end, EndReason::NotStarted(StartError::RateUnknown { .. })) {
         measured.completion = Completion::NotGiven;
     }
-    early.into_iter().for_each(|(text, details)| measured.note_ended_early(text, details, false));
+    early.into_iter().for_each(|(text, details)| measured.note_ended_early(text, &details, false));
     measured
 }
 
 /// Adds the gravest warning to the error of a capture without samples: what was wrong with its
 /// bytes.
 pub(crate) fn explain(measured: &mut Measured) {
-    let gravest = measured.warnings().first().map(|warning| warning.headline.clone());
+    let gravest = measured.warnings().first().map(|warning| headline(warning));
     if let (0, Some(error), Some(gravest)) = (measured.snapshot.timing.samples, &mut measured.facts.error, gravest) {
         *error = format!("{error}; {gravest}");
     }
@@ -67,6 +69,6 @@ pub(crate) fn not_opened(error: &OpenError) -> PyErr {
 
 /// The document `vn100.analysis/1`.
 pub(crate) fn document(measured: &Measured) -> PyResult<String> {
-    let document = Document::new(measured, true, words::remedy_words);
+    let document = Document::new(measured, true, python_words);
     serde_json::to_string(&document).map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }

@@ -21,6 +21,7 @@ use crate::{
     measured::Measured,
     units::{BarValues, BlockValues, ChannelValues, NormValues, Point, SignalValues, channel_values, norm_values},
 };
+use crate::{remedies::RemedyDocument, warnings::in_words};
 use noise::{GradeDocument, NoiseDocument, VerdictDocument};
 use source::SourceDocument;
 use stationarity::StationarityDocument;
@@ -185,6 +186,7 @@ struct Warning {
     severity: &'static str,
     channels: Vec<String>,
     text: String,
+    remedies: Vec<RemedyDocument>,
 }
 
 impl Document {
@@ -207,7 +209,8 @@ impl Document {
                     kind: w.kind.name(),
                     channels: w.channels.clone(),
                     severity: w.severity.name(),
-                    text: w.in_words(words),
+                    text: in_words(w, words),
+                    remedies: w.remedies.iter().map(RemedyDocument::new).collect(),
                 })
                 .collect(),
         }

@@ -4,14 +4,14 @@
 mod codes;
 mod parameters;
 mod summary;
-mod warnings;
 
 use vn100_analysis::noise::Verdict;
-use vn100_analysis::{Remedy, Text};
+use vn100_analysis::{Remedy, RemedyWords, WarningKind};
 
 use crate::{
     codes::{Code, code_of_verdict},
     summary::parameters::verdict_word,
+    warnings::{WarningWords, actions, warning_words},
 };
 
 /// The entry of the glossary for one code.
@@ -30,10 +30,21 @@ pub struct Explanation {
     pub meaning: String,
     /// Why it matters, in sentences.
     pub why: &'static str,
-    /// What to do, in sentences.
-    pub advice: Text,
+    /// What to do, in sentences; may be empty.
+    pub advice: &'static str,
+    /// What this program has for it.
+    pub remedies: &'static [Remedy],
     /// The standard or manual that defines the code; empty for codes of this program alone.
     pub source: &'static str,
+}
+
+impl Explanation {
+    /// What to do, with the remedies in the words of a face.
+    #[must_use]
+    pub fn advice(&self, words: RemedyWords) -> String {
+        let advice = (!self.advice.is_empty()).then(|| self.advice.to_owned());
+        advice.into_iter().chain(actions(self.remedies, words)).collect::<Vec<_>>().join(" ")
+    }
 }
 
 /// All entries: parameters, warnings, the codes of documents, then the words and messages of the
@@ -41,7 +52,7 @@ pub struct Explanation {
 #[must_use]
 pub fn glossary() -> Vec<Explanation> {
     let mut all = parameters::explanations();
-    all.extend(warnings::explanations());
+    all.extend(WarningKind::ALL.map(of_warning));
     all.extend(codes::explanations());
     all.extend(summary::explanations());
     all
@@ -71,15 +82,20 @@ fn plain(code: &str) -> String {
     code.trim().to_lowercase().replace([' ', '_'], "-")
 }
 
-/// Sentences in which each `{}` stands for the next remedy.
-fn advice(template: &str, remedies: &[Remedy]) -> Text {
-    let mut remedies = remedies.iter();
-    let mut pieces = template.split("{}");
-    let first = Text::from(pieces.next().unwrap_or_default());
-    pieces.fold(first, |text, piece| match remedies.next() {
-        Some(remedy) => text.remedy(remedy.clone()).then(piece),
-        None => text.then(piece),
-    })
+fn of_warning(kind: WarningKind) -> Explanation {
+    let WarningWords { meaning, why, advice, remedies, source } = warning_words(kind);
+    let (code, title) = (kind.name(), kind.severity().name().into());
+    Explanation {
+        group: "Warnings",
+        code,
+        aliases: Vec::new(),
+        title,
+        meaning: meaning.into(),
+        why,
+        advice,
+        remedies,
+        source,
+    }
 }
 
 #[cfg(test)]

@@ -24,12 +24,14 @@ mod measured;
 pub mod names;
 pub mod numbers;
 mod printable;
+pub mod remedies;
 pub mod summary;
 pub mod temperature;
 #[cfg(test)]
 mod tests;
 mod toml_text;
 pub mod units;
+pub mod warnings;
 pub mod words;
 
 pub use codes::{Code, all_codes, code_of_missing, code_of_rate, code_of_verdict};

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use vn100_analysis::noise::{Claim, Verdict};
 use vn100_analysis::protocol::{BINARY, Quantity, Register, stream::AbsentValues};
 use vn100_analysis::{
-    Assessment, ComparedRecord, Datasheet, DatasheetFigure, FigureVerdict, NoiseFigure, Remedy, Severity, Snapshot,
-    SourceFacts, Text, UnmetGoal, Verdicts, Warning, WarningKind, WhyUnmet, not_passed,
+    Assessment, ComparedRecord, Datasheet, DatasheetFigure, FigureVerdict, Finding, NoiseFigure, Remedy, Severity,
+    Snapshot, SourceFacts, UnmetGoal, Verdicts, Warning, WarningKind, WhyUnmet, not_passed,
 };
 
 use crate::{
@@ -66,13 +66,8 @@ impl Measured {
         let beyond = self.facts.csv.iter().flat_map(|csv| {
             let is_often = |absent: &&AbsentValues| 1000 * absent.out_of_range > csv.rows;
             csv.absent.iter().filter(is_often).map(|absent| {
-                let headline = format!(
-                    "{} of {} values of {} are far beyond those of the first rows, and missing",
-                    absent.out_of_range, csv.rows, absent.channel
-                );
-                let details = "The first 1000 rows decide how large a number can be: 64 times their deviation. Cut off the rows that \
-                               differ from the others.";
-                Warning::new(WarningKind::UnreadValues, vec![absent.channel.clone()], headline, details)
+                let found = Warning::new(WarningKind::Gaps, Finding::OutOfRange(absent.out_of_range, csv.rows));
+                found.of([absent.channel.clone()]).as_severe_as(Severity::Problem)
             })
         });
         let beyond: Vec<Warning> = beyond.collect();
@@ -80,9 +75,8 @@ impl Measured {
         let warnings: Vec<Warning> = unread
             .filter(|unread| unread.nonzero_messages > 0)
             .map(|unread| {
-                let details = Text::from("Exclude the messages before, or name all numbers with ");
-                let details = details.remedy(Remedy::MapColumns(None)).then(".");
-                Warning::new(WarningKind::UnreadValues, Vec::new(), unread.to_string(), details)
+                let found = Warning::new(WarningKind::Gaps, Finding::Unread(unread.clone()));
+                found.as_severe_as(Severity::Problem).cured_by(Remedy::MapColumns(None))
             })
             .chain(beyond)
             .collect();
@@ -121,7 +115,7 @@ impl Measured {
     /// Notes that the recording is incomplete for the reason `text`: adds a warning, and the
     /// measurement has failed.
     pub fn note_failed_recording(&mut self, text: String) {
-        let warning = Warning::new(WarningKind::RecordingFailed, Vec::new(), text, "");
+        let warning = Warning::new(WarningKind::Incomplete, Finding::Said(text));
         Arc::make_mut(&mut self.snapshot).warnings.insert(0, warning);
         self.completion = self.completion.max(Completion::Failed);
     }
@@ -129,8 +123,9 @@ impl Measured {
     /// Notes that the measurement ended before what was asked for: adds a warning. For a live
     /// source it is a problem and the measurement has failed; for a capture, which has no more
     /// data, it is a note.
-    pub fn note_ended_early(&mut self, text: String, details: String, is_live: bool) {
-        let mut warning = Warning::new(WarningKind::EndedEarly, Vec::new(), text.clone(), details);
+    pub fn note_ended_early(&mut self, text: String, details: &str, is_live: bool) {
+        let said = if details.is_empty() { text.clone() } else { format!("{text}. {details}") };
+        let mut warning = Warning::new(WarningKind::Incomplete, Finding::Said(said));
         if is_live {
             self.note_failure(format!("{}: {text}", self.facts.name));
         } else {
@@ -433,7 +428,7 @@ mod tests {
                 ..BagReport::of("/imu", "sensor_msgs/Imu", StampSource::Recorded)
             };
             let measured = ended(SourceFacts { bag: Some(bag), ..facts(None) }, nothing());
-            let warned = measured.warnings().into_iter().filter(|warning| warning.kind == WarningKind::UnreadValues);
+            let warned = measured.warnings().into_iter().filter(|warning| warning.kind == WarningKind::Gaps);
             assert_eq!(warned.count(), warnings);
         }
     }
@@ -471,10 +466,10 @@ mod tests {
             [(true, Completion::Failed, Severity::Problem), (false, Completion::Complete, Severity::Note)]
         {
             let mut measured = Measured::so_far(facts(None), nothing(), Assessment::new(&nothing(), 0.95));
-            measured.note_ended_early("it was stopped after 3 s of 9 s".into(), "The link is down".into(), is_live);
+            measured.note_ended_early("it was stopped after 3 s of 9 s".into(), "The link is down", is_live);
             let [warning] = &measured.snapshot.warnings[..] else { panic!() };
             assert_eq!((measured.completion, warning.severity), (completion, severity));
-            assert_eq!(warning.to_string(), "ended-early: it was stopped after 3 s of 9 s. The link is down");
+            assert_eq!(warning.finding, Finding::Said("it was stopped after 3 s of 9 s. The link is down".into()));
             let error = is_live.then_some("a.csv: it was stopped after 3 s of 9 s");
             assert_eq!(measured.facts.error.as_deref(), error);
         }
@@ -489,7 +484,7 @@ mod tests {
         assert_eq!(measured.completion, Completion::NoData);
         assert_eq!(measured.facts.error.as_deref(), Some("no such port"));
         let [warning] = &measured.snapshot.warnings[..] else { panic!() };
-        assert_eq!(warning.to_string(), "recording-failed: the disk is full");
+        assert_eq!(warning.finding, Finding::Said("the disk is full".into()));
         let mut whole = Measured::so_far(facts(None), nothing(), Assessment::new(&nothing(), 0.95));
         whole.note_interrupted();
         assert_eq!(whole.completion, Completion::Complete);

@@ -9,6 +9,7 @@ use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
 use vn100_report::{
     printable,
+    remedies::remedy_words,
     units::{ChannelValues, channel_values},
 };
 use vn100_session::{ReplaySpec, Session};
@@ -60,7 +61,7 @@ impl Reference {
                 Ok(result) => {
                     let values = channel_values(&result.snapshot, &result.assessment);
                     let reference = Self::of(name.clone(), &values, result.snapshot.deviation);
-                    match vn100_report::words::end(&name, &result.end.plain(), &result.snapshot) {
+                    match vn100_report::words::end(&name, &result.end.plain(), &result.snapshot, remedy_words) {
                         Some(error) if result.snapshot.timing.samples == 0 => Err(error),
                         None if result.snapshot.timing.samples == 0 => Err(format!("{name}: no valid sample")),
                         _ => Ok(Arc::new(reference)),

@@ -13,6 +13,7 @@ use vn100_report::{
     health,
     names::QUANTITIES,
     no_sample, printable,
+    remedies::remedy_words,
     units::{ChannelValues, channel_values},
 };
 use vn100_session::{Command, EndReason, Playback, Session, SourceState, Stage, link_facts};
@@ -236,7 +237,7 @@ fn phase(state: &SourceState) -> SourcePhase {
         Stage::Ended(end) => {
             let (name, snapshot) = (state.name(), &state.snapshot);
             let is_empty = snapshot.timing.samples == 0 && !matches!(**end, EndReason::GoalsDecided);
-            let error = vn100_report::words::end(name, &end.plain(), snapshot);
+            let error = vn100_report::words::end(name, &end.plain(), snapshot, remedy_words);
             let error = error.or_else(|| is_empty.then(|| no_sample(name, snapshot)));
             SourcePhase::Ended(error.map(|error| printable(&error)))
         }

@@ -13,7 +13,7 @@ use std::{env, fmt::Write, fs, path::Path, time::Duration};
 
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
 use vn100_analysis::timebase::TimebaseSummary;
-use vn100_analysis::{RateChange, SourceFacts, Warning, WarningKind};
+use vn100_analysis::{Finding, RateChange, SourceFacts, Warning, WarningKind};
 use vn100_driver::LinkState;
 use vn100_report::health::{NextOctave, next_octave};
 use vn100_session::{Playback, Speed};
@@ -134,8 +134,8 @@ fn every_warning_is_listed_and_read_in_full() {
     let every = WarningKind::ALL;
     // the words of the real ones are tested where they are made
     let warning = |kind: WarningKind| {
-        let details = format!("{}and this is its end", "with much to be said about it, ".repeat(5));
-        Warning::new(kind, vec!["accel_x".into(), "accel_y".into()], format!("of {}", kind.name()), details)
+        let text = format!("{}the_end", "with much to be said about it, ".repeat(5));
+        Warning::new(kind, Finding::Said(text)).of(["accel_x".into(), "accel_y".into()])
     };
     let source = SourceView { warnings: every.map(warning).into(), ..measured() };
     for (place, kind) in every.into_iter().enumerate() {
@@ -146,7 +146,7 @@ fn every_warning_is_listed_and_read_in_full() {
             let words: Vec<&str> = screen.split(['│', '\n']).flat_map(str::split_whitespace).collect();
             let said = words.join(" ");
             assert!(said.contains(&format!("{} accel_x accel_y", kind.name())), "{screen}");
-            assert!(said.contains("and this is its end"), "{} at {size:?}:\n{screen}", kind.name());
+            assert!(said.contains("the_end"), "{} at {size:?}:\n{screen}", kind.name());
         }
     }
 }

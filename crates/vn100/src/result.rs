@@ -14,7 +14,7 @@ use vn100_capture::RecordingState;
 use vn100_report::{Completion, Document, Evaluation, HeartbeatDocument, Measured, ProgressDocument};
 use vn100_session::{EndReason, SessionResult, SourceState, StartError};
 
-use vn100_report::words::{self, remedy_words};
+use vn100_report::{remedies::remedy_words, words};
 
 use vn100_view::Shown;
 
@@ -70,7 +70,7 @@ pub(crate) fn measured(result: SessionResult, of: ResultOf) -> Measured {
     let SessionResult { mut facts, snapshot, assessment, end, unmet, .. } = result;
     let plain = end.plain();
     let early = words::ended_early(&plain, result.shortfall.as_ref(), !unmet.is_empty(), &snapshot);
-    let error = words::end(&facts.name, &plain, &snapshot);
+    let error = words::end(&facts.name, &plain, &snapshot, remedy_words);
     let (failed, cut_short) = match *end {
         EndReason::NotStarted(_) | EndReason::SourceFailed(_) => (error, None),
         _ => (None, error),
@@ -86,7 +86,7 @@ pub(crate) fn measured(result: SessionResult, of: ResultOf) -> Measured {
         _ => {}
     }
     cut_short.into_iter().for_each(|text| measured.note_failure(text));
-    early.into_iter().for_each(|(text, details)| measured.note_ended_early(text, details, of != ResultOf::Capture));
+    early.into_iter().for_each(|(text, details)| measured.note_ended_early(text, &details, of != ResultOf::Capture));
     if let Some(text) = missing_times(&measured) {
         measured.note_failure(text);
     }

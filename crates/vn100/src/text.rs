@@ -18,7 +18,7 @@ use vn100_report::{
 
 pub(crate) use populations::write_populations;
 pub(crate) use summary::summary;
-use vn100_report::words::remedy_words;
+use vn100_report::{remedies::remedy_words, warnings::in_words};
 
 /// Columns a line may take; what every terminal has.
 pub(crate) const WIDTH: usize = 80;
@@ -71,7 +71,8 @@ fn write_source(out: &mut String, measured: &Measured) -> fmt::Result {
 fn write_warnings(out: &mut String, measured: &Measured) -> fmt::Result {
     let warnings = measured.warnings();
     for warning in &warnings {
-        let text = format!("{} ({}): {}", warning.kind.name(), warning.severity.name(), warning.in_words(remedy_words));
+        let text =
+            format!("{} ({}): {}", warning.kind.name(), warning.severity.name(), in_words(warning, remedy_words));
         writeln!(out, "{}", fill(&text, "! ", "  "))?;
     }
     match warnings.first() {

@@ -11,6 +11,7 @@ use vn100_analysis::{
     Untested, axes_name, sensor_of,
 };
 
+use crate::warnings::{caveat_in_words, in_words};
 use crate::{
     codes::term_name,
     measured::{Measured, run_name},
@@ -279,12 +280,12 @@ impl ComparisonDocument {
             record: disturbance.record,
             kind: disturbance.warning.kind.name(),
             channels: disturbance.warning.channels.clone(),
-            text: disturbance.warning.in_words(words),
+            text: in_words(&disturbance.warning, words),
         });
         let caveats = comparison.caveats.iter().map(|caveat| CaveatDocument {
             kind: caveat.kind.name(),
             records: caveat.records.clone(),
-            text: caveat.text.in_words(words),
+            text: caveat_in_words(caveat, words),
         });
         let same = comparison.same_samples.iter().map(|same| SameSamplesDocument {
             records: same.records,

@@ -6,6 +6,7 @@ use vn100_analysis::noise::{Claim, Convention, Parameter, Term, conventions, tem
 use vn100_analysis::protocol::Register;
 use vn100_analysis::{ChannelNoise, RemedyWords};
 
+use crate::warnings::{details, headline};
 use crate::{
     codes::{code_of_rate, code_of_status, code_of_verdict, term_name},
     document::{noise::sides_name, source::RecordingDocument},
@@ -213,8 +214,8 @@ fn verdicts(record: &Record<'_>) -> String {
 fn warnings(record: &Record<'_>, words: RemedyWords) -> String {
     let mut table = Table::new(WARNINGS);
     for warning in record.measured.warnings() {
-        let (channels, details) = (warning.channels.join(" "), warning.details.in_words(words));
-        table.row(&[warning.kind.name(), warning.severity.name(), &channels, &warning.headline, &details]);
+        let (channels, details) = (warning.channels.join(" "), details(warning, words));
+        table.row(&[warning.kind.name(), warning.severity.name(), &channels, &headline(warning), &details]);
     }
     table.0
 }

@@ -1,6 +1,7 @@
 //! The noise parameters, each sensor's axes side by side, in every unit in use; and beside the
 //! figures of the data sheet.
 
+use crate::html::glance;
 use crate::{
     Code, Record, code_of_verdict,
     graphical::{GRAPHICAL, laboratory_unit},
@@ -221,7 +222,7 @@ pub(crate) fn long_taus_reason(long_taus: LongTauValidity) -> Option<&'static st
 pub(crate) fn verdicts(record: &Record<'_>, words: RemedyWords, captions: &Captions) -> Markup {
     let Some(verdicts) = &record.measured.verdicts else {
         return html! {
-            p { "None was compared: the built-in figures are for the VN-100's own messages; " code { (words(&Remedy::GiveDatasheet)) " FILE.toml" } " gives those of another sensor." }
+            p { "None was compared: the built-in figures are for the VN-100's own messages; " (glance::with_code(&words(&Remedy::GiveDatasheet))) "." }
         };
     };
     if let Some(motion) = &record.measured.assessment.motion {
@@ -270,7 +271,7 @@ pub(crate) fn verdicts(record: &Record<'_>, words: RemedyWords, captions: &Capti
                 "† The sheet does not say whether its densities are two-sided or one-sided: both readings are given, and neither decides alone. "
             }
             @if rows.iter().any(|(_, verdict)| verdict.unknown == Some(StreamUnknown::Window)) {
-                "* With register 85 at its factory default; the record does not contain it (set " code { (words(&Remedy::GiveWindow)) } "), so N can neither pass nor fail. "
+                "* With register 85 at its factory default; the record does not contain it (" (glance::with_code(&words(&Remedy::GiveWindow))) "), so N can neither pass nor fail. "
             }
             "In-run bias is compared as data sheets define it: the minimum of the fitted curve."
         }

@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use crate::warnings::{details, headline};
 use crate::{KalibrYaml, Record, figure::Figures, run_name, run_prefix, summary::Summary};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use vn100_analysis::protocol::Register;
@@ -168,8 +169,8 @@ pub(crate) fn warnings(record: &Record<'_>, words: RemedyWords) -> Markup {
         @for warning in record.measured.warnings() {
             @let class = glance::severity_class(Some(warning.severity));
             details class={ "warning " (class) } {
-                summary { b class={ "badge " (class) } { (warning.severity.name()) } " " (warning.headline) " " code { (warning.kind.name()) } }
-                p { (glance::with_code(&warning.details.in_words(words))) }
+                summary { b class={ "badge " (class) } { (warning.severity.name()) } " " (headline(warning)) " " code { (warning.kind.name()) } }
+                p { (glance::with_code(&details(warning, words))) }
             }
         }
     }

@@ -23,7 +23,7 @@ fn of_several_sources_the_cautions_are_shown_before_their_details_are_opened() {
 fn parts_with_figures_carry_the_numbers_that_are_read_off_them() {
     let measured = with_attitude(4096, 40.0);
     let record = Record::new(&measured);
-    let parts = result_parts(&record, ToString::to_string, "run1-");
+    let parts = result_parts(&record, crate::remedies::page_words, "run1-");
     for name in ["allan", "axes", "spectrum"] {
         let html = &parts.iter().find(|part| part.id == format!("run1-{name}")).unwrap().html;
         assert!(html.contains("<svg "), "{name}");

@@ -2,7 +2,7 @@
 //! the figures of the data sheet.
 
 use vn100_analysis::noise::{Claim, Parameter, Sensor, Status, Term, Verdict};
-use vn100_analysis::{ChannelNoise, FigureVerdict, Onboard, Remedy, Setting, WarningKind, sensor_of};
+use vn100_analysis::{ChannelNoise, FigureVerdict, Onboard, Remedy, Setting, sensor_of};
 
 use super::{AXES, Cells, Notes, ParameterRow, SensorTable, VerdictWord};
 use crate::{
@@ -82,13 +82,7 @@ fn table(record: &Record<'_>, axes: &[Axis<'_>], notes: &mut Notes) -> Option<Se
     }
     let mut places = Vec::new();
     if has_datasheet {
-        let names: Vec<&String> = axes.iter().map(|axis| &axis.channel.name).collect();
-        for warning in record.measured.warnings() {
-            let concerns = names.iter().any(|name| warning.channels.contains(name));
-            if warning.kind == WarningKind::DecimatedStream && concerns {
-                places.extend(alias_note(axes, notes));
-            }
-        }
+        places.extend(alias_note(axes, notes));
         places.extend(undecided_note(axes, notes));
     }
     let axis_name = |axis: &Axis<'_>| match axis.channel.name.rsplit_once('_') {
@@ -112,7 +106,7 @@ fn undecided_note(axes: &[Axis<'_>], notes: &mut Notes) -> Option<usize> {
     let mut parts: Vec<String> = Vec::new();
     parts.extend(verdicts().filter(is_open).find_map(undecided_by).map(|why| format!("undecidable: {why}")));
     if verdicts().any(|verdict| verdict.verdict == Verdict::Inconclusive) {
-        parts.push(format!("inconclusive: a longer record may decide (`{}`)", (notes.words)(&Remedy::Plan)));
+        parts.push(format!("inconclusive: a longer record may decide: {}", (notes.words)(&Remedy::Plan)));
     }
     (!parts.is_empty()).then(|| notes.place(parts.join("; ")))
 }
@@ -123,18 +117,11 @@ fn alias_note(axes: &[Axis<'_>], notes: &mut Notes) -> Option<usize> {
     let window = onboard.unaliased_window();
     let is_imu = onboard.refresh_hz > Onboard::MAG_REFRESH_HZ;
     let words = notes.words;
-    let unknown = if onboard.window_known() || !is_imu {
-        String::new()
-    } else {
-        format!("; {} states register 85 if it is known", words(&Remedy::GiveWindow))
-    };
-    let remedy = if is_imu {
-        format!("; `{}` avoids it", words(&Remedy::MeasureWith(Setting::Window(window))))
-    } else {
-        String::new()
-    };
+    let unknown = (is_imu && !onboard.window_known()).then_some(Remedy::GiveWindow);
+    let avoided = is_imu.then_some(Remedy::MeasureWith(Setting::Window(window)));
+    let remedies: String = avoided.iter().chain(&unknown).map(|remedy| format!("; {}", words(remedy))).collect();
     let percent = 100.0 * Onboard::UNCERTAINTY;
-    Some(notes.place(format!("data sheet N x {factor:.2} (±{percent:.0} %) by aliasing{remedy}{unknown}")))
+    Some(notes.place(format!("data sheet N x {factor:.2} (±{percent:.0} %) by aliasing{remedies}")))
 }
 
 fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>], level: &str) -> Vec<ParameterRow> {

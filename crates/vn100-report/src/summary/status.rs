@@ -6,6 +6,7 @@ use vn100_analysis::timebase::TimebaseSummary;
 use vn100_analysis::{Assessment, MissingFrom, RateFrom, Severity, Snapshot, SourceFacts, Warning, WarningKind};
 
 use super::{AspectStatus, Notes};
+use crate::warnings::headline;
 use crate::{
     codes::code_of_rate,
     goals::warm_up,
@@ -35,49 +36,23 @@ impl Aspect {
     const fn of(kind: WarningKind) -> Self {
         use WarningKind as Kind;
         match kind {
-            Kind::RecordingFailed
-            | Kind::RecordingCut
-            | Kind::EndedEarly
+            Kind::Incomplete
             | Kind::NoValidLines
             | Kind::OtherMessages
-            | Kind::LinkBudget
-            | Kind::DeviceErrors
-            | Kind::PortShared
-            | Kind::AnotherSensor
+            | Kind::LinkErrors
+            | Kind::StreamChanged
             | Kind::Gaps
             | Kind::RejectedLines
-            | Kind::AbsentValues
-            | Kind::UnreadValues
-            | Kind::UncheckedLines
             | Kind::RepeatedLines
             | Kind::TooShort => Self::Data,
-            Kind::RateAssumed
-            | Kind::RateChanged
-            | Kind::RateOffNominal
-            | Kind::StampsBackwards
-            | Kind::StampsRefused
-            | Kind::BunchedArrival => Self::Time,
+            Kind::RateAssumed | Kind::RateOffNominal | Kind::StampsDoubtful => Self::Time,
             Kind::VibrationLine
             | Kind::NotStationary
             | Kind::WarmUp
             | Kind::FollowsTemperature
-            | Kind::GravityMagnitude
-            | Kind::FieldMagnitude
-            | Kind::YawFromMagnetometer => Self::AtRest,
-            Kind::CompensatedStream
-            | Kind::CompensationUnknown
-            | Kind::DecimatedStream
-            | Kind::LowPass
-            | Kind::RotatedAxes => Self::Message,
-            Kind::PrintFormat
-            | Kind::StuckDigits
-            | Kind::CorrelatedNoise
-            | Kind::PossibleFilter
-            | Kind::LineFreeBand
-            | Kind::QuantisationFloor
-            | Kind::FullRange
-            | Kind::AngleRestarted
-            | Kind::UnitDoubtful => Self::Values,
+            | Kind::MagnitudeOff => Self::AtRest,
+            Kind::CompensatedStream | Kind::CompensationUnknown | Kind::LowPass | Kind::SensorSettings => Self::Message,
+            Kind::QuantisationFloor | Kind::CorrelatedNoise | Kind::FullRange | Kind::UnitDoubtful => Self::Values,
         }
     }
 
@@ -137,18 +112,14 @@ pub(super) fn statuses(record: &Record<'_>, notes: &mut Notes) -> Vec<AspectStat
     let mut statuses = Vec::new();
     for aspect in Aspect::ALL {
         // what is no more than a note stands beside graver ones in full results alone
-        let found: Vec<&Warning> = warnings
-            .iter()
-            .copied()
-            .filter(|warning| Aspect::of(warning.kind) == aspect && warning.kind != WarningKind::DecimatedStream)
-            .collect();
+        let found: Vec<&Warning> =
+            warnings.iter().copied().filter(|warning| Aspect::of(warning.kind) == aspect).collect();
         let severity = found.iter().map(|warning| warning.severity).min();
         let is_shown = |warning: &&&Warning| {
-            aspect == Aspect::Message || warning.kind == WarningKind::EndedEarly || warning.severity < Severity::Note
+            aspect == Aspect::Message || warning.kind == WarningKind::Incomplete || warning.severity < Severity::Note
         };
-        let mut findings: Vec<(String, Vec<usize>)> = (found.iter().filter(is_shown))
-            .map(|warning| (warning.headline.clone(), actions(warning, notes)))
-            .collect();
+        let mut findings: Vec<(String, Vec<usize>)> =
+            (found.iter().filter(is_shown)).map(|warning| (headline(warning), actions(warning, notes))).collect();
         if aspect == Aspect::Data {
             findings.splice(0..0, source(&measured.facts).map(|text| (text, Vec::new())));
         }
@@ -208,8 +179,8 @@ fn named_unit(column: &str) -> String {
 
 /// Places of the sentences that name what the user can do.
 fn actions(warning: &Warning, notes: &mut Notes) -> Vec<usize> {
-    let actions = warning.details.actions(notes.words);
-    actions.into_iter().map(|action| notes.place(action)).collect()
+    let words = warning.remedies.iter().map(notes.words);
+    words.map(|action| notes.place(action)).collect()
 }
 
 /// In a shorter record no warm-up and no slow motion would be found.

@@ -10,13 +10,13 @@ use crate::{
 };
 
 fn document(measured: &Measured) -> Value {
-    serde_json::to_value(Document::new(measured, true, ToString::to_string)).unwrap()
+    serde_json::to_value(Document::new(measured, true, crate::remedies::page_words)).unwrap()
 }
 
 #[test]
 fn statistics_have_as_many_decimals_as_their_quantity_needs() {
     let measured = at_rest(32_768, &[]);
-    let summary = Summary::new(&Record::new(&measured), ToString::to_string);
+    let summary = Summary::new(&Record::new(&measured), crate::remedies::page_words);
     let rows: Vec<_> = summary.statistics.iter().map(|row| (&*row.label, row.unit, row.cells.join(" "))).collect();
     let expected = [
         ("gyro mean", "deg/s", "0.0516 -0.0286 0.0261"),

@@ -9,7 +9,7 @@ use vn100_report::{
 };
 
 use super::WIDTH;
-use vn100_report::words::remedy_words;
+use vn100_report::remedies::remedy_words;
 
 /// Two screens of most terminals would be too many.
 const MOST_LINES: usize = 45;

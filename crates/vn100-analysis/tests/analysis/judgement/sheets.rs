@@ -2,8 +2,8 @@
 
 use imu_noise::{Claim, Grade, Parameter, Sensor, Status, Term, Verdict};
 use vn100_analysis::{
-    Assessment, Datasheet, DatasheetFigure, Goal, NoGrade, Settings, SheetOnboard, Snapshot, StreamUnknown, UnmetGoal,
-    WindowFrom, not_passed,
+    Assessment, Datasheet, DatasheetFigure, Finding, Goal, NoGrade, Settings, SheetOnboard, Snapshot, StreamUnknown,
+    UnmetGoal, WindowFrom, not_passed,
 };
 use vn100_protocol::{Channel, Layout, VNIMU, VNYMR};
 
@@ -69,7 +69,7 @@ fn a_window_that_is_given_counts_as_the_register_where_there_is_none() {
         (verdict.verdict, (verdict.stream.factor * 100.0).round())
     };
     let contradicted = |(_, assessment): &(Snapshot, Assessment)| {
-        assessment.warnings.iter().any(|warning| warning.to_string().contains("ignored: register 85 is"))
+        assessment.warnings.iter().any(|warning| matches!(warning.finding, Finding::WindowIgnored(..)))
     };
     let (of_4, of_20) = (record(Some(4), Vec::new()), record(Some(20), Vec::new()));
     assert_eq!(verdict(&limit(1e-4), &of_4), (Verdict::Pass, 224.0));

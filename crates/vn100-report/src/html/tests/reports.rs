@@ -16,7 +16,7 @@ fn report(all: &[Measured]) -> String {
     let options = PageOptions {
         confidence: 0.95,
         asked: "as asked",
-        words: ToString::to_string,
+        words: crate::remedies::page_words,
         program: Program { name: "vn100 test", commit: None },
         kalibr_span_s: 60.0,
     };
@@ -111,9 +111,9 @@ fn a_record_at_a_glance_has_each_parameter_and_what_is_compared_with_the_data_sh
 }
 
 #[test]
-fn the_notes_on_the_parameters_have_commands_as_code() {
+fn the_notes_on_the_parameters_say_what_to_do() {
     let page = report(&[with_attitude(8192, 40.0)]);
-    has(&page, &["<ol class=\"notes\"><li><code>register 6 set to VNIMU</code> records uncompensated rates, "]);
+    has(&page, &["<ol class=\"notes\"><li>measure with message VNIMU (register 6)</li>"]);
 }
 
 #[test]

@@ -16,7 +16,7 @@ use tokio_util::sync::CancellationToken;
 use vn100_capture::Clock;
 use vn100_driver::{Configured, LinkHandle, OutputSettings};
 use vn100_protocol::Register;
-use vn100_report::words::remedy_words;
+use vn100_report::remedies::remedy_words;
 use vn100_report::{Completion, Document};
 use vn100_session::{Command, EmulatedPort, LiveError, LiveSource, ReplaySpec, Session, SourceState};
 use vn100_view::MessageQueue;
