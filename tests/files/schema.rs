@@ -130,6 +130,7 @@ fn the_schema_has_every_code() {
     for (key, place) in [
         ("status", "/$defs/bounds/properties/status/enum"),
         ("verdict", "/properties/channels/items/properties/verdict/items/properties/verdict/enum"),
+        ("decided_by", "/properties/channels/items/properties/verdict/items/properties/decided_by/enum"),
         ("rate_from", "/properties/timing/properties/rate_from/enum"),
         ("missing_from", "/properties/timing/properties/missing_from/enum"),
         ("end_reason", "/properties/end_reason/enum"),

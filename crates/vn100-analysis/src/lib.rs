@@ -51,9 +51,7 @@ pub use comparison::{
     NoPrediction, OctaveTest, Population, RankedRecord, Ranking, Recommendation, RecordDisturbance, RecordMean,
     SameSamples, UnitValue, Untested, WhiteTest, WhyNone, WhyUse,
 };
-pub use datasheet::{
-    Datasheet, DatasheetFigure, FigureVerdict, Reading, SheetOnboard, StreamUnknown, Verdicts, not_passed,
-};
+pub use datasheet::{Datasheet, DatasheetFigure, DecidedBy, FigureVerdict, Ratio, SheetOnboard, Verdicts, not_passed};
 pub use end::{End, Shortfall, StartCure};
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
 pub use hypothesis_tests::{Spread, holm};

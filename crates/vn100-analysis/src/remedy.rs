@@ -3,9 +3,9 @@
 /// An action of the user against a limit of the result.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Remedy {
-    /// Give the nominal sample rate: this one in hertz, where it was measured.
+    /// Give the nominal sample rate: this one in hertz, if it was measured.
     GiveRate(Option<f64>),
-    /// Exclude the beginning of the record: this many minutes, where the length is known.
+    /// Exclude the beginning of the record: this many minutes, if the length is known.
     Skip(Option<f64>),
     /// End the measurement before the end of the record.
     EndEarlier,
@@ -30,7 +30,7 @@ pub enum Remedy {
     Configure(Setting),
     /// Set the sensor for one measurement.
     MeasureWith(Setting),
-    /// Measure the live sensor, where the latency of the port is shortened.
+    /// Measure the live sensor, whose port then has a short latency.
     MeasureLive,
     /// Poll the temperature of a live sensor between its sentences.
     ReadTemperature,

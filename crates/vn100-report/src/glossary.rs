@@ -5,14 +5,9 @@ mod codes;
 mod parameters;
 mod summary;
 
-use vn100_analysis::noise::Verdict;
 use vn100_analysis::{Remedy, RemedyWords, WarningKind};
 
-use crate::{
-    codes::{Code, code_of_verdict},
-    summary::parameters::verdict_word,
-    warnings::{WarningWords, actions, warning_words},
-};
+use crate::warnings::{WarningWords, actions, warning_words};
 
 /// The entry of the glossary for one code.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,22 +53,13 @@ pub fn glossary() -> Vec<Explanation> {
     all
 }
 
-/// The entries for a code or a name, or for a word for a verdict in the summary, in any letter
-/// case. A code of several groups, and a word for several verdicts, have several entries; an
-/// unknown one has none.
+/// The entries for a code or a name, in any letter case. A code of several groups has several
+/// entries; an unknown one has none.
 #[must_use]
 pub fn explain(code: &str) -> Vec<Explanation> {
     let wanted = plain(code);
-    let is_verdict = |code: &str| {
-        let of = |verdict: Verdict| (code_of_verdict(verdict), verdict_word(verdict));
-        let means = |(code, short): &(Code, &str)| [code.word, short].iter().any(|word| plain(word) == wanted);
-        Verdict::ALL.into_iter().map(of).filter(means).any(|(meant, _)| meant.code == code)
-    };
     let mut found = glossary();
-    found.retain(|entry| {
-        let is_named = std::iter::once(&entry.code).chain(&entry.aliases).any(|name| plain(name) == wanted);
-        is_named || entry.group == codes::VERDICTS && is_verdict(entry.code)
-    });
+    found.retain(|entry| std::iter::once(&entry.code).chain(&entry.aliases).any(|name| plain(name) == wanted));
     found
 }
 

@@ -49,7 +49,7 @@ impl Goals {
     }
 }
 
-/// How far the warm-up is, where all data so far lie in it: `17 s of 20 s`; `None` elsewhere.
+/// How far the warm-up is, if all data so far lie in it: `17 s of 20 s`; else `None`.
 #[must_use]
 pub fn warm_up(snapshot: &Snapshot) -> Option<String> {
     let skip_s = snapshot.skipped.as_secs_f64();

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use vn100_analysis::noise::{Claim, Verdict};
+use vn100_analysis::noise::Claim;
 use vn100_analysis::protocol::{BINARY, Quantity, Register, stream::AbsentValues};
 use vn100_analysis::{
     Assessment, ComparedRecord, Datasheet, DatasheetFigure, FigureVerdict, Finding, NoiseFigure, Remedy, Severity,
@@ -13,7 +13,7 @@ use vn100_analysis::{
 
 use crate::{
     datasheet::{DatasheetError, vn100_datasheet},
-    names::{WHY_UNDECIDABLE, sentence, verdict_name},
+    names::{sentence, verdict_name},
     units::{ChannelValues, NormValues, channel_values, norm_values},
 };
 
@@ -100,7 +100,7 @@ impl Measured {
             *completion = Completion::Failed;
         }
         let out_of_reach = unmet_goals.iter().any(|unmet| matches!(unmet.why, WhyUnmet::OutOfReach(_)));
-        // where a goal is out of reach the measurement ended before there had to be a sample
+        // if a goal is out of reach, the measurement ended before there had to be a sample
         if snapshot.timing.samples == 0 && !out_of_reach {
             facts.error.get_or_insert_with(|| no_sample(&facts.name, snapshot));
             *completion = Completion::NoData;
@@ -284,11 +284,7 @@ impl Evaluation {
 
 fn reason(name: &str, verdict: Option<&FigureVerdict>, absent: &str) -> String {
     match verdict {
-        Some(judged) => {
-            let why =
-                if judged.verdict == Verdict::Consistent { format!(": {WHY_UNDECIDABLE}") } else { String::new() };
-            format!("{name} is {}, {}{why}", verdict_name(judged.verdict), sentence(judged.figure.sensor, judged))
-        }
+        Some(judged) => format!("{name} is {}, {}", verdict_name(judged), sentence(judged.figure.sensor, judged)),
         None => format!("{name} {absent}"),
     }
 }

@@ -6,7 +6,7 @@ use vn100_analysis::{End, RateChange, Remedy, RemedyWords, Shortfall, Snapshot, 
 
 use crate::numbers::plain::{tau, time};
 
-/// The text, with the source it is about before it where it does not name that itself.
+/// The text, with the source it is about before it unless it names that itself.
 #[must_use]
 pub fn about(name: &str, text: &str) -> String {
     let mut words = text.split_whitespace().map(|word| word.trim_end_matches([':', ';', ',']));
@@ -50,7 +50,7 @@ pub fn end(name: &str, end: &End, snapshot: &Snapshot, words: RemedyWords) -> Op
     }
 }
 
-/// How much shorter a result is than was asked for, and what was wrong with the link; `None` where
+/// How much shorter a result is than was asked for, and what was wrong with the link; `None` if
 /// it is not.
 #[must_use]
 pub fn ended_early(
@@ -82,7 +82,7 @@ pub fn ended_early(
     Some((format!("{why} {when}"), details))
 }
 
-/// When the data ended; the difference itself where both times would read the same.
+/// When the data ended; the difference itself if both times would read the same.
 fn shortfall_words(&Shortfall { wanted, measured }: &Shortfall) -> String {
     let (data, goal) = (seconds(measured), seconds(wanted));
     match wanted.saturating_sub(measured) {

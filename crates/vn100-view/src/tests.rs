@@ -103,10 +103,10 @@ fn the_columns_of_the_statistics_are_wide_where_they_have_room() {
 #[test]
 fn the_data_sheet_is_shown_in_the_unit_chosen() {
     for (units, shown) in [
-        (0, ["typ 0.21 deg/√h", "max 10 deg/h"]),
-        (1, ["typ 3.5e-3 deg/s/√Hz", "max 2.78e-3 deg/s"]),
-        (2, ["typ 12.6 deg/h/√Hz", "max 10 deg/h"]),
-        (3, ["typ 6.11e-5 rad/s/√Hz", "max 4.85e-5 rad/s"]),
+        (0, ["typ 0.2 deg/√h", "max 10 deg/h"]),
+        (1, ["typ 3.33e-3 deg/s/√Hz", "max 2.78e-3 deg/s"]),
+        (2, ["typ 12 deg/h/√Hz", "max 10 deg/h"]),
+        (3, ["typ 5.82e-5 rad/s/√Hz", "max 4.85e-5 rad/s"]),
     ] {
         let state = ViewState { panel: Panel::Parameters, expanded: true, units, ..one() };
         let screen = text(&drawn(&state, &[measured()], PLAIN, (120, 40)));

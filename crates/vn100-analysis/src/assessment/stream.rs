@@ -62,7 +62,8 @@ fn contradicted_window(snapshot: &Snapshot) -> Option<Warning> {
     (windows != [given; 2]).then(|| found.as_severe_as(Severity::Caution))
 }
 
-/// From where on averaging times show the sensor behind a filter that is not its own.
+/// The averaging time in seconds from which on the curve shows the sensor and not a filter beside its
+/// own; `None` without such a filter.
 fn filtered_from_s(assessed: &ChannelAssessment) -> Option<f64> {
     let fit = &assessed.noise.as_ref()?.fit;
     let own = assessed.onboard.and_then(|onboard| onboard.own_low_pass());

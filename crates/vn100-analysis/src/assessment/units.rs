@@ -40,7 +40,7 @@ const MEAN_RATE_RAD_S: f64 = 3.0;
 /// more as a rule, read as rad/s.
 const NOISE_RAD_S: f64 = 0.015;
 
-/// Of the whole deviation, what neighbours differ by where the rates are white noise; a sensor that
+/// The share of the whole deviation that neighbours differ by if the rates are white noise; a sensor that
 /// is moved turns on for several samples, which leaves less than two thirds.
 const WHITE_SHARE: f64 = 0.8;
 

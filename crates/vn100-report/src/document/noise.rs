@@ -6,7 +6,9 @@ use vn100_analysis::{Aliasing, ChannelNoise, FigureVerdict, WhiteBudget, WindowF
 
 use super::{graphical::ClassicalDocument, temperature::TemperatureDocument};
 use crate::{
-    codes::{code_of_rate, code_of_status, code_of_verdict, code_of_window, code_of_withheld, term_name},
+    codes::{
+        code_of_decided, code_of_rate, code_of_status, code_of_verdict, code_of_window, code_of_withheld, term_name,
+    },
     names::{NO_SCALE_FACTOR, grade_name, grade_scheme, grade_text, no_grade, p_without, sentence},
     units::si_unit,
 };
@@ -253,7 +255,9 @@ pub(crate) fn sides_name(sides: Sides) -> &'static str {
 pub(crate) struct VerdictDocument {
     datasheet: String,
     parameter: &'static str,
-    verdict: &'static str,
+    /// `null` for a typical figure that is not taken for a limit.
+    verdict: Option<&'static str>,
+    decided_by: Option<&'static str>,
     figure: String,
     claim: &'static str,
     /// A bias instability that is the minimum of the deviation, as is what it is compared with.
@@ -263,24 +267,14 @@ pub(crate) struct VerdictDocument {
     measured: Option<f64>,
     measured_lower: Option<f64>,
     measured_upper: Option<f64>,
-    /// What averaging and decimation make of the sensor's own figure, and how sure that is.
-    factor: f64,
-    factor_uncertainty: f64,
-    window_known: bool,
-    /// Of a density of unknown sides, as two-sided.
+    /// Measured over expected.
+    ratio: Range,
+    /// What averaging and decimation may make of the sensor's own figure.
+    factor_low: f64,
+    factor_high: f64,
     expected_low: f64,
     expected_high: f64,
-    /// Of a density of unknown sides, as either; else empty.
-    readings: Vec<ReadingDocument>,
     text: String,
-}
-
-#[derive(Debug, Serialize)]
-struct ReadingDocument {
-    sides: &'static str,
-    verdict: &'static str,
-    expected_low: f64,
-    expected_high: f64,
 }
 
 pub(crate) const fn claim_name(claim: &Claim) -> &'static str {
@@ -293,11 +287,12 @@ pub(crate) const fn claim_name(claim: &Claim) -> &'static str {
 impl VerdictDocument {
     pub(crate) fn new(datasheet: &str, sensor: Sensor, verdict: &FigureVerdict) -> Self {
         let Parameter { value, lower, upper, .. } = verdict.measured;
-        let figure = &verdict.figure;
+        let (figure, ratio) = (&verdict.figure, verdict.ratio);
         Self {
             datasheet: datasheet.into(),
             parameter: term_name(figure.term),
-            verdict: code_of_verdict(verdict.verdict).code,
+            verdict: verdict.verdict.map(|verdict| code_of_verdict(verdict).code),
+            decided_by: verdict.decided_by.map(|by| code_of_decided(by).code),
             figure: figure.printed.clone(),
             claim: claim_name(&figure.claim),
             is_minimum: figure.is_curve_minimum(),
@@ -306,19 +301,11 @@ impl VerdictDocument {
             measured: value,
             measured_lower: lower,
             measured_upper: upper,
-            factor: verdict.stream.factor,
-            factor_uncertainty: verdict.stream.uncertainty,
-            window_known: verdict.window_known,
+            ratio: Range { value: ratio.value, lower: ratio.lower, upper: ratio.upper },
+            factor_low: verdict.factor.0,
+            factor_high: verdict.factor.1,
             expected_low: verdict.expected.0,
             expected_high: verdict.expected.1,
-            readings: (verdict.readings.iter())
-                .map(|reading| ReadingDocument {
-                    sides: sides_name(reading.sides),
-                    verdict: code_of_verdict(reading.verdict).code,
-                    expected_low: reading.expected.0,
-                    expected_high: reading.expected.1,
-                })
-                .collect(),
             text: sentence(sensor, verdict),
         }
     }

@@ -199,9 +199,10 @@ fn cells(file: &ArchivedFile, measured: &Measured, channel: Option<(usize, &Chan
         }
     }
     let judged = measured.verdicts.iter().flat_map(|verdicts| verdicts.channels.get(channel?.0)).flatten();
-    let verdicts = judged.map(|judged| {
+    let verdicts = judged.filter_map(|judged| {
         let figure = &judged.figure;
-        format!("{} {} {}", term_name(figure.term), claim_name(&figure.claim), code_of_verdict(judged.verdict).code)
+        let verdict = code_of_verdict(judged.verdict?).code;
+        Some(format!("{} {} {verdict}", term_name(figure.term), claim_name(&figure.claim)))
     });
     cells.push(joined(verdicts));
     let mut named = BTreeSet::new();

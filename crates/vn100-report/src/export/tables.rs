@@ -194,7 +194,7 @@ fn verdicts(record: &Record<'_>) -> String {
             table.row(&[
                 &channel.name,
                 term_name(verdict.figure.term),
-                code_of_verdict(verdict.verdict).code,
+                verdict.verdict.map_or("", |verdict| code_of_verdict(verdict).code),
                 datasheet,
                 &verdict.figure.printed,
                 claim,

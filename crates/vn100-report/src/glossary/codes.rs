@@ -5,9 +5,6 @@ use vn100_analysis::{Remedy, Setting};
 use super::{Explanation, plain};
 use crate::codes::{Code, all_codes};
 
-/// The group of verdicts on figures of a data sheet.
-pub(super) const VERDICTS: &str = "Verdicts";
-
 pub(super) fn explanations() -> Vec<Explanation> {
     all_codes().into_iter().map(entry).collect()
 }
@@ -19,8 +16,7 @@ fn entry(code: Code) -> Explanation {
     Explanation {
         group,
         code: code.code,
-        // a word of verdicts may be that of several
-        aliases: if plain(code.word) == code.code || group == VERDICTS { Vec::new() } else { vec![code.word] },
+        aliases: if plain(code.word) == code.code { Vec::new() } else { vec![code.word] },
         title: code.word.into(),
         meaning: format!("{first}{}.", letters.as_str()),
         why,
@@ -32,6 +28,7 @@ fn entry(code: Code) -> Explanation {
 
 /// Group, why it matters, what to do, remedies and source.
 fn words(code: &Code) -> (&'static str, &'static str, &'static str, &'static [Remedy], &'static str) {
+    const DECIDES: &str = "Without it the verdict stays open, however the rest is known.";
     const MANUAL: &str = "VectorNav VN-100 User Manual, registers 7, 30, 80 and 85";
     let (why, advice, remedies): (_, _, &'static [Remedy]) = match (code.key, code.code) {
         ("status", "estimated") => ("The interval has the stated confidence.", "Use the value.", &[]),
@@ -51,10 +48,15 @@ fn words(code: &Code) -> (&'static str, &'static str, &'static str, &'static [Re
             &[Remedy::Plan],
         ),
         ("verdict", _) => (
-            "A limit is decided with the confidence of the whole interval; typical figures are no guarantee.",
-            "Read the warnings before a unit is rejected: a disturbed record fails too. A longer record narrows the interval.",
-            &[Remedy::Plan, Remedy::GiveWindow, Remedy::TypicalIsLimit],
+            "A limit is decided with the confidence of the whole interval; typical figures are no guarantee, and have a ratio.",
+            "Read the warnings before a unit is rejected: a disturbed record fails too.",
+            &[Remedy::Plan, Remedy::TypicalIsLimit],
         ),
+        ("decided_by", "rate") => (DECIDES, "", &[Remedy::GiveRate(None)]),
+        ("decided_by", "window") => (DECIDES, "", &[Remedy::GiveWindow]),
+        ("decided_by", "longer-record") => (DECIDES, "", &[Remedy::Plan]),
+        ("decided_by", "unaliased") => (DECIDES, "Set the averaging window of a VN-100 to 800/rate.", &[]),
+        ("decided_by", _) => (DECIDES, "Set the key density of the sheet.", &[]),
         ("grade", _) => (
             "A rough class for choosing sensors: the worse of the classes by B and by N.",
             "Compare parameters with the needs of the application, not classes.",
@@ -99,7 +101,8 @@ fn words(code: &Code) -> (&'static str, &'static str, &'static str, &'static [Re
     };
     let (group, source) = match code.key {
         "status" => ("Statuses of a parameter", "IEEE Std 952-1997, annex C (model); NIST SP 1065 (intervals)"),
-        "verdict" => (VERDICTS, "JCGM 106:2012 (decision rule: guarded by the whole interval)"),
+        "verdict" => ("Verdicts", "JCGM 106:2012 (decision rule: guarded by the whole interval)"),
+        "decided_by" => ("What would decide a verdict (decided_by)", ""),
         "grade" => ("Grades of gyroscopes", ""),
         "rate_from" => ("Origin of the rate (rate_from)", MANUAL),
         "missing_from" => ("Evidence of dropped samples (missing_from)", MANUAL),

@@ -63,7 +63,5 @@ fn names_are_found_in_any_spelling() {
     assert_eq!(explain("too-short").len(), 2);
     assert_eq!(explain("angle"), []);
     assert_eq!(explain("sensor's own N")[0].code, "aliasing");
-    // a word of the summary for two verdicts
-    assert_eq!(explain("undecidable").iter().map(|entry| entry.code).collect::<Vec<_>>(), ["undecided", "consistent"]);
     assert_eq!(explain("FAIL").len(), 1);
 }

@@ -357,7 +357,7 @@ fn traceability(record: &Record<'_>, options: PageOptions<'_>) -> Vec<Row> {
         ),
         fact(
             "Decision rule",
-            "pass where the whole interval lies below the limit, fail where it lies above, else inconclusive (guard band as ILAC-G8: the half-width of the interval)",
+            "pass if the whole interval lies below the limit, fail if it lies above, else undecided (guard band as ILAC-G8: the half-width of the interval)",
         ),
         fact("Method", "IEEE Std 952 and NIST SP 1065; the table above"),
         fact("Program", format!("{}, commit {}", options.program.name, options.program.commit.unwrap_or(NOT_RECORDED))),

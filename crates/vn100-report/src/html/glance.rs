@@ -126,8 +126,7 @@ fn is_compared(row: &ParameterRow) -> bool {
 fn verdict_class(verdict: &VerdictWord) -> &'static str {
     match verdict.word.split(' ').next() {
         _ if verdict.is_failed => "problem",
-        Some("pass" | "within" | "below") => "fine",
-        Some("above") => "caution",
+        Some("pass") => "fine",
         _ => "note",
     }
 }

@@ -211,8 +211,8 @@ fn aliasing_is_explained_where_the_verdict_stands() {
     let state = ViewState { panel: Panel::Parameters, expanded: true, ..one() };
     for size in [(80, 24), (120, 40)] {
         let screen = screen(&state, &measured(), size);
-        assert!(screen.contains("in this stream 0.42 to 0.52: aliasing ×2.24"), "{screen}");
-        assert!(screen.contains("undecidable: averaging window (register 85) unknown"), "{screen}");
+        // with any averaging window
+        assert!(screen.contains("in this stream 0.18 to 0.98"), "{screen}");
     }
 }
 
@@ -222,11 +222,12 @@ fn the_data_sheet_has_its_line_in_the_plot() {
     assert!(with.contains("S data sheet"), "{with}");
     let source = SourceView { verdicts: None, ..measured() };
     assert!(!screen(&one(), &source, (80, 24)).contains("S data sheet"));
-    // the sensor's figure, raised by aliasing, at the first averaging time
+    // the sensor's figure, raised by aliasing 1 to √20 times and known to 10 %, at the first averaging time
     let group = one().group(&measured()).unwrap();
     let plot = crate::panels::curve::AllanPlot::new(&ViewState { units: 1, ..one() }, &measured(), &group);
     let (tau_s, deviation) = plot.sheet.unwrap().points[0];
-    assert!((deviation * tau_s.sqrt() / (0.0035 * 5_f64.sqrt()) - 1.0).abs() < 0.02, "{deviation}");
+    let middle = 0.2 / 60.0 * (20_f64.sqrt() * 0.9 * 1.1).sqrt();
+    assert!((deviation * tau_s.sqrt() / middle - 1.0).abs() < 0.01, "{deviation}");
 }
 
 #[tokio::test(start_paused = true)]
