@@ -35,7 +35,7 @@ pub mod warnings;
 pub mod words;
 
 pub use codes::{Code, all_codes, code_of_missing, code_of_rate, code_of_verdict};
-pub use datasheet::{DatasheetError, FigureError, parse_datasheet, vn100_datasheet};
+pub use datasheet::{DatasheetError, parse_datasheet, vn100_datasheet};
 pub use document::{
     ANALYSIS_SCHEMA, Document,
     comparison::ComparisonDocument,

@@ -10,6 +10,7 @@ use vn100_analysis::{
 use crate::{
     codes::{code_of_decided, code_of_grade, code_of_status, code_of_verdict},
     numbers::plain::{counted, digits, four_digits},
+    summary::parameter_unit,
 };
 
 /// The quantities, in the order of results.
@@ -268,7 +269,7 @@ pub(crate) fn grade_name(grade: Grade) -> &'static str {
 #[must_use]
 pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     let figure = &verdict.figure;
-    let shown = shown_in(sensor, figure.term);
+    let shown = parameter_unit(sensor, figure.term);
     let number = |value: f64| four_digits(value * shown.1);
     let Parameter { value, lower, upper, .. } = verdict.measured;
     let minimum = if figure.is_curve_minimum() { " as the minimum of the curve" } else { "" };
@@ -306,20 +307,6 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     };
     let open = verdict.decided_by.map_or_else(String::new, |by| format!(": {} would decide", decided_by(by)));
     format!("{measured}; {expected}{times}{open}")
-}
-
-/// The unit in which a parameter of a sensor is usually given, and how many of these units are one
-/// SI unit.
-fn shown_in(sensor: Sensor, term: Term) -> (&'static str, f64) {
-    let unit = match (sensor, term) {
-        (Sensor::Gyroscope, Term::White) => "deg/sqrt(h)",
-        (Sensor::Gyroscope, Term::BiasInstability) => "deg/h",
-        (Sensor::Gyroscope, Term::RateRandomWalk) => "deg/h^1.5",
-        (Sensor::Accelerometer, Term::White) => "mg/sqrt(Hz)",
-        (Sensor::Accelerometer, Term::BiasInstability) => "mg",
-        _ => "",
-    };
-    in_unit(sensor, term, unit)
 }
 
 /// The unit with this name of a parameter of a sensor, and how many of these units are one SI unit;
