@@ -10,7 +10,6 @@ use vn100_analysis::{
 use crate::{
     codes::{code_of_decided, code_of_grade, code_of_status, code_of_verdict},
     numbers::plain::{counted, digits, four_digits},
-    summary::parameter_unit,
 };
 
 /// The quantities, in the order of results.
@@ -307,6 +306,31 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     };
     let open = verdict.decided_by.map_or_else(String::new, |by| format!(": {} would decide", decided_by(by)));
     format!("{measured}; {expected}{times}{open}")
+}
+
+/// The unit of a parameter in summaries, close to that of data sheets, and how many of these units
+/// are one SI unit.
+#[must_use]
+pub fn parameter_unit(sensor: Sensor, term: Term) -> (&'static str, f64) {
+    const DEG: f64 = 180.0 / std::f64::consts::PI;
+    const MG: f64 = 1e3 / vn100_analysis::noise::STANDARD_GRAVITY_M_S2;
+    match (sensor, term) {
+        (Sensor::Gyroscope, Term::White) => ("deg/√h", 60.0 * DEG),
+        (Sensor::Gyroscope, Term::BiasInstability) => ("deg/h", 3600.0 * DEG),
+        (Sensor::Gyroscope, Term::RateRandomWalk) => ("deg/h/√h", 3600.0 * 60.0 * DEG),
+        (Sensor::Gyroscope, Term::RateRamp) => ("deg/h²", 3600.0 * 3600.0 * DEG),
+        (Sensor::Gyroscope, Term::Quantization) => ("arcsec", 3600.0 * DEG),
+        (Sensor::Accelerometer, Term::White) => ("mg/√Hz", MG),
+        (Sensor::Accelerometer, Term::BiasInstability) => ("mg", MG),
+        (Sensor::Accelerometer, Term::RateRandomWalk) => ("mg/√h", 60.0 * MG),
+        (Sensor::Accelerometer, Term::RateRamp) => ("mg/h", 3600.0 * MG),
+        (Sensor::Accelerometer, Term::Quantization) => ("m/s", 1.0),
+        (Sensor::Magnetometer, Term::White) => ("mG/√Hz", 1e3),
+        (Sensor::Magnetometer, Term::BiasInstability) => ("mG", 1e3),
+        (Sensor::Magnetometer, Term::RateRandomWalk) => ("mG/√h", 60e3),
+        (Sensor::Magnetometer, Term::RateRamp) => ("mG/h", 3600e3),
+        (Sensor::Magnetometer, Term::Quantization) => ("mG s", 1e3),
+    }
 }
 
 /// The unit with this name of a parameter of a sensor, and how many of these units are one SI unit;

@@ -5,7 +5,6 @@ pub(crate) mod parameters;
 mod statistics;
 pub(crate) mod status;
 
-pub use parameters::parameter_unit;
 pub use statistics::mean_temperature;
 use vn100_analysis::{RateFrom, RemedyWords, Severity, SourceFacts, Timing};
 

@@ -677,9 +677,9 @@ mod tests {
         };
         let warning = Warning::new(WarningKind::UnitDoubtful, Finding::UnitDoubtful(vec![doubt]));
         let warning = warning.cured_by(Remedy::MapColumns(Some("pressure=p:hPa,t=t:s".into())));
-        let text = in_words(&warning, remedy_words);
+        let text = in_words(&warning, page_words);
         assert!(text.contains("are the columns in hPa? A wrong unit"), "{text}");
-        assert!(text.ends_with("Set --columns 'pressure=p:hPa, t=t:s'."), "{text}");
+        assert!(text.ends_with("Read the columns as pressure=p:hPa,t=t:s."), "{text}");
         assert_eq!((warning.severity, title(&warning).starts_with("unit-doubtful: mean")), (Severity::Problem, true));
     }
 }

@@ -3,7 +3,7 @@
 
 use imu_noise::{Convention, Sensor, Sides, Term, conventions};
 use vn100_analysis::sensor_of;
-use vn100_report::{summary::parameter_unit, units::ChannelValues};
+use vn100_report::{names::parameter_unit, units::ChannelValues};
 
 /// How the values and deviations of a channel are shown.
 #[derive(Debug, Clone, PartialEq)]

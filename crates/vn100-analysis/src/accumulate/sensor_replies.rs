@@ -7,7 +7,8 @@ use imu_noise::{Histogram, Moments};
 use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, Sample, VNIMU};
 
 use crate::{
-    snapshot::{ChannelSnapshot, RateChange, RegisterChannel},
+    rate_change::RateChange,
+    snapshot::{ChannelSnapshot, RegisterChannel},
     warning::{Finding, Warning, WarningKind},
 };
 

@@ -1,13 +1,12 @@
 //! Whether the sensor was moved, and what one at rest should show: gravity, a magnetic field, a
 //! heading as good as the levelling.
 
-use std::fmt;
-
 use imu_noise::{STANDARD_GRAVITY_M_S2, Sensor};
 use vn100_protocol::{Channel, Quantity};
 
 use super::ChannelAssessment;
 use crate::{
+    motion::Motion,
     remedy::Remedy,
     sensor::sensor_of,
     snapshot::{ChannelSnapshot, Snapshot},
@@ -22,21 +21,6 @@ use crate::{
 /// beginning is not.
 const GYRO_LIMIT_RAD_S: f64 = 0.05;
 const ACCEL_LIMIT_M_S2: f64 = 0.5;
-
-/// A sensor that was moved, by the axis that shows it most; its text says so.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Motion {
-    /// The axis.
-    pub channel: String,
-    /// Its standard deviation over the record, in `unit`.
-    pub std: f64,
-    /// The least that counts as motion.
-    pub limit: f64,
-    /// rad/s or m/s².
-    pub unit: String,
-    /// All axes beyond their limits.
-    pub axes: Vec<String>,
-}
 
 impl Motion {
     /// By gyroscope and accelerometer; `None` at rest, and for less than four samples.
@@ -57,13 +41,6 @@ impl Motion {
     pub(super) fn warning(&self) -> Warning {
         let found = Warning::new(WarningKind::NotStationary, Finding::Moved(self.clone())).of(self.axes.clone());
         found.as_severe_as(Severity::Problem).cured_by(Remedy::Skip(None)).cured_by(Remedy::EndEarlier)
-    }
-}
-
-impl fmt::Display for Motion {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { channel, std, limit, unit, .. } = self;
-        write!(f, "sensor moved: standard deviation of {channel} {std:.3} {unit}, at rest below {limit}")
     }
 }
 

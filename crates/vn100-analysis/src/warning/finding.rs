@@ -5,8 +5,8 @@ use vn100_protocol::stream::{MessageName, RejectedRowCounts, UnreadNumbers};
 use vn100_protocol::{DeviceError, PacketHeader, Quantity};
 
 use crate::{
-    assessment::Motion,
-    snapshot::{FalseRate, FalseReport, RateChange},
+    motion::Motion,
+    rate_change::{FalseRate, FalseReport, RateChange},
 };
 
 /// What was found. Counts are of the whole record; times are in seconds of data, with what was

@@ -8,8 +8,8 @@ use vn100_analysis::{ChannelNoise, letter};
 
 use super::{Colour, Dash, LegendSample, Marker, Plot, Primitive, Stroke, axes::Scale, quiet, solid};
 use crate::{
+    names::parameter_unit,
     numbers::digits,
-    summary::parameter_unit,
     units::{ChannelValues, Point, pretty_unit},
 };
 

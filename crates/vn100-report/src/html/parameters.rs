@@ -5,9 +5,9 @@ use crate::html::glance;
 use crate::{
     Record,
     graphical::{GRAPHICAL, laboratory_unit},
+    names::parameter_unit,
     names::{QUANTITIES, TERMS, budget_rows, decided_by, in_words, names_of, p_without, parameter_names, verdict_name},
     numbers::{NOTHING, digits, duration, four_digits, p_value, plain::digits_trimmed, trimmed, with_interval},
-    summary::parameter_unit,
     temperature::{coefficient_parameter, lag_text, share_text},
     units::{ChannelValues, pretty_unit},
 };

@@ -48,7 +48,7 @@ fn a_figure_of_the_data_sheet_for_the_minimum_of_the_curve_is_a_line_at_that_hei
     let measured = at_rest(32_768, &[]);
     let figures = Figures::of(&Record::new(&measured), "");
     let gyro = figure(&figures.allan_sensors, "allan-gyro");
-    assert_eq!(count(gyro, "stroke-dasharray=\"7 3 1.5 3\" d=\"M"), 3 + 2 + 1);
+    assert_eq!(count(gyro, "stroke-dasharray=\"7 3 1.5 3\" d=\"M"), 4 + 2 + 1);
     // at most 10 °/h
     let y = gyro.area.top + gyro.area.height * (1.0 - gyro.y.scale.share(10.0));
     let (left, right) = (gyro.area.left, gyro.area.left + gyro.area.width);
