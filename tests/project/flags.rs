@@ -4,7 +4,7 @@
 use crate::source::{source_files, strings};
 
 /// The program and its words, which name them.
-const FACES: [&str; 3] = ["vn100/", "vn100-view/", "vn100-report/src/words.rs"];
+const FACES: [&str; 4] = ["vn100/", "vn100-view/", "vn100-report/src/words.rs", "vn100-report/src/remedies.rs"];
 
 /// The commands of the program.
 const COMMANDS: [&str; 14] = [
