@@ -5,8 +5,8 @@ use pyo3::{
     exceptions::{PyException, PyOSError, PyRuntimeError},
     prelude::*,
 };
-use vn100_capture::OpenError;
 use vn100_analysis::SourceResult;
+use vn100_capture::OpenError;
 use vn100_report::{Asked, Document, Ended, Evaluation, remedies::python_words, warnings::headline};
 use vn100_session::{EndReason, SessionResult, StartError};
 
@@ -22,13 +22,15 @@ pub(crate) fn evaluation() -> PyResult<Evaluation> {
 pub(crate) fn of_session(result: SessionResult) -> SourceResult {
     let SessionResult { measured, end, unmet, shortfall, .. } = result;
     let end = end.plain();
-    Ended { end: &end, shortfall: shortfall.as_ref(), unmet: &unmet, is_live: false, words: python_words }.complete(measured)
+    Ended { end: &end, shortfall: shortfall.as_ref(), unmet: &unmet, is_live: false, words: python_words }
+        .complete(measured)
 }
 
 /// Adds the gravest warning to the error of a capture without samples: what was wrong with its
 /// bytes.
 pub(crate) fn explain(result: &mut SourceResult) {
-    if let (0, Some(error), Some(gravest)) = (result.timing.samples, &mut result.source.error, result.warnings.first()) {
+    if let (0, Some(error), Some(gravest)) = (result.timing.samples, &mut result.source.error, result.warnings.first())
+    {
         *error = format!("{error}; {}", headline(gravest));
     }
 }

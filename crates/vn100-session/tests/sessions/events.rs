@@ -270,9 +270,9 @@ async fn unsolicited_device_errors_are_warnings_to_the_end() {
         .map(|warning| (warning.finding.clone(), warning.severity))
         .collect();
     let errors = [
+        (DeviceError::OutputBufferOverflow, 2, Severity::Problem),
         (DeviceError::from_code(1), 1, Severity::Caution),
         (DeviceError::InvalidCommand, 1, Severity::Caution),
-        (DeviceError::OutputBufferOverflow, 2, Severity::Problem),
     ];
     assert_eq!(warnings, errors.map(|(error, count, severity)| (Finding::DeviceError(error, count), severity)));
 }
