@@ -76,7 +76,7 @@ const fn code(key: &'static str, code: &'static str, word: &'static str, meaning
 
 /// A verdict on a figure of a data sheet.
 #[must_use]
-pub fn code_of_verdict(verdict: Verdict) -> Code {
+pub(crate) fn code_of_verdict(verdict: Verdict) -> Code {
     let of = |name, word, meaning| code("verdict", name, word, meaning);
     match verdict {
         Verdict::Pass => {
@@ -171,7 +171,7 @@ pub(crate) fn code_of_grade(grade: Grade) -> Code {
 
 /// The code for the source of the sample rate.
 #[must_use]
-pub fn code_of_rate(from: RateFrom) -> Code {
+pub(crate) fn code_of_rate(from: RateFrom) -> Code {
     let of = |name, word, meaning| code("rate_from", name, word, meaning);
     match from {
         RateFrom::Option => of("option", "as given", "given by the user"),
@@ -190,7 +190,7 @@ pub fn code_of_rate(from: RateFrom) -> Code {
 
 /// The code for the evidence of dropped samples.
 #[must_use]
-pub fn code_of_missing(from: MissingFrom) -> Code {
+pub(crate) fn code_of_missing(from: MissingFrom) -> Code {
     let of = |name, word, meaning| code("missing_from", name, word, meaning);
     match from {
         MissingFrom::DeviceTime => of(

@@ -32,7 +32,7 @@ pub mod units;
 pub mod warnings;
 pub mod words;
 
-pub use codes::{Code, all_codes, code_of_missing, code_of_rate, code_of_verdict};
+pub use codes::{Code, all_codes};
 pub use datasheet::{DatasheetError, parse_datasheet, vn100_datasheet};
 pub use document::{
     Document, analysis_schema,
