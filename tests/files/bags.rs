@@ -105,7 +105,7 @@ fn a_refused_bag_is_listed_and_its_cure_named() {
     let (code, text) = refused(vn100().args(["replay", "--topic", "/nope"]).arg(bag("db3_two")));
     assert_eq!(code, Some(3));
     assert!(text.contains("\n  /camera/gyro/sample (sensor_msgs/Imu, 60 messages, 100.0000 Hz)\n"), "{text}");
-    assert!(text.ends_with("Name one of them with --topic\n"), "{text}");
+    assert!(text.ends_with("name one topic: `--topic NAME`\n"), "{text}");
     let map = ["--columns", "gyro_x=imu.gyro.x:rad/s"];
     let (code, text) = refused(vn100().arg("replay").args(map).arg(bag("mcap")));
     assert!(

@@ -67,7 +67,7 @@ fn columns_of_different_rates_are_measured_as_in_files_of_their_own() {
             assert_eq!((&result["timing"], &result["channels"]), (&expected["timing"], &expected["channels"]));
             let timing = &result["timing"];
             assert_eq!((timing["rate_hz"].as_f64(), &timing["missing"]), (Some(rate_hz), &0.into()));
-            assert!(!warned(result, "absent-values"));
+            assert!(!warned(result, "gaps"));
             let csv = &result["source"]["csv"];
             let count = |name: &str| csv[name].as_u64().unwrap();
             assert_eq!(csv["odd"], Value::Array(vec![]));
@@ -98,7 +98,7 @@ fn streams_of_a_table_are_reported_and_compared_and_chosen() {
     // a table on standard input is read once: completely, unless a stream is named
     let bytes = fs::read(&path).unwrap();
     let all = document(&with_stdin(vn100().args(["replay", "-", "--json"]), &bytes));
-    assert!(warned(&all, "absent-values") && channel(&all, "mag_x")["statistics"]["count"] == 2000);
+    assert!(warned(&all, "gaps") && channel(&all, "mag_x")["statistics"]["count"] == 2000);
     assert!(all["source"].get("stream").is_none() && all["source"]["csv"].get("other_stream_rows").is_none());
     let one = document(&with_stdin(vn100().args(["replay", "-", "--topic", "mag", "--json"]), &bytes));
     assert_eq!((&one["timing"]["samples"], one["timing"]["rate_hz"].as_f64()), (&2000.into(), Some(25.0)));

@@ -137,6 +137,7 @@ fn the_schema_has_every_code() {
     for (key, name) in [
         ("status", "Status"),
         ("verdict", "Verdict"),
+        ("decided_by", "DecidedBy"),
         ("rate_from", "RateFrom"),
         ("missing_from", "MissingFrom"),
         ("end_reason", "EndKind"),

@@ -85,14 +85,14 @@ fn a_hole_affects_only_its_own_channel() {
     let absent = r#"[{"channel":"accel_x","empty":14,"not_a_number":27,"out_of_range":0,"first_line":9}]"#;
     assert_eq!(csv["absent"], serde_json::from_str::<Value>(absent).unwrap());
     assert_eq!((&csv["rows"], &channel(&holed, "accel_x")["statistics"]["count"]), (&ROWS.into(), &(ROWS - 41).into()));
-    assert!(warned(&holed, "absent-values") && !warned(&whole, "absent-values"));
+    assert!(warned(&holed, "gaps") && !warned(&whole, "gaps"));
     // a magnetometer at a tenth of the rate
     let sparse = measured(&path, "gyro_x,mag_x,temperature", ",", |at, column, value| {
         if column == 1 && at % 10 > 0 { String::new() } else { format!("{value}") }
     });
     let warnings = sparse["warnings"].as_array().unwrap();
-    let warning = warnings.iter().find(|warning| warning["kind"] == "absent-values").unwrap();
-    assert!(warning["text"].as_str().unwrap().contains("put them into a file of their own"), "{warning}");
+    let warning = warnings.iter().find(|warning| warning["kind"] == "gaps").unwrap();
+    assert!(warning["text"].as_str().unwrap().contains("belong in a file of their own"), "{warning}");
     assert_eq!(channel(&sparse, "gyro_x")["allan"], channel(&whole, "gyro_x")["allan"]);
 }
 

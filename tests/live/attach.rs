@@ -94,7 +94,7 @@ fn the_wall_time_ends_a_stream_that_stalls_and_a_stop_before_the_duration_fails(
     // a capture has no more data, so its result is complete
     let (file, code) = replay(&replay_log(CLEAN), &["-d", "2min"]);
     assert_eq!((&file["source"]["error"], code), (&Value::Null, 0));
-    let early = file["warnings"].as_array().unwrap().iter().find(|warning| warning["kind"] == "ended-early");
+    let early = file["warnings"].as_array().unwrap().iter().find(|warning| warning["kind"] == "incomplete");
     assert_eq!(early.unwrap()["severity"], "note");
 }
 

@@ -87,13 +87,13 @@ fn another_program_that_has_the_port_open_without_a_lock_is_named() {
     program.wait().unwrap();
     let live = document(&output);
     let headline = format!("tail (process {}) has the port open too", program.id());
-    assert!(warned(&live, "port-shared") && live["warnings"].to_string().contains(&headline), "{}", live["warnings"]);
+    assert!(warned(&live, "link-errors") && live["warnings"].to_string().contains(&headline), "{}", live["warnings"]);
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(errors.contains(&headline), "{errors}");
-    // the recording reports it as well
-    assert!(warned(&replay(&recording, &[]).0, "port-shared"));
+    // the recording says so too
+    assert!(warned(&replay(&recording, &[]).0, "link-errors"));
     let alone = sensor.run("attach", &["--duration", "1s", "--json"]);
-    assert!(!warned(&document(&alone), "port-shared"));
+    assert!(!warned(&document(&alone), "link-errors"));
 }
 
 /// As with a loopback plug.

@@ -179,7 +179,7 @@ fn a_full_disk_stops_the_recording_and_not_the_measurement() {
         assert_eq!(output.status.code(), Some(1));
         let number = |name: &str| document["timing"][name].as_u64().unwrap();
         assert_eq!(number("samples") + number("missing"), measured, "{}", document["timing"]);
-        assert!(warned(&document, "recording-failed"));
+        assert!(warned(&document, "incomplete"));
         let error = String::from_utf8(output.stderr).unwrap();
         assert!(error.contains("RECORDING FAILED"), "{error}");
         assert!(samples(&recording) > 20);

@@ -4,10 +4,11 @@ use std::{collections::BTreeMap, fs, path::Path};
 
 use vn100_report::{Code, all_codes};
 
-/// The source of the variants of each key, and the name of their type; for a type that embeds
-/// another one, that one as well.
-const TYPES: [(&str, &[(&str, &str)]); 9] = [
+/// Where the variants of each key are, and the name of their type; of a type that embeds another
+/// one, that as well.
+const TYPES: [(&str, &[(&str, &str)]); 10] = [
     ("verdict", &[("imu-noise/src/infer/verdict.rs", "Verdict")]),
+    ("decided_by", &[("vn100-analysis/src/datasheet.rs", "DecidedBy")]),
     ("status", &[("imu-noise/src/infer/noise_model/parameter.rs", "Status")]),
     ("grade", &[("imu-noise/src/infer/verdict.rs", "Grade")]),
     ("rate_from", &[("vn100-analysis/src/snapshot.rs", "RateFrom")]),

@@ -3,8 +3,8 @@
 
 use crate::source::{source_files, strings};
 
-/// The program and its words, which name options and commands.
-const FACES: [&str; 3] = ["vn100/", "vn100-view/", "vn100-report/src/words.rs"];
+/// The program and its words, which name them.
+const FACES: [&str; 4] = ["vn100/", "vn100-view/", "vn100-report/src/words.rs", "vn100-report/src/remedies.rs"];
 
 const COMMANDS: [&str; 14] = [
     "attach",

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use vn100_protocol::stream::MessageName;
 
-use crate::snapshot::RateChange;
+use crate::rate_change::RateChange;
 
 /// Why a measurement is over.
 #[derive(Debug, Clone, PartialEq)]

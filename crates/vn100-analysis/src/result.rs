@@ -27,10 +27,11 @@ pub use noise::{
 pub use time_base::{LinkCounts, TimeBase};
 
 use crate::{
-    assessment::{Assessment, Motion},
+    assessment::Assessment,
     comparison::ComparedRecord,
     datasheet::{Datasheet, FigureVerdict, Verdicts, not_passed},
     goal::Goal,
+    motion::Motion,
     noise_figure::NoiseFigure,
     snapshot::Snapshot,
     source_facts::{Device, EndKind, SourceFacts},
@@ -158,15 +159,14 @@ impl SourceResult {
 
     /// The same with verdicts by this data sheet.
     pub fn judge(&mut self, sheet: &Datasheet) {
-        let Verdicts { datasheet: name, note, channels, typical_is_limit } =
-            sheet.verdicts(&self.basis.snapshot, &self.basis.assessment);
-        self.datasheet = Some(ComparedSheet { name, note, typical_is_limit });
+        let Verdicts { datasheet: name, note, channels } = sheet.verdicts(&self.basis.snapshot, &self.basis.assessment);
+        self.datasheet = Some(ComparedSheet { name, note, typical_is_limit: sheet.typical_is_limit });
         for (channel, verdicts) in self.channels.iter_mut().zip(channels) {
             channel.verdict = Some(verdicts).filter(|verdicts| !verdicts.is_empty());
         }
     }
 
-    /// The channels of `figure` whose deciding verdicts are not all a pass, as [`not_passed`] gives
+    /// The channels of `figure` whose verdicts are not all a pass, as [`not_passed`] gives
     /// them; empty if all pass.
     #[must_use]
     pub fn not_passed(&self, figure: &NoiseFigure) -> Vec<(String, Option<FigureVerdict>)> {
@@ -174,7 +174,6 @@ impl SourceResult {
             datasheet: sheet.name.clone(),
             note: sheet.note.clone(),
             channels: self.channels.iter().map(|channel| channel.verdicts().to_vec()).collect(),
-            typical_is_limit: sheet.typical_is_limit,
         });
         let reasons = not_passed(figure, &self.basis.snapshot, verdicts.as_ref());
         reasons.into_iter().map(|(name, verdict)| (name, verdict.cloned())).collect()

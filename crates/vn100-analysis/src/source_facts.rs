@@ -11,7 +11,7 @@ use vn100_protocol::stream::{BagReport, CsvReport};
 
 use crate::{
     snapshot::PlaceMark,
-    warning::{Warning, WarningKind},
+    warning::{Finding, Severity, Warning, WarningKind},
 };
 
 /// What is known of a source besides its samples. A session fills in the facts; those that the
@@ -212,10 +212,8 @@ impl RecordingEndFacts {
     /// is not whole; `None` for one that was finished.
     #[must_use]
     pub fn warning(&self) -> Option<Warning> {
-        let details =
-            "What was recorded before the cut is measured in full. Copy the file again where the original is whole.";
-        let headline = "the recording was cut: its file has no end";
-        (!self.complete).then(|| Warning::new(WarningKind::RecordingCut, Vec::new(), headline, details))
+        let found = Warning::new(WarningKind::Incomplete, Finding::RecordingCut);
+        (!self.complete).then(|| found.as_severe_as(Severity::Caution))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Results as documents, and what went wrong as exceptions, in the words of the command line.
+//! Results as documents, and what went wrong as exceptions, in words for Python.
 
 use pyo3::{
     create_exception,
@@ -7,7 +7,7 @@ use pyo3::{
 };
 use vn100_analysis::SourceResult;
 use vn100_capture::OpenError;
-use vn100_report::{Asked, Document, Ended, Evaluation, words::remedy_words};
+use vn100_report::{Asked, Document, Ended, Evaluation, remedies::python_words, warnings::headline};
 use vn100_session::{EndReason, SessionResult, StartError};
 
 create_exception!(vn100, CaptureError, PyException, "A capture could not be read, or holds no sample.");
@@ -21,7 +21,9 @@ pub(crate) fn evaluation() -> PyResult<Evaluation> {
 /// A replay that ended.
 pub(crate) fn of_session(result: SessionResult) -> SourceResult {
     let SessionResult { measured, end, unmet, shortfall, .. } = result;
-    Ended { end: &end.plain(), shortfall: shortfall.as_ref(), unmet: &unmet, is_live: false }.complete(measured)
+    let end = end.plain();
+    Ended { end: &end, shortfall: shortfall.as_ref(), unmet: &unmet, is_live: false, words: python_words }
+        .complete(measured)
 }
 
 /// Adds the gravest warning to the error of a capture without samples: what was wrong with its
@@ -29,7 +31,7 @@ pub(crate) fn of_session(result: SessionResult) -> SourceResult {
 pub(crate) fn explain(result: &mut SourceResult) {
     if let (0, Some(error), Some(gravest)) = (result.timing.samples, &mut result.source.error, result.warnings.first())
     {
-        *error = format!("{error}; {}", gravest.headline);
+        *error = format!("{error}; {}", headline(gravest));
     }
 }
 
@@ -60,6 +62,6 @@ pub(crate) fn not_opened(error: &OpenError) -> PyErr {
 
 /// The document `vn100.analysis/2`.
 pub(crate) fn document(result: &SourceResult) -> PyResult<String> {
-    let document = Document::new(result, remedy_words);
+    let document = Document::new(result, python_words);
     serde_json::to_string(&document).map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }

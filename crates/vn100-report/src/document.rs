@@ -10,6 +10,8 @@ use serde::Serialize;
 use serde_json::Value;
 use vn100_analysis::{RemedyWords, Severity, SourceResult};
 
+use crate::{remedies::RemedyDocument, warnings::in_words};
+
 use crate::summary::status::{StatusWord, statuses};
 
 /// The JSON document of one source.
@@ -52,6 +54,8 @@ struct WarningDocument {
     channels: Vec<String>,
     /// What was found, why it matters and what to do.
     text: String,
+    /// What can be done in this case.
+    remedies: Vec<RemedyDocument>,
 }
 
 impl<'a> Document<'a> {
@@ -67,7 +71,8 @@ impl<'a> Document<'a> {
             kind: warning.kind.name(),
             severity: Severity::name(warning.severity),
             channels: warning.channels.clone(),
-            text: warning.in_words(words),
+            text: in_words(warning, words),
+            remedies: warning.remedies.iter().map(RemedyDocument::new).collect(),
         });
         Self { schema: "vn100.analysis/2", result, statuses: statuses.collect(), warnings: warnings.collect() }
     }

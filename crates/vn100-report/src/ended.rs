@@ -1,7 +1,8 @@
 //! A result that is over: whether it is complete, and why not.
 
 use vn100_analysis::{
-    Completion, End, Severity, Shortfall, SourceResult, StartCure, UnmetGoal, Warning, WarningKind, WhyUnmet,
+    Completion, End, Finding, RemedyWords, Severity, Shortfall, SourceResult, StartCure, UnmetGoal, Warning,
+    WarningKind, WhyUnmet,
 };
 
 use crate::words;
@@ -17,15 +18,17 @@ pub struct Ended<'a> {
     pub unmet: &'a [UnmetGoal],
     /// Whether the source is live: one that ends early has failed, and a capture has no more data.
     pub is_live: bool,
+    /// The words of the face for remedies.
+    pub words: RemedyWords,
 }
 
 impl Ended<'_> {
     /// Puts into the result why it is not complete, if it is not.
     #[must_use]
     pub fn complete(self, mut result: SourceResult) -> SourceResult {
-        let Self { end, shortfall, unmet, is_live } = self;
+        let Self { end, shortfall, unmet, is_live, words } = self;
         let early = words::ended_early(end, shortfall, !unmet.is_empty(), result.timing.duration_s);
-        let why = words::end(&result.source.name, end, result.link.framed_bytes);
+        let why = words::end(&result.source.name, end, result.link.framed_bytes, words);
         let is_of_source = matches!(end, End::NotStarted { .. } | End::SourceFailed(_));
         if let Some(error) = why.clone().filter(|_| is_of_source) {
             result.note_failure(error);
@@ -52,7 +55,8 @@ impl Ended<'_> {
             result.note_failure(cut_short);
         }
         if let Some((text, details)) = early {
-            let mut warning = Warning::new(WarningKind::EndedEarly, Vec::new(), text.clone(), details);
+            let said = if details.is_empty() { text.clone() } else { format!("{text}. {details}") };
+            let mut warning = Warning::new(WarningKind::Incomplete, Finding::Said(said));
             if is_live {
                 result.note_failure(format!("{}: {text}", result.source.name));
             } else {
@@ -69,7 +73,7 @@ impl Ended<'_> {
 
 /// Notes that the recording is incomplete for the reason `text`: the measurement has failed.
 pub fn note_failed_recording(result: &mut SourceResult, text: String) {
-    result.warn(Warning::new(WarningKind::RecordingFailed, Vec::new(), text, ""));
+    result.warn(Warning::new(WarningKind::Incomplete, Finding::Said(text)));
     result.completion = result.completion.max(Completion::Failed);
 }
 
@@ -115,7 +119,11 @@ mod tests {
     use vn100_analysis::{Assessment, SourceFacts, protocol::VNIMU};
 
     use super::*;
-    use crate::tests::fixture::{ended, facts, nothing, result};
+    use crate::{
+        remedies::page_words,
+        tests::fixture::{ended, facts, nothing, result},
+        warnings::headline,
+    };
 
     #[test]
     fn a_source_without_samples_says_why() {
@@ -151,11 +159,13 @@ mod tests {
         {
             let mut snapshot = nothing();
             snapshot.timing.samples = 3;
-            let ended = Ended { end: &End::SourceEnded, shortfall: Some(&shortfall), unmet: &[], is_live };
+            let ended =
+                Ended { end: &End::SourceEnded, shortfall: Some(&shortfall), unmet: &[], is_live, words: page_words };
             let result = ended.complete(result(facts("a.csv"), snapshot));
-            let early = result.warnings.iter().find(|warning| warning.kind == WarningKind::EndedEarly).unwrap();
+            let early = result.warnings.iter().find(|warning| warning.kind == WarningKind::Incomplete).unwrap();
             assert_eq!((result.completion, early.severity), (completion, severity));
-            assert!(early.to_string().contains("after 3 s of data of the 9 s asked for"), "{early}");
+            let text = headline(early);
+            assert!(text.contains("after 3 s of data of the 9 s asked for"), "{text}");
             assert_eq!(result.source.error.is_some(), is_live);
         }
     }
@@ -169,7 +179,7 @@ mod tests {
         note_failed_recording(&mut refused, "the disk is full".into());
         assert_eq!(refused.completion, Completion::NoData);
         assert_eq!(refused.source.error.as_deref(), Some("no such port"));
-        assert!(refused.warnings.iter().any(|warning| warning.to_string() == "recording-failed: the disk is full"));
+        assert!(refused.warnings.iter().any(|warning| headline(warning) == "the disk is full"));
         let mut whole = result(facts("a.csv"), nothing());
         note_interrupted(&mut whole);
         let interrupted = Some("a.csv: interrupted, the result holds what came before");

@@ -1,12 +1,12 @@
 //! The data sheet and the requirements that a result is judged by.
 
-use vn100_analysis::noise::{Claim, Verdict};
+use vn100_analysis::noise::Claim;
 use vn100_analysis::protocol::BINARY;
 use vn100_analysis::{Completion, Datasheet, DatasheetFigure, FigureVerdict, NoiseFigure, SourceResult};
 
 use crate::{
     datasheet::{DatasheetError, vn100_datasheet},
-    names::{WHY_UNDECIDABLE, sentence, verdict_name},
+    names::{sentence, verdict_name},
 };
 
 /// The data sheet and requirements that every result is completed with.
@@ -102,11 +102,7 @@ fn is_of_vn100(result: &SourceResult) -> bool {
 
 fn reason(name: &str, verdict: Option<&FigureVerdict>, absent: &str) -> String {
     match verdict {
-        Some(judged) => {
-            let why =
-                if judged.verdict == Verdict::Consistent { format!(": {WHY_UNDECIDABLE}") } else { String::new() };
-            format!("{name} is {}, {}{why}", verdict_name(judged.verdict), sentence(judged.figure.sensor, judged))
-        }
+        Some(judged) => format!("{name} is {}, {}", verdict_name(judged), sentence(judged.figure.sensor, judged)),
         None => format!("{name} {absent}"),
     }
 }

@@ -44,7 +44,7 @@ impl Goals {
     }
 }
 
-/// How far the warm-up is, if all data so far lie in it: `17 s of 20 s`; `None` otherwise.
+/// How far the warm-up is, if all data so far lie in it: `17 s of 20 s`; else `None`.
 #[must_use]
 pub fn warm_up(timing: &TimeBase) -> Option<String> {
     let skip_s = timing.skipped_s;

@@ -6,7 +6,7 @@ use vn100_analysis::{LinkFacts, LinkStatus, PlaybackFacts, RateFrom, SourceFacts
 
 use crate::{numbers::plain::time, printable::printable};
 
-/// What a link is doing, or its baud rate where it is connected.
+/// What a link is doing, or its baud rate if it is connected.
 ///
 /// # Examples
 /// ```

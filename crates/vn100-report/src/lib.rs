@@ -23,15 +23,17 @@ pub mod html;
 pub mod names;
 pub mod numbers;
 mod printable;
+pub mod remedies;
 pub mod summary;
 #[cfg(test)]
 mod tests;
 mod toml_text;
 pub mod units;
+pub mod warnings;
 pub mod words;
 
-pub use codes::{Code, all_codes, code_of_missing, code_of_rate, code_of_verdict};
-pub use datasheet::{DatasheetError, FigureError, parse_datasheet, vn100_datasheet};
+pub use codes::{Code, all_codes};
+pub use datasheet::{DatasheetError, parse_datasheet, vn100_datasheet};
 pub use document::{
     Document, analysis_schema,
     comparison::{ComparisonDocument, run_name, run_prefix, tests_by_channel},

@@ -1,16 +1,16 @@
 //! Names of quantities and results in words, the same in text, documents and reports.
 
-use crate::units::in_unit;
-use vn100_analysis::noise::{Claim, Deviation, Grade, Parameter, Sensor, Status, Term, Verdict};
+use vn100_analysis::noise::{Deviation, Grade, Parameter, Sensor, Status, Term, Verdict};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
-    Aliasing, Budget, Comparison, FigureVerdict, Graded, LinkCounts, NoGrade, Onboard, Ranking, RateFrom,
-    StreamUnknown, TimeBase, Untested, WhyNone, WhyUse, WindowFrom,
+    Aliasing, Budget, Comparison, DecidedBy, FigureVerdict, Graded, LinkCounts, NoGrade, Onboard, Ranking, RateFrom,
+    Ratio, TimeBase, Untested, WhyNone, WhyUse, WindowFrom,
 };
 
 use crate::{
-    codes::{code_of_grade, code_of_status, code_of_verdict},
+    codes::{code_of_decided, code_of_grade, code_of_status, code_of_verdict},
     numbers::plain::{counted, digits, four_digits, grouped},
+    units::parameter_unit,
 };
 
 /// The quantities, in the order of results.
@@ -190,10 +190,43 @@ pub fn echoes(count: u64) -> String {
     if count == 0 { String::new() } else { format!("{count} echoed questions, ") }
 }
 
-/// A verdict in words.
+/// The verdict in words, or how a typical figure compares: `pass`, `1.05 x typical`.
 #[must_use]
-pub fn verdict_name(verdict: Verdict) -> &'static str {
-    code_of_verdict(verdict).word
+pub fn verdict_name(judged: &FigureVerdict) -> String {
+    match judged.verdict {
+        Some(verdict) => code_of_verdict(verdict).word.into(),
+        None => ratio(&judged.ratio).map_or_else(|| "not known".into(), |ratio| format!("{ratio} x typical")),
+    }
+}
+
+/// The same in a narrow column: `pass`, `1.05 x typ`, `0.49-2.70 x`.
+#[must_use]
+pub fn short_verdict(judged: &FigureVerdict) -> String {
+    match (judged.verdict, ratio(&judged.ratio)) {
+        (Some(Verdict::Fail), _) => "FAIL".into(),
+        (Some(Verdict::NotComparable), _) => "n/a".into(),
+        (Some(verdict), _) => code_of_verdict(verdict).word.into(),
+        (None, None) => "-".into(),
+        (None, Some(ratio)) if judged.ratio.value.is_some() => format!("{ratio} x typ"),
+        (None, Some(ratio)) => format!("{ratio} x"),
+    }
+}
+
+/// What would decide an open verdict, as a noun.
+#[must_use]
+pub fn decided_by(by: DecidedBy) -> &'static str {
+    code_of_decided(by).word
+}
+
+/// The number of a ratio, or its ends if it has more than one reading; `None` if it is not known.
+fn ratio(ratio: &Ratio) -> Option<String> {
+    let digits = |value: f64| if value < 0.1 { digits(value, 1) } else { format!("{value:.2}") };
+    match *ratio {
+        Ratio { value: Some(value), .. } => Some(digits(value)),
+        Ratio { lower: Some(lower), upper: Some(upper), .. } => Some(format!("{}-{}", digits(lower), digits(upper))),
+        Ratio { upper: Some(upper), .. } => Some(format!("≤ {}", digits(upper))),
+        Ratio { .. } => None,
+    }
 }
 
 /// Why a gyroscope has no grade, in words.
@@ -245,7 +278,7 @@ pub(crate) fn grade_name(grade: Grade) -> &'static str {
 #[must_use]
 pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     let figure = &verdict.figure;
-    let shown = shown_in(sensor, figure.term);
+    let shown = parameter_unit(sensor, figure.term);
     let number = |value: f64| four_digits(value * shown.1);
     let Parameter { value, lower, upper, .. } = verdict.measured;
     let minimum = if figure.is_curve_minimum() { " as the minimum of the curve" } else { "" };
@@ -258,74 +291,31 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
         }
         (_, _, Some(upper)) => format!("measured: upper bound {} {}{minimum}", number(upper), shown.0),
         (_, Some(lower), None) => format!("measured: lower bound {} {}{minimum}", number(lower), shown.0),
-        _ if verdict.verdict == Verdict::NotComparable => "not measurable in this stream".into(),
+        _ if verdict.verdict == Some(Verdict::NotComparable) => "not measurable in this stream".into(),
         _ => "unknown from this record".into(),
     };
-    let window = if verdict.unknown == Some(StreamUnknown::Window) { "the default window" } else { "window" };
-    let range = |(low, high): (f64, f64)| {
-        let (middle, half) = ((low + high) / 2.0 * shown.1, (high - low) / 2.0 * shown.1);
-        if half == 0.0 {
-            return format!("{} {}", four_digits(middle), shown.0);
-        }
-        let decimals = (-half.log10().floor()).clamp(0.0, 9.0) as usize;
-        format!("{middle:.decimals$} ± {half:.decimals$} {}", shown.0)
-    };
-    let expected = match (&verdict.readings[..], verdict.stream.factor) {
-        ([two, one, ..], _) => format!(
-            "expected at this rate and {window}: {} if the data sheet's figure ({}) is two-sided, {} if one-sided, which it does not say",
-            range(two.expected),
-            figure.printed,
-            range(one.expected)
-        ),
-        (_, 1.0) => format!("data sheet: {}", figure.printed),
-        _ => {
-            format!("expected at this rate and {window}: {} (data sheet: {})", range(verdict.expected), figure.printed)
+    let expected = match (verdict.expected, figure.claim.ends()) {
+        ((low, high), ends) if (low, high) == ends => format!("data sheet: {}", figure.printed),
+        ((low, high), _) => {
+            format!(
+                "expected in this stream: {} to {} {} (data sheet: {})",
+                number(low),
+                number(high),
+                shown.0,
+                figure.printed
+            )
         }
     };
-    format!("{measured}; {expected}{}", why(verdict))
-}
-
-/// Why a figure that the measurement agrees with does not pass.
-pub const WHY_UNDECIDABLE: &str = "a verdict needs what is unknown: the averaging window (register 85), the sample rate, or \
-     whether the density is one-sided or two-sided";
-
-/// What is unknown that a verdict on this figure needs; `None` if it is the interval.
-#[must_use]
-pub fn undecided_by(verdict: &FigureVerdict) -> Option<&'static str> {
-    match verdict.unknown {
-        Some(StreamUnknown::Window) => Some("averaging window (register 85) unknown"),
-        Some(StreamUnknown::Rate) => Some("the sample rate is assumed"),
-        None if !verdict.readings.is_empty() => Some("the sheet's density may be one-sided"),
-        None => None,
-    }
-}
-
-fn why(verdict: &FigureVerdict) -> &'static str {
-    match (verdict.verdict, verdict.figure.claim) {
-        (Verdict::AboveTypical, _) => ": above the typical range, which is no guarantee",
-        (Verdict::Fail, Claim::Typical { .. }) => ": above the typical range, treated as a limit",
-        (Verdict::Undecided, _) if verdict.measured.lower.is_some() => match verdict.unknown {
-            Some(StreamUnknown::Window) => ": higher than on-board decimation can explain",
-            Some(StreamUnknown::Rate) => ": above the figure; not a failure, because the rate is assumed",
-            None => "",
-        },
-        (Verdict::Inconclusive, _) => ": the interval spans the figure",
-        _ => "",
-    }
-}
-
-/// The unit in which a parameter of a sensor is usually given, and how many of these units are one
-/// SI unit.
-fn shown_in(sensor: Sensor, term: Term) -> (&'static str, f64) {
-    let unit = match (sensor, term) {
-        (Sensor::Gyroscope, Term::White) => "deg/sqrt(h)",
-        (Sensor::Gyroscope, Term::BiasInstability) => "deg/h",
-        (Sensor::Gyroscope, Term::RateRandomWalk) => "deg/h^1.5",
-        (Sensor::Accelerometer, Term::White) => "mg/sqrt(Hz)",
-        (Sensor::Accelerometer, Term::BiasInstability) => "mg",
-        _ => "",
+    let interval = match verdict.ratio {
+        Ratio { value: Some(_), lower: Some(lower), upper: Some(upper) } => format!(" ({lower:.2} to {upper:.2})"),
+        _ => String::new(),
     };
-    in_unit(sensor, term, unit)
+    let times = match (verdict.verdict, ratio(&verdict.ratio)) {
+        (None, Some(ratio)) => format!(": {ratio} x typical{interval}, which is no guarantee"),
+        _ => String::new(),
+    };
+    let open = verdict.decided_by.map_or_else(String::new, |by| format!(": {} would decide", decided_by(by)));
+    format!("{measured}; {expected}{times}{open}")
 }
 
 /// Which record to use and why, by the names that `name` gives to places from 0; without a full
@@ -402,7 +392,7 @@ pub fn untested(why: Untested) -> &'static str {
     }
 }
 
-/// Why N is not compared where white noise aliases differently, by the names that `name` gives to
+/// Why N is not compared if white noise aliases differently, by the names that `name` gives to
 /// places from 0.
 #[must_use]
 pub fn folding(ranking: &Ranking, name: fn(usize) -> String) -> String {

@@ -112,8 +112,8 @@ impl Summary {
             word: status.word,
             findings: (status.findings.into_iter())
                 .map(|(text, warning)| {
-                    let actions = warning.map_or_else(Vec::new, |warning| warning.details.actions(words));
-                    (text, actions.into_iter().map(|action| notes.place(action)).collect())
+                    let remedies = warning.map_or(&[][..], |warning| &warning.remedies);
+                    (text, remedies.iter().map(|remedy| notes.place(words(remedy))).collect())
                 })
                 .collect(),
         });

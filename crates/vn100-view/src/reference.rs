@@ -7,7 +7,7 @@ use imu_noise::Deviation;
 use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{ChannelResult, Settings, SourceResult};
-use vn100_report::printable;
+use vn100_report::{printable, remedies::remedy_words};
 use vn100_session::{ReplaySpec, Session};
 
 /// The curves of an earlier record.
@@ -56,7 +56,7 @@ impl Reference {
             let measured = match Session::replay(spec).result.await {
                 Ok(result) => {
                     let (measured, end) = (&result.measured, result.end.plain());
-                    let error = vn100_report::words::end(&name, &end, measured.link.framed_bytes);
+                    let error = vn100_report::words::end(&name, &end, measured.link.framed_bytes, remedy_words);
                     match measured.timing.samples {
                         0 => Err(error.unwrap_or_else(|| format!("{name}: no valid sample"))),
                         _ => Ok(Arc::new(Self::of(name.clone(), measured))),

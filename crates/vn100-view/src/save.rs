@@ -10,7 +10,7 @@ use std::{
 
 use crate::{panels::curve::AllanPlot, source::SourceView, state::ViewState};
 use vn100_analysis::ChannelResult;
-use vn100_report::words::remedy_words;
+use vn100_report::remedies::remedy_words;
 use vn100_report::{
     Document, Evaluation,
     figure::{Figure, allan_in_unit},

@@ -12,7 +12,7 @@ mod stills;
 use std::{env, fmt::Write, fs, path::Path, time::Duration};
 
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
-use vn100_analysis::{LinkStatus, RateChange, Warning, WarningKind};
+use vn100_analysis::{Finding, LinkStatus, RateChange, Warning, WarningKind};
 use vn100_driver::LinkState;
 use vn100_report::health::{NextOctave, line_load, next_octave};
 use vn100_session::{Playback, Speed};
@@ -102,10 +102,10 @@ fn the_columns_of_the_statistics_are_wide_where_they_have_room() {
 #[test]
 fn the_data_sheet_is_shown_in_the_unit_chosen() {
     for (units, shown) in [
-        (0, ["typ 0.21 deg/√h", "max 10 deg/h"]),
-        (1, ["typ 3.5e-3 deg/s/√Hz", "max 2.78e-3 deg/s"]),
-        (2, ["typ 12.6 deg/h/√Hz", "max 10 deg/h"]),
-        (3, ["typ 6.11e-5 rad/s/√Hz", "max 4.85e-5 rad/s"]),
+        (0, ["typ 0.2 deg/√h", "max 10 deg/h"]),
+        (1, ["typ 3.33e-3 deg/s/√Hz", "max 2.78e-3 deg/s"]),
+        (2, ["typ 12 deg/h/√Hz", "max 10 deg/h"]),
+        (3, ["typ 5.82e-5 rad/s/√Hz", "max 4.85e-5 rad/s"]),
     ] {
         let state = ViewState { panel: Panel::Parameters, expanded: true, units, ..one() };
         let screen = text(&drawn(&state, &[measured()], PLAIN, (120, 40)));
@@ -133,8 +133,8 @@ fn every_warning_is_listed_and_read_in_full() {
     let every = WarningKind::ALL;
     // the words of the real ones are tested where they are made
     let warning = |kind: WarningKind| {
-        let details = format!("{}and this is its end", "with much to be said about it, ".repeat(5));
-        Warning::new(kind, vec!["accel_x".into(), "accel_y".into()], format!("of {}", kind.name()), details)
+        let text = format!("{}the_end", "with much to be said about it, ".repeat(5));
+        Warning::new(kind, Finding::Said(text)).of(["accel_x".into(), "accel_y".into()])
     };
     let source = SourceView { warnings: every.map(warning).into(), ..measured() };
     for (place, kind) in every.into_iter().enumerate() {
@@ -145,7 +145,7 @@ fn every_warning_is_listed_and_read_in_full() {
             let words: Vec<&str> = screen.split(['│', '\n']).flat_map(str::split_whitespace).collect();
             let said = words.join(" ");
             assert!(said.contains(&format!("{} accel_x accel_y", kind.name())), "{screen}");
-            assert!(said.contains("and this is its end"), "{} at {size:?}:\n{screen}", kind.name());
+            assert!(said.contains("the_end"), "{} at {size:?}:\n{screen}", kind.name());
         }
     }
 }

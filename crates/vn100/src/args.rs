@@ -331,7 +331,7 @@ pub(crate) struct LogArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ExplainArgs {
-    /// A kind of warning, status, verdict or parameter, such as decimated-stream, bounded, N, ARW
+    /// A kind of warning, status, verdict or parameter, such as vibration-line, bounded, N, ARW
     /// or edf; without it all are listed
     #[arg(value_name = "CODE")]
     pub(crate) code: Vec<String>,

@@ -13,7 +13,7 @@ use vn100_analysis::{Completion, Goal, Parts, SourceResult};
 use vn100_capture::RecordingState;
 use vn100_report::{
     Document, Ended, Evaluation, HeartbeatDocument, ProgressDocument, note_failed_recording, note_interrupted,
-    words::remedy_words,
+    remedies::remedy_words,
 };
 use vn100_session::{EndReason, SessionResult, SourceState};
 use vn100_view::Shown;
@@ -69,7 +69,7 @@ async fn complete(result: SessionResult, evaluation: &Arc<Evaluation>, of: Resul
 pub(crate) fn measured(result: SessionResult, of: ResultOf) -> SourceResult {
     let SessionResult { measured, end, shortfall, unmet, .. } = result;
     let is_live = of != ResultOf::Capture;
-    let ended = Ended { end: &end.plain(), shortfall: shortfall.as_ref(), unmet: &unmet, is_live };
+    let ended = Ended { end: &end.plain(), shortfall: shortfall.as_ref(), unmet: &unmet, is_live, words: remedy_words };
     let mut measured = ended.complete(measured);
     if let Some(recording) = &result.recording {
         note_recording(&mut measured, recording, result.unrecorded_bytes, of);

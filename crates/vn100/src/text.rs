@@ -15,7 +15,7 @@ use vn100_report::{
 
 pub(crate) use populations::write_populations;
 pub(crate) use summary::summary;
-use vn100_report::words::remedy_words;
+use vn100_report::{remedies::remedy_words, warnings::in_words};
 
 /// Columns a line may take; what every terminal has.
 pub(crate) const WIDTH: usize = 80;
@@ -50,7 +50,8 @@ pub(crate) fn head(result: &SourceResult) -> String {
         out.push('\n');
     }
     for warning in &result.warnings {
-        let text = format!("{} ({}): {}", warning.kind.name(), warning.severity.name(), warning.in_words(remedy_words));
+        let text =
+            format!("{} ({}): {}", warning.kind.name(), warning.severity.name(), in_words(warning, remedy_words));
         out += &fill(&text, "! ", "  ");
         out.push('\n');
     }

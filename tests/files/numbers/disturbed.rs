@@ -94,7 +94,7 @@ fn a_disturbance_is_reported_with_its_place() {
         disturbed(&mut |row, axis, rate| rate + if axis == 0 { 1e-3 * (-(row as f64) / 12_000.0).exp() } else { 0.0 });
     let warm_up = text(&warming, "warm-up");
     assert!(warm_up.contains("gyro_x") && warm_up.contains("--skip"), "{warm_up}");
-    let skip: String = warm_up.chars().skip(warm_up.find("--skip ").unwrap() + 7).take_while(|c| *c != ' ').collect();
+    let skip: String = warm_up.chars().skip(warm_up.find("--skip ").unwrap() + 7).take_while(|c| *c != '`').collect();
     let (cured, _) = replay(&folder.path().join("rates.csv"), &["--columns", COLUMNS, "--skip", &skip]);
     assert!(!warned(&cured, "warm-up"), "--skip {skip} does not cure it");
 }

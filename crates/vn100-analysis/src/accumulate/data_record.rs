@@ -16,8 +16,9 @@ use super::{
     sensor_replies::SensorReplies,
 };
 use crate::{
+    rate_change::RateChange,
     settings::Settings,
-    snapshot::{MissingFrom, RateChange, Timing},
+    snapshot::{MissingFrom, Timing},
 };
 
 /// The parts of a record. Each row, gap and reply is passed to all parts that it concerns.

@@ -5,8 +5,9 @@ use vn100_protocol::{BINARY, Layout};
 
 use super::{measured_span::MeasuredSpan, sensor_rates::rates_hz};
 use crate::{
+    rate_change::{FalseRate, FalseReport, RateChange},
     settings::DEFAULT_RATE_HZ,
-    snapshot::{FalseRate, FalseReport, RateChange, RateFrom},
+    snapshot::RateFrom,
 };
 
 /// Clock offset above which a measured rate does not confirm the nominal one: no quartz is off by

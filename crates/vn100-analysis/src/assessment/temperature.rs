@@ -13,7 +13,7 @@ use super::{
 use crate::{
     in_parallel::in_parallel,
     snapshot::Snapshot,
-    warning::{Warning, WarningKind},
+    warning::{Finding, Warning, WarningKind},
 };
 
 /// By place of the channel.
@@ -59,13 +59,8 @@ pub(super) fn warning(snapshot: &Snapshot, channels: &[ChannelAssessment]) -> Op
     let axes: Vec<(&Channel, f64)> = snapshot.assessed(channels).filter_map(following).collect();
     let (worst, share) = axes.iter().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
     let names: Vec<String> = axes.iter().map(|(channel, _)| channel.name.to_string()).collect();
-    let made = match *share > 0.0 {
-        true => format!("At one averaging time it makes {:.0} % of the variance of {}. ", 100.0 * share, worst.name),
-        false => String::new(),
-    };
-    let headline = format!("bias of {} follows the temperature", names.join(" "));
-    let details = format!("{made}B, K and ramp of these axes are bounds only. Keep the temperature constant.");
-    Some(Warning::new(WarningKind::FollowsTemperature, names, headline, details))
+    let found = Finding::Temperature(worst.name.to_string(), *share);
+    Some(Warning::new(WarningKind::FollowsTemperature, found).of(names))
 }
 
 /// Adds to the noise of each axis how it follows the temperature.

@@ -7,7 +7,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use vn100_protocol::RejectedCounts;
 
-use crate::snapshot::{MissingFrom, Outages, RateChange, RateFrom, Snapshot};
+use crate::{
+    rate_change::RateChange,
+    snapshot::{MissingFrom, Outages, RateFrom, Snapshot},
+};
 
 /// Rate, counts and gaps of the samples.
 #[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]

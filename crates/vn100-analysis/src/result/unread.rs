@@ -3,9 +3,9 @@
 use vn100_protocol::stream::AbsentValues;
 
 use crate::{
-    remedy::{Remedy, Text},
+    remedy::Remedy,
     source_facts::SourceFacts,
-    warning::{Warning, WarningKind},
+    warning::{Finding, Severity, Warning, WarningKind},
 };
 
 /// What was taken for absent by the first messages of a bag, and is not; and the numbers of a table
@@ -14,20 +14,14 @@ pub(super) fn warnings(facts: &SourceFacts) -> Vec<Warning> {
     let beyond = facts.csv.iter().flat_map(|csv| {
         let is_often = |absent: &&AbsentValues| 1000 * absent.out_of_range > csv.rows;
         csv.absent.iter().filter(is_often).map(|absent| {
-            let headline = format!(
-                "{} of {} values of {} are far beyond those of the first rows, and missing",
-                absent.out_of_range, csv.rows, absent.channel
-            );
-            let details = "The first 1000 rows decide how large a number can be: 64 times their deviation. Cut off the rows that \
-                           differ from the others.";
-            Warning::new(WarningKind::UnreadValues, vec![absent.channel.clone()], headline, details)
+            let found = Warning::new(WarningKind::Gaps, Finding::OutOfRange(absent.out_of_range, csv.rows));
+            found.of([absent.channel.clone()]).as_severe_as(Severity::Problem)
         })
     });
     let unread = facts.bag.iter().flat_map(|bag| &bag.unread).filter(|unread| unread.nonzero_messages > 0);
     let unread = unread.map(|unread| {
-        let details = Text::from("Exclude the messages before, or name all numbers with ");
-        let details = details.remedy(Remedy::MapColumns(None)).then(".");
-        Warning::new(WarningKind::UnreadValues, Vec::new(), unread.to_string(), details)
+        let found = Warning::new(WarningKind::Gaps, Finding::Unread(unread.clone()));
+        found.as_severe_as(Severity::Problem).cured_by(Remedy::MapColumns(None))
     });
     unread.chain(beyond).collect()
 }

@@ -1,18 +1,20 @@
 //! A verdict on a figure of a data sheet, as a document has it.
 
-use imu_noise::{Claim, Sides, Term, Verdict, conventions};
+use imu_noise::{Claim, Term, Verdict, conventions};
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
-use crate::datasheet::FigureVerdict;
+use crate::datasheet::{DecidedBy, FigureVerdict, Ratio};
 
 /// One figure of the data sheet and the verdict of the measurement, in SI units.
 #[derive(Debug, JsonSchema, Serialize)]
 pub(super) struct VerdictDocument {
     /// Parameter.
     parameter: Term,
-    /// Verdict.
-    verdict: Verdict,
+    /// Verdict; null for a typical figure that is not taken for a limit.
+    verdict: Option<Verdict>,
+    /// What would decide; null unless the verdict is undecided.
+    decided_by: Option<DecidedBy>,
     /// Figure as printed, such as typical 0.0035 deg/s/sqrt(Hz).
     figure: String,
     /// Kind of figure: limit or typical.
@@ -29,29 +31,13 @@ pub(super) struct VerdictDocument {
     measured_lower: Option<f64>,
     /// Upper end of its interval.
     measured_upper: Option<f64>,
-    /// Factor that averaging and decimation make of the figure of the sensor.
-    factor: f64,
-    /// How far the factor may be off, relative.
-    factor_uncertainty: f64,
-    /// Whether the averaging window is known.
-    window_known: bool,
-    /// Least that a sensor at the figure shows in this stream; a density of unknown sides as
-    /// two-sided.
-    expected_low: f64,
-    /// Most that it shows.
-    expected_high: f64,
-    /// The verdict under each convention of a density of unknown sides; empty for any other figure.
-    readings: Vec<ReadingDocument>,
-}
-
-/// A figure under one convention.
-#[derive(Debug, JsonSchema, Serialize)]
-struct ReadingDocument {
-    /// Frequencies that the density counts.
-    sides: Sides,
-    /// Verdict under this convention.
-    verdict: Verdict,
-    /// Least that a sensor at the figure shows.
+    /// Measured value over the expected one.
+    ratio: Ratio,
+    /// Least factor by which averaging and decimation may raise the figure of the sensor.
+    factor_low: f64,
+    /// Most by which they may raise it.
+    factor_high: f64,
+    /// Least that a sensor at the figure shows in this stream.
     expected_low: f64,
     /// Most that it shows.
     expected_high: f64,
@@ -68,15 +54,10 @@ pub(super) fn as_documents<S: Serializer>(
 impl VerdictDocument {
     fn of(verdict: &FigureVerdict) -> Self {
         let figure = &verdict.figure;
-        let readings = verdict.readings.iter().map(|reading| ReadingDocument {
-            sides: reading.sides,
-            verdict: reading.verdict,
-            expected_low: reading.expected.0,
-            expected_high: reading.expected.1,
-        });
         Self {
             parameter: figure.term,
             verdict: verdict.verdict,
+            decided_by: verdict.decided_by,
             figure: figure.printed.clone(),
             claim: match figure.claim {
                 Claim::Limit(_) => "limit",
@@ -88,12 +69,11 @@ impl VerdictDocument {
             measured: verdict.measured.value,
             measured_lower: verdict.measured.lower,
             measured_upper: verdict.measured.upper,
-            factor: verdict.stream.factor,
-            factor_uncertainty: verdict.stream.uncertainty,
-            window_known: verdict.window_known,
+            ratio: verdict.ratio,
+            factor_low: verdict.factor.0,
+            factor_high: verdict.factor.1,
             expected_low: verdict.expected.0,
             expected_high: verdict.expected.1,
-            readings: readings.collect(),
         }
     }
 }

@@ -11,7 +11,12 @@ use vn100_analysis::{
     UnitValue, Untested, axes_name, sensor_of,
 };
 
-use crate::{codes::term_name, names::recommendation, units::si_unit};
+use crate::{
+    codes::term_name,
+    names::recommendation,
+    units::si_unit,
+    warnings::{caveat_in_words, in_words},
+};
 
 /// The name of a record among several, by its place from 0: `run 1` for the first.
 #[must_use]
@@ -302,12 +307,12 @@ impl ComparisonDocument {
             record: disturbance.record,
             kind: disturbance.warning.kind.name(),
             channels: disturbance.warning.channels.clone(),
-            text: disturbance.warning.in_words(words),
+            text: in_words(&disturbance.warning, words),
         });
         let caveats = comparison.caveats.iter().map(|caveat| CaveatDocument {
             kind: caveat.kind.name(),
             records: caveat.records.clone(),
-            text: caveat.text.in_words(words),
+            text: caveat_in_words(caveat, words),
         });
         let same = comparison.same_samples.iter().map(|same| SameSamplesDocument {
             records: same.records,

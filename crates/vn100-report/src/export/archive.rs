@@ -194,13 +194,13 @@ fn cells(file: &ArchivedFile, result: &SourceResult, channel: Option<&ChannelRes
         ]);
     }
     let judged = channel.map_or(&[][..], ChannelResult::verdicts);
-    let verdicts = judged.iter().map(|judged| {
-        let (figure, verdict) = (&judged.figure, code_of_verdict(judged.verdict).code);
+    let verdicts = judged.iter().filter_map(|judged| {
+        let (figure, verdict) = (&judged.figure, code_of_verdict(judged.verdict?).code);
         let claim = match figure.claim {
             Claim::Limit(_) => "limit",
             Claim::Typical { .. } => "typical",
         };
-        format!("{} {claim} {verdict}", term_name(figure.term))
+        Some(format!("{} {claim} {verdict}", term_name(figure.term)))
     });
     cells.push(joined(verdicts));
     let mut named = BTreeSet::new();

@@ -8,6 +8,7 @@ use vn100_analysis::{
     TemperatureResult,
 };
 
+use crate::warnings::{details, headline};
 use crate::{
     codes::{code_of_verdict, name_of, term_name},
     graphical::GRAPHICAL,
@@ -191,7 +192,7 @@ fn verdicts(record: &SourceResult) -> String {
             table.row(&[
                 &channel.name,
                 term_name(verdict.figure.term),
-                code_of_verdict(verdict.verdict).code,
+                verdict.verdict.map_or("", |verdict| code_of_verdict(verdict).code),
                 datasheet,
                 &verdict.figure.printed,
                 claim,
@@ -211,8 +212,8 @@ fn verdicts(record: &SourceResult) -> String {
 fn warnings(record: &SourceResult, words: RemedyWords) -> String {
     let mut table = Table::new(WARNINGS);
     for warning in &record.warnings {
-        let (channels, details) = (warning.channels.join(" "), warning.details.in_words(words));
-        table.row(&[warning.kind.name(), warning.severity.name(), &channels, &warning.headline, &details]);
+        let (channels, details) = (warning.channels.join(" "), details(warning, words));
+        table.row(&[warning.kind.name(), warning.severity.name(), &channels, &headline(warning), &details]);
     }
     table.0
 }

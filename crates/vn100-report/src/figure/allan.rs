@@ -1,7 +1,7 @@
 //! The Allan plot: deviation over averaging time, both by decades, with an interval at each point.
 
 use vn100_analysis::noise::{
-    Claim, Deviation, STANDARD_GRAVITY_M_S2, Sides,
+    Claim, Deviation, STANDARD_GRAVITY_M_S2,
     Term::{BiasInstability, Quantization, RateRamp, RateRandomWalk, White},
     Verdict,
 };
@@ -137,20 +137,21 @@ impl SheetLine {
             BiasInstability => (0.0, "B", FLAT),
             Quantization | RateRandomWalk | RateRamp => return Vec::new(),
         };
-        let line = |(low, high): (f64, f64), sides: &str| Self {
-            deviation: if is_limit { low.min(high) } else { f64::midpoint(low, high) } * level * factor,
+        if verdict.verdict == Some(Verdict::NotComparable) {
+            return Vec::new();
+        }
+        // what aliasing is known to is no wider than this; of a figure with several readings both ends
+        const ONE: f64 = 1.5;
+        let (low, high) = verdict.expected;
+        let line = |end: f64, which: &str| Self {
+            deviation: end * level * factor,
             slope,
-            text: format!("data sheet {name} {kind}{sides}"),
+            text: format!("data sheet {name} {kind}{which}"),
         };
-        match &verdict.readings[..] {
-            _ if verdict.verdict == Verdict::NotComparable => Vec::new(),
-            [] => vec![line(verdict.expected, "")],
-            readings => (readings.iter())
-                .map(|reading| match reading.sides {
-                    Sides::Two => line(reading.expected, ", two-sided"),
-                    Sides::One => line(reading.expected, ", one-sided"),
-                })
-                .collect(),
+        match (is_limit, high > ONE * low) {
+            (true, _) => vec![line(low, "")],
+            (false, false) => vec![line(f64::midpoint(low, high), "")],
+            (false, true) => vec![line(low, ", least"), line(high, ", most")],
         }
     }
 }

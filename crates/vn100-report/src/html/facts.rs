@@ -271,7 +271,7 @@ fn traceability(record: &SourceResult, options: PageOptions<'_>) -> Vec<Row> {
         ),
         fact(
             "Decision rule",
-            "pass where the whole interval lies below the limit, fail where it lies above, else inconclusive (guard band as ILAC-G8: the half-width of the interval)",
+            "pass if the whole interval lies below the limit, fail if it lies above, else undecided (guard band as ILAC-G8: the half-width of the interval)",
         ),
         or_not_recorded(
             "Detectable change",

@@ -116,8 +116,7 @@ fn tile(table: &SensorTable, statistics: &[StatisticsRow]) -> Markup {
 fn verdict_class(verdict: &VerdictWord) -> &'static str {
     match verdict.word.split(' ').next() {
         _ if verdict.is_failed => "problem",
-        Some("pass" | "within" | "below") => "fine",
-        Some("above") => "caution",
+        Some("pass") => "fine",
         _ => "note",
     }
 }

@@ -3,6 +3,7 @@
 
 use std::{fmt::Write, time::Duration};
 
+use crate::warnings::headline;
 use crate::{
     figure::{Figure, Figures, last_minutes},
     goals::{Goals, warm_up},
@@ -269,7 +270,7 @@ pub fn sources_part(sources: &[(String, PageSource<'_>)]) -> PagePart {
                 td { (grouped(timing.samples)) }
                 td { (time(timing.duration_s)) }
                 td { (missing_text(timing)) }
-                td.words { @if let Some(gravest) = gravest { b class={ "badge " (glance::severity_class(Some(gravest.severity))) } { (gravest.severity.name()) } " " (gravest.headline) } @else { "–" } }
+                td.words { @if let Some(gravest) = gravest { b class={ "badge " (glance::severity_class(Some(gravest.severity))) } { (gravest.severity.name()) } " " (headline(gravest)) } @else { "–" } }
             }
         }
     };

@@ -1,10 +1,10 @@
 //! The noise parameters, each sensor's axes side by side, in every unit in use; and beside the
 //! figures of the data sheet.
 
+use crate::html::glance;
 use crate::{
-    Code, code_of_verdict,
     graphical::GRAPHICAL,
-    names::{QUANTITIES, TERMS, budget_rows, in_words, names_of, parameter_names, verdict_name},
+    names::{QUANTITIES, TERMS, budget_rows, decided_by, in_words, names_of, parameter_names, verdict_name},
     numbers::{
         NOTHING, digits, duration, four_digits, p_value,
         plain::{digits_trimmed, short},
@@ -14,11 +14,11 @@ use crate::{
 };
 use maud::{Markup, html};
 use vn100_analysis::noise::{
-    Claim, Convention, Deviation, Parameter, Sensor, Sides, Term, Verdict, conventions, temperature_conventions,
+    Convention, Deviation, Parameter, Sensor, Sides, Term, conventions, temperature_conventions,
 };
 use vn100_analysis::{
-    ChannelResult, DatasheetFigure, DetectableRrw, FigureVerdict, LongTauValidity, NoiseResult, Remedy, RemedyWords,
-    SENSORS, SourceResult, StreamUnknown, TemperatureResult, letter,
+    ChannelResult, DatasheetFigure, DecidedBy, DetectableRrw, FigureVerdict, LongTauValidity, NoiseResult, Remedy,
+    RemedyWords, SENSORS, SourceResult, TemperatureResult, letter,
 };
 
 use crate::html::{caption::Captions, elements::table};
@@ -236,7 +236,7 @@ pub(crate) fn long_taus_reason(long_taus: LongTauValidity) -> Option<&'static st
 pub(crate) fn verdicts(record: &SourceResult, words: RemedyWords, captions: &Captions) -> Markup {
     let Some(sheet) = &record.datasheet else {
         return html! {
-            p { "None was compared: the built-in figures are for the VN-100's own messages; " code { (words(&Remedy::GiveDatasheet)) " FILE.toml" } " gives those of another sensor." }
+            p { "None was compared: the built-in figures are for the VN-100's own messages; " (glance::with_code(&words(&Remedy::GiveDatasheet))) "." }
         };
     };
     if let Some(motion) = &record.motion {
@@ -259,17 +259,11 @@ pub(crate) fn verdicts(record: &SourceResult, words: RemedyWords, captions: &Cap
                     td { (letter(verdict.figure.term)) }
                     td.unit { (pretty_unit(unit)) }
                     td { (pretty_unit(&verdict.figure.printed)) @if let Some(same) = in_shown_unit(&verdict.figure, unit, factor) { br; (same) } }
-                    td {
-                        @match &verdict.readings[..] {
-                            [two, one, ..] => { (range(two.expected, factor)) " two-sided" br; (range(one.expected, factor)) " one-sided †" }
-                            _ => (range(verdict.expected, factor)),
-                        }
-                        @if verdict.unknown == Some(StreamUnknown::Window) { " *" }
-                    }
+                    td { (range(verdict.expected, factor)) }
                     td { (measured(verdict, factor)) }
                     td {
-                        b { (verdict_name(verdict.verdict)) }
-                        @if let [two, one, ..] = &verdict.readings[..] { br; (verdict_name(two.verdict)) " two-sided" br; (verdict_name(one.verdict)) " one-sided" }
+                        b { (verdict_name(verdict)) }
+                        @if let Some(by) = verdict.decided_by { br; (decided_by(by)) " would decide" }
                     }
                 }
             }
@@ -279,40 +273,24 @@ pub(crate) fn verdicts(record: &SourceResult, words: RemedyWords, captions: &Cap
         @if let Some(note) = &sheet.note { p { "Its figures are " (note) "." } }
         (table(&captions.table(&format!("Comparison with the data sheet: {}", sheet.name)), Some("verdicts"), &columns, &compared))
         p {
-            @for (word, meanings) in meanings(rows.iter().map(|(_, row)| row.verdict)) { b { (word) } ": " (meanings.join("; or ")) ". " }
-            "Typical values are not guaranteed; a single value 0.14 means 0.135 to 0.145. Pass: the whole confidence interval lies below the limit. "
-            @if rows.iter().any(|(_, verdict)| !verdict.readings.is_empty()) {
-                "† The sheet does not say whether its densities are two-sided or one-sided: both readings are given, and neither decides alone. "
+            "A limit passes if the whole confidence interval lies below the lowest that a sensor at the limit may read in this stream, and fails if it lies above the highest. "
+            "Typical figures are no guarantee: the ratio says how the sensor compares. "
+            @if rows.iter().any(|(_, verdict)| verdict.figure.is_of_unknown_sides) {
+                "A sheet that does not say whether its densities are two-sided or one-sided has a range of both readings. "
             }
-            @if rows.iter().any(|(_, verdict)| verdict.unknown == Some(StreamUnknown::Window)) {
-                "* With register 85 at its factory default; the record does not contain it (set " code { (words(&Remedy::GiveWindow)) } "), so N can neither pass nor fail. "
+            @if rows.iter().any(|(_, verdict)| verdict.decided_by == Some(DecidedBy::Window)) {
+                "The record does not contain the averaging window (" (glance::with_code(&words(&Remedy::GiveWindow))) "). "
             }
             "In-run bias is compared as data sheets define it: the minimum of the fitted curve."
         }
     }
 }
 
-/// The words of these verdicts, the worst first, each with all that it means.
-fn meanings(verdicts: impl Iterator<Item = Verdict> + Clone) -> Vec<(&'static str, Vec<&'static str>)> {
-    let mut words: Vec<(&str, Vec<&str>)> = Vec::new();
-    for verdict in Verdict::ALL.into_iter().filter(|verdict| verdicts.clone().any(|other| other == *verdict)) {
-        let Code { word, meaning, .. } = code_of_verdict(verdict);
-        match words.iter_mut().find(|(other, _)| *other == word) {
-            Some((_, meanings)) => meanings.push(meaning),
-            None => words.push((word, vec![meaning])),
-        }
-    }
-    words
-}
-
 /// The figure of a data sheet in the unit of the row, where it is printed in another.
 fn in_shown_unit(figure: &DatasheetFigure, unit: &str, factor: f64) -> Option<String> {
     let unit = pretty_unit(unit);
     let is_same = pretty_unit(&figure.printed).split_whitespace().any(|word| word.trim_end_matches(',') == unit);
-    let (low, high) = match figure.claim {
-        Claim::Limit(value) => (value, value),
-        Claim::Typical { from, to, .. } => (from, to),
-    };
+    let (low, high) = figure.claim.ends();
     let [low, high] = [low, high].map(|value| digits_trimmed(value * factor, 3));
     let number = if low == high { low } else { format!("{low} to {high}") };
     (!is_same).then(|| format!("= {number} {unit}"))

@@ -2,9 +2,10 @@
 
 use std::io::{self, Write};
 
+use crate::warnings::{details, headline};
 use crate::{KalibrYaml, facts::NOT_RECORDED, figure::Figures, run_name, run_prefix, summary::Summary};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use vn100_analysis::{RemedyWords, SourceResult};
+use vn100_analysis::{NoiseResult, RemedyWords, SENSORS, SourceResult, noise::Sensor};
 
 use crate::html::{
     caption::Captions,
@@ -117,7 +118,7 @@ fn one(
         };
     }
     let summary = Summary::new(record, options.words);
-    let sections: [(&str, &str, Markup); 10] = [
+    let sections: [(&str, &str, Markup); 11] = [
         ("allan", "Allan deviation", figures::together(record, figures, captions)),
         ("cautions", "Cautions", warnings(record, options.words)),
         (
@@ -133,6 +134,7 @@ fn one(
         ("lab", "Lab report", lab::lab(record, figures, captions)),
         ("statistics", "Descriptive statistics", statistics::statistics(record, figures, options.words, captions)),
         ("spectrum", "Spectrum and deviation per segment", figures::spectrum(figures, captions)),
+        ("advice", "What to do, and what was not tested", advice(record, &summary)),
         ("filters", "Values for Kalman filters and Kalibr", filters(record, options.kalibr_span_s)),
         ("record", "Record and method", facts::facts(record, options, captions)),
     ];
@@ -147,14 +149,33 @@ fn one(
     }
 }
 
+/// The notes of the summary, and the limits of any record at rest.
+fn advice(record: &SourceResult, summary: &Summary) -> Markup {
+    let inertial = || SENSORS.iter().filter(|(_, sensor)| *sensor != Sensor::Magnetometer);
+    let mut axes = inertial().flat_map(|(quantity, _)| record.of(*quantity)).filter_map(|axis| axis.noise.as_ref());
+    let has_coefficient = |noise: &NoiseResult| noise.temperature.as_ref().is_some_and(|found| found.reason.is_none());
+    let temperature = if axes.all(has_coefficient) { "" } else { "temperature, " };
+    html! {
+        @if !summary.notes.is_empty() { ul { @for note in &summary.notes { li { (glance::with_code(note)) } } } }
+        p {
+            "One record at rest does not show bias from turn-on to turn-on, scale factor, misalignment, or the sensitivity to " (temperature)
+            "supply and acceleration. Slow motion that looks like noise is not detected. "
+            @if record.source.device.is_none() {
+                "The record does not hold the registers of the sensor: its averaging window, calibration and filter modes are unknown. "
+            }
+            @if record.source.meta.is_none() { "Place, mounting, ambient temperature and supply were not recorded." }
+        }
+    }
+}
+
 pub(crate) fn warnings(record: &SourceResult, words: RemedyWords) -> Markup {
     html! {
         @if record.warnings.is_empty() { p { "None." } }
         @for warning in &record.warnings {
             @let class = glance::severity_class(Some(warning.severity));
             details class={ "warning " (class) } {
-                summary { b class={ "badge " (class) } { (warning.severity.name()) } " " (warning.headline) " " code { (warning.kind.name()) } }
-                p { (glance::with_code(&warning.details.in_words(words))) }
+                summary { b class={ "badge " (class) } { (warning.severity.name()) } " " (headline(warning)) " " code { (warning.kind.name()) } }
+                p { (glance::with_code(&details(warning, words))) }
             }
         }
     }

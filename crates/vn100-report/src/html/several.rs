@@ -1,5 +1,6 @@
 //! Several records side by side.
 
+use crate::warnings::{caveat_in_words, in_words};
 use crate::{
     figure::Figures,
     names::{folding, names_of, recommendation, untested},
@@ -32,7 +33,7 @@ pub(crate) fn several(
             h2 { "Comparison" }
             (list(records, captions))
             p { b { "Which record to use" } ": " (recommendation(&comparison, run_name)) "." }
-            @for caveat in &comparison.caveats { p.warning { b { (caveat.kind.name()) } ": " (with_code(caveat.text.in_words(options.words).trim_end_matches('.'))) "." } }
+            @for caveat in &comparison.caveats { p.warning { b { (caveat.kind.name()) } ": " (with_code(caveat_in_words(caveat, options.words).trim_end_matches('.'))) "." } }
             h3 { "Allan deviation" }
             (grid(&together.allan_axes, captions))
             (rankings(&comparison, captions))
@@ -124,7 +125,7 @@ fn disturbances(comparison: &Comparison, words: RemedyWords) -> Markup {
         @if !comparison.disturbances.is_empty() {
             h3 { "Disturbed records" }
             @for disturbance in &comparison.disturbances {
-                p.warning { b { (run_name(disturbance.record)) ", " (disturbance.warning.kind.name()) } ": " (disturbance.warning.in_words(words).trim_end_matches('.')) "." }
+                p.warning { b { (run_name(disturbance.record)) ", " (disturbance.warning.kind.name()) } ": " (in_words(&disturbance.warning, words).trim_end_matches('.')) "." }
             }
         }
     }

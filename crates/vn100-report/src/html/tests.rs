@@ -3,6 +3,7 @@
 mod reports;
 
 use super::*;
+use crate::remedies::page_words;
 use crate::{figure::Figures, tests::fixture::with_attitude};
 
 #[test]
@@ -19,7 +20,7 @@ fn of_several_sources_the_cautions_are_shown_before_their_details_are_opened() {
 #[test]
 fn parts_with_figures_carry_the_numbers_that_are_read_off_them() {
     let record = with_attitude(4096, 40.0);
-    let parts = result_parts(&record, ToString::to_string, "run1-");
+    let parts = result_parts(&record, page_words, "run1-");
     for name in ["allan", "axes", "spectrum"] {
         let html = &parts.iter().find(|part| part.id == format!("run1-{name}")).unwrap().html;
         assert!(html.contains("<svg "), "{name}");

@@ -1,23 +1,20 @@
 //! The noise parameters of each sensor, its axes side by side, one unit for each parameter, beside
 //! the figures of the data sheet and the readings of the graphical slope method.
 
-use crate::units::parameter_unit;
 use vn100_analysis::noise::{Claim, Parameter, Sensor, Status, Term, Verdict};
 use vn100_analysis::{
-    ChannelResult, FigureVerdict, LongTauValidity, NoiseResult, Onboard, Remedy, Setting, SourceResult, WarningKind,
+    ChannelResult, DecidedBy, FigureVerdict, LongTauValidity, NoiseResult, Onboard, Remedy, Setting, SourceResult,
     sensor_of,
 };
 
 use super::{AXES, Notes, ParameterRow, SensorTable, VerdictWord};
 use crate::{
-    codes::{code_of_status, code_of_verdict},
+    codes::code_of_status,
     graphical::GRAPHICAL,
-    names::{ParameterNames, QUANTITIES, TERMS, names_of, parameter_names, undecided_by},
+    names::{ParameterNames, QUANTITIES, TERMS, decided_by, names_of, parameter_names, short_verdict},
     numbers::plain::digits_trimmed,
+    units::parameter_unit,
 };
-
-/// The stream does not carry the parameter.
-const NOT_COMPARABLE: &str = "n/a";
 
 /// A factor on N below which the sensor's own is not given apart.
 const LEAST_FACTOR: f64 = 1.02;
@@ -56,10 +53,10 @@ pub(super) fn tables(result: &SourceResult, notes: &mut Notes) -> Vec<SensorTabl
             .filter(move |group| group[0].channel.quantity == quantity)
     };
     let groups = QUANTITIES.into_iter().flat_map(of_quantity).flat_map(|group| group.chunks(AXES));
-    groups.filter_map(|group| table(result, group, notes)).collect()
+    groups.filter_map(|group| table(group, notes)).collect()
 }
 
-fn table(result: &SourceResult, axes: &[Axis<'_>], notes: &mut Notes) -> Option<SensorTable> {
+fn table(axes: &[Axis<'_>], notes: &mut Notes) -> Option<SensorTable> {
     let quantity = axes.first()?.channel.quantity;
     let sensor = sensor_of(quantity)?;
     let has_datasheet = axes.iter().any(|axis| !axis.channel.verdicts().is_empty());
@@ -68,13 +65,8 @@ fn table(result: &SourceResult, axes: &[Axis<'_>], notes: &mut Notes) -> Option<
     let rows = terms.flat_map(|term| parameter_rows(sensor, term, axes)).collect();
     let mut places = Vec::new();
     if has_datasheet {
-        let is_decimated = |axis: &Axis<'_>| {
-            let concerns =
-                |kind, names: &[String]| kind == WarningKind::DecimatedStream && names.contains(&axis.channel.name);
-            result.warnings.iter().any(|warning| concerns(warning.kind, &warning.channels))
-        };
-        places.extend(alias_note(axes, notes).filter(|_| axes.iter().any(is_decimated)));
-        places.extend(undecided_notes(axes, notes));
+        places.extend(alias_note(axes, notes));
+        places.extend(undecided_note(axes, notes));
     }
     let axis_name = |axis: &Axis<'_>| match axis.channel.name.rsplit_once('_') {
         Some((_, letter)) if letter.len() == 1 => letter.to_owned(),
@@ -89,15 +81,21 @@ fn table(result: &SourceResult, axes: &[Axis<'_>], notes: &mut Notes) -> Option<
     })
 }
 
-/// Why verdicts are not decided, and which of them a longer record may decide.
-fn undecided_notes(axes: &[Axis<'_>], notes: &mut Notes) -> Vec<usize> {
-    let verdicts = || axes.iter().flat_map(|axis| axis.channel.verdicts());
-    let is_open = |judged: &&FigureVerdict| matches!(judged.verdict, Verdict::Consistent | Verdict::Undecided);
-    let undecidable = verdicts().filter(is_open).find_map(undecided_by).map(|why| format!("undecidable: {why}"));
-    let inconclusive = verdicts()
-        .any(|verdict| verdict.verdict == Verdict::Inconclusive)
-        .then(|| format!("inconclusive: a longer record may decide (`{}`)", (notes.words)(&Remedy::Plan)));
-    undecidable.into_iter().chain(inconclusive).map(|note| notes.place(note)).collect()
+/// What would decide the first open verdict: one note, since the head of the table has room for two
+/// marks.
+fn undecided_note(axes: &[Axis<'_>], notes: &mut Notes) -> Option<usize> {
+    let (axis, by) = axes
+        .iter()
+        .find_map(|axis| Some((axis, axis.channel.verdicts().iter().find_map(|found| found.decided_by)?)))?;
+    let remedy = match (by, axis.channel.onboard) {
+        (DecidedBy::Rate, _) => Some(Remedy::GiveRate(None)),
+        (DecidedBy::Window, Some(_)) => Some(Remedy::GiveWindow),
+        (DecidedBy::Unaliased, Some(onboard)) => Some(Remedy::MeasureWith(Setting::Window(onboard.unaliased_window()))),
+        (DecidedBy::LongerRecord, _) => Some(Remedy::Plan),
+        _ => None,
+    };
+    let remedy = remedy.map_or_else(String::new, |remedy| format!("; {}", (notes.words)(&remedy)));
+    Some(notes.place(format!("undecided: {} would decide{remedy}", decided_by(by))))
 }
 
 /// What the data sheet is multiplied by, and how that is avoided.
@@ -106,12 +104,18 @@ fn alias_note(axes: &[Axis<'_>], notes: &mut Notes) -> Option<usize> {
     let window = onboard.unaliased_window();
     let is_imu = onboard.refresh_hz > Onboard::MAG_REFRESH_HZ;
     let words = notes.words;
-    let remedy = if is_imu {
-        format!("; `{}` avoids it", words(&Remedy::MeasureWith(Setting::Window(window))))
-    } else {
-        String::new()
+    let unknown = (is_imu && !onboard.window_known()).then_some(Remedy::GiveWindow);
+    let avoided = is_imu.then_some(Remedy::MeasureWith(Setting::Window(window)));
+    let remedies: String = avoided.iter().chain(&unknown).map(|remedy| format!("; {}", words(remedy))).collect();
+    let percent = 100.0 * Onboard::UNCERTAINTY;
+    let aliasing = match onboard.window_known() {
+        true => format!("{factor:.2} (±{percent:.0} %) by aliasing"),
+        false => {
+            let most = onboard.window.decimation.sqrt();
+            format!("1 to {most:.2} by aliasing, {factor:.2} at the factory default of its window")
+        }
     };
-    Some(notes.place(format!("data sheet N x {factor:.2} by aliasing{remedy}")))
+    Some(notes.place(format!("data sheet N x {aliasing}{remedies}")))
 }
 
 fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>]) -> Vec<ParameterRow> {
@@ -248,30 +252,23 @@ fn figures(term: Term, axes: &[Axis<'_>], factor: f64) -> Vec<(String, VerdictWo
         })
         .enumerate()
         // what cannot be compared is said once
-        .filter(|(place, (_, verdict))| *place == 0 || verdict.word != NOT_COMPARABLE)
+        .filter(|(place, (_, verdict))| *place == 0 || verdict.word != "n/a")
         .map(|(_, figure)| figure)
         .collect()
 }
 
+/// A limit as the lowest that it may be in this stream, and what is typical as a range.
 fn claim(verdict: &FigureVerdict, factor: f64) -> String {
-    let ends = verdict.readings.iter().map(|reading| reading.expected).chain([verdict.expected]);
-    // in the middle of what the stream may do to it
-    let middles: Vec<f64> = ends.map(|(low, high)| f64::midpoint(low, high) * factor).collect();
-    let (low, high) = match verdict.figure.claim {
-        Claim::Typical { from, to, .. } if verdict.readings.is_empty() && from < to => {
-            let scale = verdict.stream.factor * factor;
-            (from * scale, to * scale)
-        }
-        _ => (
-            middles.iter().copied().fold(f64::INFINITY, f64::min),
-            middles.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        ),
-    };
-    let kind = match verdict.figure.claim {
-        Claim::Typical { .. } => "typ",
-        _ => "max",
-    };
-    format!("{kind} {}", range(low, high))
+    let (from, to) = verdict.figure.claim.ends();
+    let (low, high) = verdict.expected;
+    // in the middle of what aliasing is known to
+    let guard = (to * verdict.factor.1 / high).min(1.0);
+    let smaller = if verdict.figure.is_of_unknown_sides { std::f64::consts::FRAC_1_SQRT_2 } else { 1.0 };
+    let middle = (from * smaller * verdict.factor.0, high * guard);
+    match verdict.figure.claim {
+        Claim::Typical { .. } => format!("typ {}", range(middle.0 * factor, middle.1 * factor)),
+        Claim::Limit(_) => format!("max {}", range(low.min(middle.0) * factor, middle.1 * factor)),
+    }
 }
 
 /// Both ends to two digits, or one number if they are the same; with fewer digits of the lower
@@ -293,35 +290,28 @@ fn range(low: f64, high: f64) -> String {
     format!("{from}-{to}")
 }
 
-/// The worst verdict, with the letters of its axes where others are better.
+/// The worst verdict, with the letters of its axes if others are better; of a typical figure the
+/// largest ratio.
 fn word(verdicts: &[(usize, &FigureVerdict)], axes: &[Axis<'_>]) -> VerdictWord {
     let rank = |verdict: Verdict| Verdict::ALL.iter().position(|other| *other == verdict).unwrap_or(usize::MAX);
-    let worst = verdicts.iter().map(|(_, verdict)| verdict.verdict).min_by_key(|verdict| rank(*verdict));
-    let Some(worst) = worst else { return VerdictWord { word: String::new(), is_failed: false } };
-    let name = verdict_word(worst);
-    let of_worst = verdicts.iter().filter(|(_, verdict)| verdict.verdict == worst);
+    let judged = verdicts.iter().filter_map(|(_, judged)| judged.verdict);
+    let Some(worst) = judged.min_by_key(|verdict| rank(*verdict)) else {
+        let upper = |(_, judged): &&(usize, &FigureVerdict)| judged.ratio.upper.unwrap_or(0.0);
+        let largest = verdicts.iter().max_by(|a, b| upper(a).total_cmp(&upper(b)));
+        let word = largest.map_or_else(String::new, |(_, judged)| short_verdict(judged));
+        return VerdictWord { word, is_failed: false };
+    };
+    let of_worst = verdicts.iter().filter(|(_, verdict)| verdict.verdict == Some(worst));
     let letters: Vec<&str> =
         of_worst.clone().filter_map(|(number, _)| axes[*number].channel.name.rsplit('_').next()).collect();
+    let name = of_worst.clone().next().map_or_else(String::new, |(_, judged)| short_verdict(judged));
     let short = name.len() + 1 + letters.len();
     let word = match of_worst.count() == verdicts.len() || short > 12 || letters.iter().any(|letter| letter.len() != 1)
     {
-        true => name.to_owned(),
+        true => name,
         false => format!("{name} {}", letters.concat()),
     };
     VerdictWord { word, is_failed: worst == Verdict::Fail }
-}
-
-/// The verdict in one word, as a column of the summary has room for; what is typical stands in the
-/// column before it.
-pub(crate) fn verdict_word(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Fail => "FAIL",
-        Verdict::NotComparable => NOT_COMPARABLE,
-        _ => {
-            let word = code_of_verdict(verdict).word;
-            word.strip_suffix(" typical").unwrap_or(word)
-        }
-    }
 }
 
 #[cfg(test)]

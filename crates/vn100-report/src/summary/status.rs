@@ -11,6 +11,7 @@ use crate::{
     goals::warm_up,
     names::{outages, rejected_lines},
     numbers::plain::{counted, grouped, ppm, short},
+    warnings::headline,
 };
 
 /// What a warning concerns.
@@ -34,49 +35,23 @@ impl Aspect {
     const fn of(kind: WarningKind) -> Self {
         use WarningKind as Kind;
         match kind {
-            Kind::RecordingFailed
-            | Kind::RecordingCut
-            | Kind::EndedEarly
+            Kind::Incomplete
             | Kind::NoValidLines
             | Kind::OtherMessages
-            | Kind::LinkBudget
-            | Kind::DeviceErrors
-            | Kind::PortShared
-            | Kind::AnotherSensor
+            | Kind::LinkErrors
+            | Kind::StreamChanged
             | Kind::Gaps
             | Kind::RejectedLines
-            | Kind::AbsentValues
-            | Kind::UnreadValues
-            | Kind::UncheckedLines
             | Kind::RepeatedLines
             | Kind::TooShort => Self::Data,
-            Kind::RateAssumed
-            | Kind::RateChanged
-            | Kind::RateOffNominal
-            | Kind::StampsBackwards
-            | Kind::StampsRefused
-            | Kind::BunchedArrival => Self::Time,
+            Kind::RateAssumed | Kind::RateOffNominal | Kind::StampsDoubtful => Self::Time,
             Kind::VibrationLine
             | Kind::NotStationary
             | Kind::WarmUp
             | Kind::FollowsTemperature
-            | Kind::GravityMagnitude
-            | Kind::FieldMagnitude
-            | Kind::YawFromMagnetometer => Self::AtRest,
-            Kind::CompensatedStream
-            | Kind::CompensationUnknown
-            | Kind::DecimatedStream
-            | Kind::LowPass
-            | Kind::RotatedAxes => Self::Message,
-            Kind::PrintFormat
-            | Kind::StuckDigits
-            | Kind::CorrelatedNoise
-            | Kind::PossibleFilter
-            | Kind::LineFreeBand
-            | Kind::QuantisationFloor
-            | Kind::FullRange
-            | Kind::AngleRestarted
-            | Kind::UnitDoubtful => Self::Values,
+            | Kind::MagnitudeOff => Self::AtRest,
+            Kind::CompensatedStream | Kind::CompensationUnknown | Kind::LowPass | Kind::SensorSettings => Self::Message,
+            Kind::QuantisationFloor | Kind::CorrelatedNoise | Kind::FullRange | Kind::UnitDoubtful => Self::Values,
         }
     }
 
@@ -151,15 +126,14 @@ pub(crate) fn statuses(result: &SourceResult) -> Vec<Found<'_>> {
 }
 
 fn found(aspect: Aspect, result: &SourceResult) -> Found<'_> {
-    let of_aspect =
-        |warning: &&Warning| Aspect::of(warning.kind) == aspect && warning.kind != WarningKind::DecimatedStream;
+    let of_aspect = |warning: &&Warning| Aspect::of(warning.kind) == aspect;
     let warnings: Vec<&Warning> = result.warnings.iter().filter(of_aspect).collect();
     // a note stands beside graver ones in full results alone
     let is_shown = |warning: &&&Warning| {
-        aspect == Aspect::Message || warning.kind == WarningKind::EndedEarly || warning.severity < Severity::Note
+        aspect == Aspect::Message || warning.kind == WarningKind::Incomplete || warning.severity < Severity::Note
     };
     let mut findings: Vec<(String, Option<&Warning>)> =
-        warnings.iter().filter(is_shown).map(|warning| (warning.headline.clone(), Some(*warning))).collect();
+        warnings.iter().filter(is_shown).map(|warning| (headline(warning), Some(*warning))).collect();
     if aspect == Aspect::Data {
         findings.splice(0..0, source(&result.source).map(|text| (text, None)));
     }

@@ -9,6 +9,7 @@ use vn100_analysis::{
 };
 
 use super::fixture::measured;
+use crate::remedies::page_words;
 use crate::{
     ArchiveRow, ArchivedFile, CsvTable, Document, Ended, KalibrYaml, MeasuredSource, MetricsForm,
     figure::Figures,
@@ -83,11 +84,14 @@ fn kind(layout: &Layout, fate: Fate) -> (String, SourceResult) {
     let shortfall =
         Shortfall { wanted: std::time::Duration::from_secs(60), measured: std::time::Duration::from_secs(7) };
     let end = End::SourceFailed("the port is gone".into());
-    (name, Ended { end: &end, shortfall: Some(&shortfall), unmet: &[], is_live: true }.complete(result))
+    (
+        name,
+        Ended { end: &end, shortfall: Some(&shortfall), unmet: &[], is_live: true, words: page_words }.complete(result),
+    )
 }
 
 fn document(result: &SourceResult) -> Value {
-    serde_json::to_value(Document::new(result, ToString::to_string)).unwrap()
+    serde_json::to_value(Document::new(result, page_words)).unwrap()
 }
 
 /// All numbers of a document, as they are printed.
@@ -142,7 +146,7 @@ fn numbers_of_tables_and_metrics_are_those_of_the_document() {
         }
         let tables = [".metadata.csv", ".allan.csv", ".statistics.csv", ".parameters.csv", ".fit.csv", ".segments.csv"];
         for table in CsvTable::ALL.iter().filter(|table| tables.contains(&table.ending)) {
-            for row in (table.text)(result, ToString::to_string).lines().skip(1) {
+            for row in (table.text)(result, page_words).lines().skip(1) {
                 // of the graphical readings the document has the SI units alone
                 let is_derived = row.contains(",graphical_") && row.ends_with(",false");
                 row.split(',').filter(|_| !is_derived).for_each(|cell| check(name, &known, cell, row));
@@ -157,8 +161,8 @@ fn what_is_withheld_stands_in_no_face() {
     for (name, result) in kinds() {
         let document = document(result);
         let metrics = metrics_text(&[MeasuredSource { result, last_sample_age: None }], MetricsForm::Prometheus);
-        let summary = Summary::new(result, ToString::to_string);
-        let tables: String = CsvTable::ALL.iter().map(|table| (table.text)(result, ToString::to_string)).collect();
+        let summary = Summary::new(result, page_words);
+        let tables: String = CsvTable::ALL.iter().map(|table| (table.text)(result, page_words)).collect();
         for channel in document["channels"].as_array().unwrap() {
             for (term, metric) in [
                 ("white", "vn100_white_noise"),
@@ -198,7 +202,7 @@ fn the_summary_has_the_parameters_and_statements_of_the_document() {
     let mut compared = 0;
     for (name, result) in kinds() {
         let document = document(result);
-        let summary = Summary::new(result, ToString::to_string);
+        let summary = Summary::new(result, page_words);
         for status in &summary.statuses {
             let of_document = document["statuses"].as_array().unwrap().iter();
             let same = of_document.clone().find(|other| other["aspect"] == status.aspect).unwrap();
@@ -241,7 +245,7 @@ fn the_page_has_the_warnings_of_the_document_and_tables_its_codes() {
         let options = PageOptions {
             confidence: 0.95,
             asked: "as asked",
-            words: ToString::to_string,
+            words: page_words,
             program: Program { name: "vn100 test", commit: None },
             kalibr_span_s: 60.0,
         };
@@ -249,10 +253,8 @@ fn the_page_has_the_warnings_of_the_document_and_tables_its_codes() {
         let figures = [Figures::of(result, "")];
         write_page(&mut page, std::slice::from_ref(result), &figures, &Figures::default(), options).unwrap();
         let page = String::from_utf8(page).unwrap();
-        let warnings = (CsvTable::ALL.iter().find(|table| table.ending == ".warnings.csv").unwrap().text)(
-            result,
-            ToString::to_string,
-        );
+        let warnings =
+            (CsvTable::ALL.iter().find(|table| table.ending == ".warnings.csv").unwrap().text)(result, page_words);
         let metrics = metrics_text(&[MeasuredSource { result, last_sample_age: None }], MetricsForm::Prometheus);
         for warning in document["warnings"].as_array().unwrap() {
             let kind = warning["kind"].as_str().unwrap();

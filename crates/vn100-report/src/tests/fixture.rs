@@ -10,7 +10,7 @@ use vn100_analysis::{
     },
 };
 
-use crate::{Asked, Ended, Evaluation};
+use crate::{Asked, Ended, Evaluation, remedies::page_words};
 
 /// Near normal: the sum of four uniform numbers.
 fn noise(state: &mut u64) -> f64 {
@@ -40,7 +40,8 @@ pub(crate) fn result(facts: SourceFacts, snapshot: Snapshot) -> SourceResult {
 
 /// The result of a capture that was read to its end.
 pub(crate) fn ended(facts: SourceFacts, snapshot: Snapshot, unmet: &[UnmetGoal]) -> SourceResult {
-    Ended { end: &End::SourceEnded, shortfall: None, unmet, is_live: false }.complete(result(facts, snapshot))
+    Ended { end: &End::SourceEnded, shortfall: None, unmet, is_live: false, words: page_words }
+        .complete(result(facts, snapshot))
 }
 
 /// The result of a sensor that has this message at this rate, whose channels have these means and

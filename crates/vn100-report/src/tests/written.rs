@@ -7,16 +7,17 @@ use vn100_analysis::{
 };
 
 use super::fixture::at_rest;
+use crate::remedies::page_words;
 use crate::{Asked, Document, Evaluation, KalibrYaml, MeasuredSource, MetricsForm, metrics_text, summary::Summary};
 
 fn document(result: &SourceResult) -> Value {
-    serde_json::to_value(Document::new(result, ToString::to_string)).unwrap()
+    serde_json::to_value(Document::new(result, page_words)).unwrap()
 }
 
 #[test]
 fn statistics_have_as_many_decimals_as_their_quantity_needs() {
     let measured = at_rest(32_768, &[]);
-    let summary = Summary::new(&measured, ToString::to_string);
+    let summary = Summary::new(&measured, page_words);
     let rows: Vec<_> = (summary.statistics.iter())
         .map(|row| {
             format!("{} {}: {}; {}; {}", row.label, row.unit, row.means.join(" "), row.stds.join(" "), row.remark)

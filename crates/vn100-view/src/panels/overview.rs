@@ -139,7 +139,7 @@ fn finding(scene: Scene<'_>, source: &SourceView) -> Option<(String, Style)> {
     }
     let warning = source.warnings.first().filter(|warning| warning.severity != Severity::Note)?;
     let style = if warning.severity == Severity::Problem { theme.error() } else { theme.warning() };
-    Some((theme.spelled(format!("! {}", warning.title())), style))
+    Some((theme.spelled(format!("! {}", vn100_report::warnings::title(warning))), style))
 }
 
 fn lost(source: &SourceView) -> u64 {

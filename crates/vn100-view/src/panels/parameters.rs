@@ -11,7 +11,7 @@ use ratatui::{
 use vn100_analysis::{ChannelResult, DetectableRrw, LongTauValidity, Onboard, Severity, letter, sensor_of};
 use vn100_protocol::Quantity;
 use vn100_report::{
-    names::{TERMS, names_of, parameter_names, verdict_name},
+    names::{TERMS, names_of, parameter_names, short_verdict},
     numbers::plain::{digits, spread, tau, time, widest_spread},
 };
 
@@ -203,8 +203,8 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize, width: us
         if let Some(judged) = sheet::verdicts(source, group, term) {
             let mut spans = vec![Span::raw(format!(" {:<width$}", "verdict", width = label_columns - 1))];
             spans.extend(judged.iter().map(|figure| {
-                let (word, style) = figure.map_or(("-", Style::new()), |figure| {
-                    (verdict_name(figure.verdict), sheet::verdict_style(theme, figure.verdict))
+                let (word, style) = figure.map_or(("-".into(), Style::new()), |figure| {
+                    (short_verdict(figure), sheet::verdict_style(theme, figure.verdict))
                 });
                 Span::styled(format!("{word:>COLUMN$}"), style)
             }));

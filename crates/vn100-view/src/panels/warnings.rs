@@ -20,7 +20,7 @@ use crate::{
     state::Panel,
     theme::Theme,
 };
-use vn100_report::words::remedy_words;
+use vn100_report::{remedies::remedy_words, warnings};
 
 /// The lines at the top of the screen, as far as there is room.
 pub(crate) struct TopLines {
@@ -45,7 +45,8 @@ impl TopLines {
             textwrap::wrap(&title(fault), width).into_iter().map(Into::into).collect::<Vec<String>>()
         });
         let warnings = source.warnings.iter().filter(|warning| warning.severity != Severity::Note);
-        let warnings = warnings.map(|warning| (theme.spelled(warning.title()), of_severity(theme, warning.severity)));
+        let warnings =
+            warnings.map(|warning| (theme.spelled(warnings::title(warning)), of_severity(theme, warning.severity)));
         let is_note = |warning: &&Warning| warning.severity == Severity::Note;
         let notices: Vec<&Warning> = source.warnings.iter().filter(is_note).collect();
         Self {
@@ -157,7 +158,7 @@ fn findings(scene: Scene<'_>) -> Vec<Finding> {
     };
     let warning = |warning: &Warning| Finding {
         name: format!("{} {}", warning.kind.name(), warning.channels.join(" ")),
-        text: warning.in_words(remedy_words),
+        text: warnings::in_words(warning, remedy_words),
         severity: warning.severity.name(),
         style: of_severity(theme, warning.severity),
     };

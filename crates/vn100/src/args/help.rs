@@ -44,7 +44,7 @@ const PROGRAM: CommandHelp = CommandHelp {
         ("an emulated sensor, for one minute", "attach sim -d 60"),
         ("the sensor on a serial port, in the live view", "attach /dev/ttyUSB0"),
         ("the noise of a recorded capture", "replay capture.mcap"),
-        ("what a code of the results means", "explain decimated-stream"),
+        ("what a code of the results means", "explain vibration-line"),
     ],
     exit_status: OF_MEASUREMENT,
     files: &[RECORDING, SIDECAR],
@@ -175,7 +175,7 @@ const COMMANDS: [CommandHelp; 16] = [
         name: "explain",
         examples: &[
             ("all codes, by group", "explain"),
-            ("a kind of warning", "explain decimated-stream"),
+            ("a kind of warning", "explain vibration-line"),
             ("a parameter", "explain ARW"),
         ],
         exit_status: OFFLINE,

@@ -23,7 +23,10 @@ use vn100_report::{
     tests_by_channel,
 };
 
-use vn100_report::words::remedy_words;
+use vn100_report::{
+    remedies::remedy_words,
+    warnings::{caveat_in_words, headline, in_words},
+};
 
 use crate::{
     args::CompareArgs,
@@ -94,7 +97,7 @@ fn write_comparison(
         writeln!(out, "{}", fill(&line, "  ", "         "))?;
     }
     for caveat in &comparison.caveats {
-        let text = format!("{}: {}", caveat.kind.name(), printable(&caveat.text.in_words(remedy_words)));
+        let text = format!("{}: {}", caveat.kind.name(), printable(&caveat_in_words(caveat, remedy_words)));
         writeln!(out, "{}", fill(&text, "! ", "  "))?;
     }
     for ranking in &comparison.rankings {
@@ -278,8 +281,8 @@ fn write_disturbances(out: &mut String, comparison: &Comparison) -> fmt::Result 
         let warning = &disturbance.warning;
         // what a kind means and what to do is said once
         let said = match explained.contains(&warning.kind) {
-            true => warning.headline.clone(),
-            false => warning.in_words(remedy_words),
+            true => headline(warning),
+            false => in_words(warning, remedy_words),
         };
         explained.push(warning.kind);
         let text = format!("{}  {channels}: {said}", run_name(disturbance.record));

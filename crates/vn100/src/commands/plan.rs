@@ -336,7 +336,7 @@ mod tests {
                 "gyro N <= 0.21 deg/sqrt(h)",
                 "(0.8 times the limit, because the data sheet's figure lies too near to the",
             ),
-            ("gyro N <= 0.5 deg/sqrt(h)", "gyro N 6.109e-5 rad/s/sqrt(Hz) (the data sheet's figure); nearer"),
+            ("gyro N <= 0.5 deg/sqrt(h)", "gyro N 5.818e-5 rad/s/sqrt(Hz) (the data sheet's figure); nearer"),
             ("gyro K <= 1 deg/h^1.5", "(0.8 times the limit, because the data sheet has no figure)"),
             // 0.8 times 0.04 mg, not times 0.04 mg over 0.664
             ("accel B <= 0.04 mg", "if it is accel B 3.138e-4 m/s^2 (0.8 times the limit"),

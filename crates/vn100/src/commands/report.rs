@@ -21,7 +21,7 @@ use vn100_analysis::{Completion, DEFAULT_CONFIDENCE, FileFacts, SourceResult};
 use vn100_report::html::{PageOptions, write_page};
 use vn100_report::{DEFAULT_KALIBR_SPAN_S, figure::Figures, run_name, run_prefix};
 
-use vn100_report::words::remedy_words;
+use vn100_report::remedies::page_words;
 
 use crate::{
     args::ReportArgs,
@@ -71,7 +71,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
         let options = PageOptions {
             confidence: files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE),
             asked: &option_text(args),
-            words: remedy_words,
+            words: page_words,
             program: PROGRAM,
             kalibr_span_s: args.kalibr_span.as_secs_f64(),
         };

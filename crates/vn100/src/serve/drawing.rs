@@ -15,10 +15,13 @@ use vn100_analysis::{Assessment, Parts, SourceFacts, SourceResult};
 use vn100_report::html::{
     LiveStage, PagePart, PageSource, live_page, now_part, result_parts, signal_part, sources_part, write_page,
 };
-use vn100_report::words::{end, remedy_words};
 use vn100_report::{
     Document, Evaluation, MeasuredSource, MetricsForm, figure::Figures, goals::Goals, json_line, metrics_text,
     run_name, run_prefix,
+};
+use vn100_report::{
+    remedies::{page_words, remedy_words},
+    words::end,
 };
 use vn100_session::{SourceState, Stage};
 
@@ -313,7 +316,7 @@ fn is_over(state: &SourceState) -> bool {
 /// The facts of the source, with the reason in words why its result is not complete.
 fn facts_of(state: &SourceState) -> SourceFacts {
     let error = match &state.stage {
-        Stage::Ended(reason) => end(state.name(), &reason.plain(), state.snapshot.link.tally.bytes()),
+        Stage::Ended(reason) => end(state.name(), &reason.plain(), state.snapshot.link.tally.bytes(), page_words),
         _ => None,
     };
     SourceFacts { error, ..state.facts() }
@@ -363,7 +366,7 @@ impl SourceDrawer {
         let is_drawn = |results: &&Results| results.is_over == is_over && Arc::ptr_eq(&results.assessment, &assessment);
         if self.results.as_ref().filter(is_drawn).is_none() {
             let so_far = SourceResult::new(facts_of(&state), Arc::clone(snapshot), Arc::clone(&assessment), Parts::All);
-            let parts = result_parts(&evaluation.complete(so_far), remedy_words, &self.prefix);
+            let parts = result_parts(&evaluation.complete(so_far), page_words, &self.prefix);
             let parts = parts.into_iter().map(Arc::new).collect();
             self.results = Some(Results { assessment: Arc::clone(&assessment), is_over, at: now, parts });
         }

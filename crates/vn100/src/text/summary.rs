@@ -9,7 +9,7 @@ use vn100_report::{
 };
 
 use super::WIDTH;
-use vn100_report::words::remedy_words;
+use vn100_report::remedies::remedy_words;
 
 /// A summary of three axes of three sensors.
 const MOST_LINES: usize = 36;

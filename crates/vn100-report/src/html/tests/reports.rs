@@ -17,7 +17,7 @@ fn report(records: &[SourceResult]) -> String {
     let options = PageOptions {
         confidence: 0.95,
         asked: "as asked",
-        words: ToString::to_string,
+        words: crate::remedies::page_words,
         program: Program { name: "vn100 test", commit: None },
         kalibr_span_s: 60.0,
     };
@@ -112,9 +112,9 @@ fn a_record_at_a_glance_has_each_parameter_and_what_is_compared_with_the_data_sh
 }
 
 #[test]
-fn the_notes_on_the_parameters_have_commands_as_code() {
+fn the_notes_on_the_parameters_say_what_to_do() {
     let page = report(&[with_attitude(8192, 40.0)]);
-    has(&page, &["<ol class=\"notes\"><li><code>register 6 set to VNIMU</code> records uncompensated rates, "]);
+    has(&page, &["<ol class=\"notes\"><li>measure with message VNIMU (register 6)</li>"]);
 }
 
 #[test]
@@ -129,6 +129,19 @@ fn the_statistics_say_how_the_sensor_stood_and_how_its_attitude_varied() {
     );
     let norm = "8\u{202f}192 | 0.001112356 | 0.000195199 | 0.000447 | 0.001810 | – | – | –";
     assert_eq!(row(&page, "gyro_norm"), norm);
+}
+
+#[test]
+fn a_page_ends_with_what_was_not_tested() {
+    let page = text(&report(&[with_attitude(8192, 40.0)]));
+    has(
+        &page,
+        &[
+            "sensitivity to temperature, supply and acceleration",
+            "its averaging window, calibration",
+            "were not recorded.",
+        ],
+    );
 }
 
 #[test]

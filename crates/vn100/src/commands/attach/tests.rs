@@ -18,7 +18,7 @@ use vn100_capture::Clock;
 use vn100_driver::{Configured, LinkHandle, OutputSettings};
 use vn100_protocol::Register;
 use vn100_report::Document;
-use vn100_report::words::remedy_words;
+use vn100_report::remedies::remedy_words;
 use vn100_session::{Command, EmulatedPort, LiveError, LiveSource, ReplaySpec, Session, SourceState};
 use vn100_view::MessageQueue;
 

@@ -15,7 +15,7 @@ use vn100_report::{
 };
 
 use super::print_written;
-use vn100_report::words::remedy_words;
+use vn100_report::remedies::remedy_words;
 
 use crate::{
     args::{ExportForm, FileArgs, ReportArgs},

@@ -1,10 +1,11 @@
 //! What arrival times are warned of.
 
 use imu_noise::timebase::{Arrivals, NominalRate, Refusal, TimebaseSummary};
-use vn100_protocol::{Layout, VNYMR, stream::RejectedRow};
+use vn100_protocol::stream::{RejectedRow, RejectedRowCounts};
+use vn100_protocol::{Layout, VNYMR};
 
 use super::*;
-use crate::snapshot::Timing;
+use crate::snapshot::{MissingFrom, Timing};
 
 const SUMMARY: TimebaseSummary = TimebaseSummary {
     samples: 4000,
@@ -25,10 +26,9 @@ fn kinds(summary: &TimebaseSummary, rates_hz: &[f64]) -> Vec<WarningKind> {
 }
 
 fn kinds_by(missing_from: MissingFrom, summary: &TimebaseSummary, rates_hz: &[f64]) -> Vec<WarningKind> {
-    let mut advice = Advice::default();
     let timing = crate::Analysis::new(crate::Settings::default()).timing();
-    advice.on_arrivals(summary, rates_hz, &Timing { missing_from, ..timing });
-    advice.warnings.iter().map(|warning| warning.kind).collect()
+    let found = time::on_arrivals(summary, rates_hz, &Timing { missing_from, ..timing });
+    found.iter().map(|warning| warning.kind).collect()
 }
 
 #[test]
@@ -70,80 +70,56 @@ fn a_rate_by_times_that_lack_many_samples_is_unsure() {
 #[test]
 fn stamps_that_go_back_and_lines_in_bunches_are_named() {
     let back = TimebaseSummary { backwards: 1, ..SUMMARY };
-    assert_eq!(kinds(&back, &[]), [WarningKind::StampsBackwards]);
+    assert_eq!(kinds(&back, &[]), [WarningKind::StampsDoubtful]);
     let refusal = Some(Refusal::NoTimePasses { samples: 9 });
     assert_eq!(kinds(&TimebaseSummary { refusal, ..back }, &[]), [], "they are not followed");
     let together = |share_together| {
         let times = Arrivals { p50_us: 25_000, p99_us: 26_000, max_us: 27_000, share_together, samples_together: 2.0 };
         kinds(&TimebaseSummary { arrivals: Some(times), ..SUMMARY }, &[])
     };
-    assert_eq!((together(0.2), together(0.21)), (vec![], vec![WarningKind::BunchedArrival]));
+    assert_eq!((together(0.2), together(0.21)), (vec![], vec![WarningKind::StampsDoubtful]));
     let times = Arrivals { p50_us: 0, p99_us: 26_000, max_us: 27_000, share_together: 0.9, samples_together: 9.0 };
     let bunched = TimebaseSummary { arrivals: Some(times), ..SUMMARY };
     assert_eq!(kinds_by(MissingFrom::DeviceTime, &bunched, &[]), [], "packets have times of their own");
 }
 
-#[test]
-fn rejected_packets_are_warned_of() {
-    let warned = |rejected, damaged| {
-        let mut snapshot = crate::Analysis::new(crate::Settings::default()).final_snapshot();
-        snapshot.link.tally.damaged_packets = damaged;
-        let measured = &mut snapshot.link.tally.measured_packets;
-        (measured.samples, measured.rejected) = (10, rejected);
-        snapshot.link.tally.packets = 10 + rejected;
-        let mut advice = Advice::default();
-        advice.on_lines(&snapshot, &StreamFindings::default());
-        let rejected = advice.warnings.into_iter().find(|warning| warning.kind == WarningKind::RejectedLines);
-        rejected.map(|warning| warning.headline)
-    };
-    assert_eq!(warned(0, 0), None);
-    assert_eq!(warned(3, 0).as_deref(), Some("3 of 13 packets rejected: impossible numbers"));
-    assert_eq!(warned(0, 2).as_deref(), Some("2 of 12 packets rejected: checksum mismatch"));
+fn snapshot() -> Snapshot {
+    crate::Analysis::new(crate::Settings::default()).final_snapshot()
+}
+
+fn rejected(snapshot: &Snapshot) -> Vec<Finding> {
+    lines(snapshot, &StreamFindings::default()).map(|warning| warning.finding).collect()
 }
 
 #[test]
-fn rejected_rows_are_warned_of_with_their_reasons() {
-    let warned = |numbers, damaged| {
-        let mut snapshot = crate::Analysis::new(crate::Settings::default()).final_snapshot();
-        let mut rows = RejectedRowCounts::default();
-        rows.add(RejectedRow::Number, numbers);
-        snapshot.link.rejected_rows = Some(rows);
-        snapshot.link.tally.rejected.checksum = numbers + damaged;
-        let mut advice = Advice::default();
-        advice.on_lines(&snapshot, &StreamFindings::default());
-        let rejected = advice.warnings.into_iter().filter(|warning| warning.kind == WarningKind::RejectedLines);
-        rejected.map(|warning| warning.headline).collect::<Vec<_>>()
-    };
-    let rows = "2 of 2 lines rejected (number 2)";
-    assert_eq!((warned(0, 0), warned(2, 0)), (vec![], vec![rows.to_owned()]));
-    let damaged = "1 of 1 line rejected: checksum mismatch or malformed";
-    assert_eq!(warned(0, 1), [damaged]);
+fn what_is_rejected_is_warned_of_with_its_reason() {
+    let mut packets = snapshot();
+    assert_eq!(rejected(&packets), []);
+    let tally = &mut packets.link.tally;
+    (tally.measured_packets.samples, tally.measured_packets.rejected, tally.packets) = (10, 3, 13);
+    tally.damaged_packets = 2;
+    let found = [Finding::Rejected(Rejected::Packets, 2, 15), Finding::Rejected(Rejected::PacketNumbers, 3, 13)];
+    assert_eq!(rejected(&packets), found);
+    let (mut table, mut rows) = (snapshot(), RejectedRowCounts::default());
+    rows.add(RejectedRow::Number, 2);
+    table.link.rejected_rows = Some(rows);
+    table.link.tally.rejected.checksum = 3;
+    let found = [Finding::Rejected(Rejected::Rows(rows), 2, 3), Finding::Rejected(Rejected::Sentences, 1, 3)];
+    assert_eq!(rejected(&table), found);
 }
 
 #[test]
 fn packets_that_are_neither_measured_nor_rejected_nor_repeated_are_of_another_form() {
-    let warned = |packets| {
-        let mut snapshot = crate::Analysis::new(crate::Settings::default()).final_snapshot();
+    let found = |packets| {
+        let mut snapshot = snapshot();
         snapshot.layout = Some(std::sync::Arc::new(Layout { message: BINARY.into(), ..VNYMR.clone() }));
         let tally = &mut snapshot.link.tally;
         tally.packets = packets;
         let measured = &mut tally.measured_packets;
         (measured.samples, measured.rejected, measured.repeated) = (10, 3, 2);
-        let mut advice = Advice::default();
-        advice.on_lines(&snapshot, &StreamFindings::default());
-        let other = advice.warnings.into_iter().find(|warning| warning.kind == WarningKind::OtherMessages);
-        other.map(|warning| warning.headline)
+        others(&snapshot).map(|warning| warning.finding).collect::<Vec<_>>()
     };
-    assert_eq!(warned(15), None);
-    assert_eq!(warned(17).as_deref(), Some("2 binary packets of another form excluded, BINARY measured"));
-}
-
-#[test]
-fn counts_that_contradict_each_other_end_in_no_panic() {
-    // as bytes of a state may say them
-    let mut snapshot = crate::Analysis::new(crate::Settings::default()).final_snapshot();
-    (snapshot.link.tally.packets, snapshot.link.tally.measured_packets.samples) = (1, 3);
-    let mut advice = Advice::default();
-    advice.on_lines(&snapshot, &StreamFindings::default());
-    assert!(advice.warnings.iter().all(|warning| warning.kind != WarningKind::OtherMessages));
+    // counts may contradict each other
+    assert_eq!((found(3), found(15)), (vec![], vec![]));
+    assert_eq!(found(17), [Finding::OtherPackets(2, None, BINARY.into())]);
 }
