@@ -237,7 +237,7 @@ impl SourceResult {
         }
     }
 
-    /// The latest samples of the channel at this place, see [`History::of`].
+    /// The latest samples of the channel at this place.
     #[must_use]
     pub fn history(&self, channel: usize, columns: usize, most_slots: usize) -> Option<History> {
         History::of(&self.basis.snapshot, channel, columns, most_slots)
