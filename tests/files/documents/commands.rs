@@ -99,7 +99,7 @@ fn within_text(document: &Document) -> impl Iterator<Item = String> {
 
 /// The line as it is run here; without its comment.
 fn runnable(line: &str) -> String {
-    let line = line.replace("cargo run -- ", "vn100 ");
+    let line = line.replace("cargo run -p vn100 -- ", "vn100 ");
     let line = line.split_once(" #").map_or(&*line, |(command, _)| command);
     let word = |word| STANDS_FOR.iter().find(|(name, _)| *name == word).map_or(word, |(_, here)| *here);
     let mut words: Vec<&str> = line.split_whitespace().map(word).collect();
