@@ -90,8 +90,11 @@ fn two_streams_of_one_bag_are_compared_and_exported_apart() {
     report.arg("report").arg(bag("db3_two")).arg("-o").arg(&page).args(["--export", "kalibr,json"]);
     let output = report.output().unwrap();
     let text = String::from_utf8_lossy(&output.stderr);
-    let missing = "two-1.imu.yaml lacks accelerometer_noise_density: not in this capture";
-    assert!(output.status.success() && text.contains(missing), "{text}");
+    let missing = "two-1.imu.yaml not written: N of the accelerometer is missing: the capture has no channel accel";
+    assert!(output.status.code() == Some(1) && text.contains(missing), "{text}");
+    let sheet = ["--export", "kalibr", "--fill-from-datasheet", "--datasheet", "adis16470", "--force"];
+    let output = vn100().arg("report").arg(bag("db3_two")).arg("-o").arg(&page).args(sheet).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let names = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
     let mut names: Vec<String> = names.collect();
     names.sort();
@@ -105,7 +108,7 @@ fn a_refused_bag_is_listed_and_its_cure_named() {
     let (code, text) = refused(vn100().args(["replay", "--topic", "/nope"]).arg(bag("db3_two")));
     assert_eq!(code, Some(3));
     assert!(text.contains("\n  /camera/gyro/sample (sensor_msgs/Imu, 60 messages, 100.0000 Hz)\n"), "{text}");
-    assert!(text.ends_with("Name one of them with --topic\n"), "{text}");
+    assert!(text.ends_with("name one topic: `--topic NAME`\n"), "{text}");
     let map = ["--columns", "gyro_x=imu.gyro.x:rad/s"];
     let (code, text) = refused(vn100().arg("replay").args(map).arg(bag("mcap")));
     assert!(
@@ -125,7 +128,7 @@ fn real_bags_give_the_sentences_that_another_reader_finds() {
         assert_eq!(document["timing"]["samples"], sentences["good"], "{name}");
         assert_eq!(document["source"]["bag"]["used"], sentences["found"], "{name}");
     }
-    // no gap: the deviation is that of the whole series
+    // without a gap the deviation is that of the whole series
     for (name, rate, gaps) in
         [("iwale_moving.bag", "40", 0), ("olive_free.mcap", "40", 0), ("ramirez_run2.db3", "1", 0)]
     {

@@ -1,4 +1,4 @@
-//! What users and their scripts may rely on: streams, exit codes, options, the document.
+//! The interface for users and their scripts: streams, exit codes, options, the document.
 
 use std::{
     fs,
@@ -7,6 +7,7 @@ use std::{
 };
 
 use flate2::{Compression, write::GzEncoder};
+use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 use serde_json::Value;
 
 use crate::support::{Lines, channel, document, replay, replay_log, vn100, with_stdin};
@@ -76,7 +77,7 @@ fn a_wrong_command_line_is_usage() {
 fn the_document_has_every_field_of_the_contract() {
     let (document, exit) = replay(&replay_log(CLEAN), &[]);
     assert_eq!(exit, 0);
-    assert_eq!(document["schema"], "vn100.analysis/1");
+    assert_eq!(document["schema"], "vn100.analysis/2");
     for (pointer, expected) in [
         ("/source/kind", "text".into()),
         ("/source/name", CLEAN.into()),
@@ -93,7 +94,8 @@ fn the_document_has_every_field_of_the_contract() {
         ("/timing/samples", 2400.into()),
         ("/timing/segments", 1.into()),
         ("/timing/gaps", 0.into()),
-        ("/timing/missing", 0.into()),
+        ("/timing/missing", Value::Null),
+        ("/timing/missing_at_least", 0.into()),
         ("/timing/missing_from", "bad-lines".into()),
         ("/timing/interarrival_us", Value::Null),
         ("/link/bytes", fs::metadata(replay_log(CLEAN)).unwrap().len().into()),
@@ -138,7 +140,7 @@ fn the_document_has_every_field_of_the_contract() {
     assert_eq!(gyro_y["noise"]["quantization"], Value::Null);
     assert_eq!(channel(&document, "yaw")["noise"], Value::Null);
     assert_eq!(channel(&document, "mag_x")["noise"]["bias_instability"], Value::Null);
-    assert_eq!(gyro_y["verdict"][0]["verdict"], "consistent");
+    assert_eq!((&gyro_y["verdict"][0]["verdict"], &gyro_y["verdict"][0]["claim"]), (&Value::Null, &"typical".into()));
     assert_eq!(channel(&document, "yaw")["verdict"], Value::Null);
     let points = gyro_y["allan"]["points"].as_array().unwrap();
     assert_eq!(points.len(), 11, "octaves up to m = 1024, the longest whose window fits 2400 samples");
@@ -189,7 +191,7 @@ fn compressed_captures_are_read_as_they_are() {
         encoder.write_all(bytes).unwrap();
         encoder.finish().unwrap()
     };
-    let zstd = |bytes: &[u8]| zstd::encode_all(bytes, 1).unwrap();
+    let zstd = |bytes: &[u8]| compress_to_vec(bytes, CompressionLevel::Fastest);
     let (head, tail) = bytes.split_at(100_003);
     for (name, stored) in [
         ("one.gz", gzip(&bytes)),
@@ -259,7 +261,7 @@ fn several_files_come_in_the_order_given_and_the_worst_decides() {
 }
 
 #[test]
-fn what_is_not_a_capture_is_said_with_what_was_looked_for_and_found() {
+fn a_file_that_is_no_capture_is_reported_with_its_content() {
     let folder = tempfile::tempdir().unwrap();
     for (name, content, found) in
         [("notes.txt", "shopping: bread, milk\n", "shopping: bread, milk"), ("empty", "", "an empty file")]
@@ -287,7 +289,7 @@ fn ndjson_gives_every_second_and_the_end() {
     assert_eq!(documents.len(), 61, "one for each of 60 seconds, one at the end");
     for (second, document) in (1..=60).zip(&documents) {
         assert_eq!(document["timing"]["duration_s"], f64::from(second));
-        // the line end behind the last sample is not yet its own
+        // the line end after the last sample does not belong to it yet
         assert_eq!(document["link"]["bytes"], second * 40 * 122 - 2);
     }
     let (whole, _) = replay(&replay_log(CLEAN), &[]);
@@ -324,11 +326,11 @@ fn another_message_is_named_with_its_remedy() {
 }
 
 #[test]
-fn text_shows_what_is_wrong_first_and_fits_eighty_columns() {
+fn text_shows_what_is_wrong_after_the_parameters_and_fits_eighty_columns() {
     let output = vn100().arg("replay").arg(replay_log("corrupted.vnymr")).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     let position = |word: &str| text.find(word).unwrap_or_else(|| panic!("no {word} in\n{text}"));
-    assert!(position("rejected") < position("\nGyroscope") && position("\nGyroscope") < position("gyro std"));
+    assert!(position("\nGyroscope") < position("rejected") && position("rejected") < position("\nOne sample"));
     for line in text.lines() {
         assert!(line.chars().count() <= 80, "{line}");
     }
@@ -373,7 +375,7 @@ fn an_interrupt_ends_like_the_end_of_the_data() {
         let mut stdin = child.stdin.take().unwrap();
         stdin.write_all(&fs::read(replay_log(CLEAN)).unwrap()[..80 * 122]).unwrap();
         let mut output = Lines::of(child.stdout.take().unwrap());
-        // it lives and waits for more
+        // it is alive and waits for more
         let second = |line: Option<String>| -> Value { serde_json::from_str(&line.unwrap()).unwrap() };
         assert_eq!(second(output.next())["timing"]["samples"], 40);
         assert_eq!(second(output.next())["timing"]["samples"], 80);
@@ -391,7 +393,7 @@ fn an_interrupt_ends_like_the_end_of_the_data() {
 #[test]
 fn a_capture_that_does_not_fit_on_the_disk_is_removed() {
     let folder = tempfile::tempdir().unwrap();
-    // a file may have eight blocks; the signal that tells of more is ignored
+    // a file may have eight blocks; the signal for further ones is ignored
     let script = "trap '' XFSZ; ulimit -f 8; exec \"$0\" sim -o \"$1\"";
     for name in ["x.vnymr", "x.mcap"] {
         let file = folder.path().join(name);

@@ -9,8 +9,8 @@ use crate::support::{channel, document, replay, vn100, warned, with_stdin};
 const ROWS: i64 = 8000;
 const COLUMNS: &str = "gyro_x=gyro_x:rad/s,accel_z=accel_z:m/s^2,mag_x=mag_x:gauss,t=t:s";
 
-/// A rate and an acceleration in each row, 10 ms from each other, and a field in every fourth; or
-/// the field 3 ms behind, in rows of its own.
+/// A rate and an acceleration in each row, spaced by 10 ms, and a magnetic field in every fourth;
+/// or the field 3 ms later, in rows of its own.
 fn table(are_apart: bool) -> String {
     let mut text = "t,gyro_x,accel_z,mag_x\n".to_owned();
     for row in 0..ROWS {
@@ -31,7 +31,7 @@ fn table(are_apart: bool) -> String {
     text
 }
 
-/// The columns at these places, in the rows that hold all of them.
+/// The columns at these places, in the rows that have all of them.
 fn columns(text: &str, places: &[usize]) -> String {
     let mut columns = String::new();
     for line in text.lines() {
@@ -67,7 +67,7 @@ fn columns_of_different_rates_are_measured_as_in_files_of_their_own() {
             assert_eq!((&result["timing"], &result["channels"]), (&expected["timing"], &expected["channels"]));
             let timing = &result["timing"];
             assert_eq!((timing["rate_hz"].as_f64(), &timing["missing"]), (Some(rate_hz), &0.into()));
-            assert!(!warned(result, "absent-values"));
+            assert!(!warned(result, "gaps"));
             let csv = &result["source"]["csv"];
             let count = |name: &str| csv[name].as_u64().unwrap();
             assert_eq!(csv["odd"], Value::Array(vec![]));
@@ -95,10 +95,10 @@ fn streams_of_a_table_are_reported_and_compared_and_chosen() {
     let compared = vn100().arg("compare").args([&path, &path]).output().unwrap();
     let text = String::from_utf8(compared.stdout).unwrap();
     assert!(text.contains("\n4 runs, 95 % confidence\n") && text.contains("\n  run 2  log.csv mag: CSV"), "{text}");
-    // a table on standard input is read once: all of it, unless a stream is named
+    // a table on standard input is read once: completely, unless a stream is named
     let bytes = fs::read(&path).unwrap();
     let all = document(&with_stdin(vn100().args(["replay", "-", "--json"]), &bytes));
-    assert!(warned(&all, "absent-values") && channel(&all, "mag_x")["statistics"]["count"] == 2000);
+    assert!(warned(&all, "gaps") && channel(&all, "mag_x")["statistics"]["count"] == 2000);
     assert!(all["source"].get("stream").is_none() && all["source"]["csv"].get("other_stream_rows").is_none());
     let one = document(&with_stdin(vn100().args(["replay", "-", "--topic", "mag", "--json"]), &bytes));
     assert_eq!((&one["timing"]["samples"], one["timing"]["rate_hz"].as_f64()), (&2000.into(), Some(25.0)));

@@ -1,5 +1,5 @@
-//! Captures side by side, and plans: what is said of equal sensors, of one that is noisier, and of
-//! how long to measure.
+//! Captures side by side, and plans: the results for equal sensors, for one that is noisier, and
+//! for the length of a measurement.
 
 use std::{
     fmt::Write,
@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::support::{capture, channel, document, vn100};
 
-/// Ten minutes of one seed.
+/// A capture of ten minutes with this seed.
 fn seeded(folder: &Path, seed: u32) -> PathBuf {
     let options = ["--seed", &seed.to_string(), "--duration", "10min", "--message", "VNIMU"];
     capture(folder, &format!("seed-{seed}.vnimu"), &options)
@@ -39,7 +39,7 @@ fn kinds(list: &Value) -> Vec<&str> {
     list.as_array().unwrap().iter().map(|entry| entry["kind"].as_str().unwrap()).collect()
 }
 
-/// The angular rates of a `$VNIMU` capture as CSV, those about x times `factor`.
+/// The angular rates of a `$VNIMU` capture as CSV, with those about x multiplied by `factor`.
 fn gyro_csv(capture: &Path, factor: f64) -> PathBuf {
     let mut rows = String::from("wx,wy,wz\n");
     for line in fs::read_to_string(capture).unwrap().lines() {
@@ -52,7 +52,7 @@ fn gyro_csv(capture: &Path, factor: f64) -> PathBuf {
     path
 }
 
-/// One angular rate of a `$VNIMU` capture as CSV, with times from so long after a day of 2025 on.
+/// One angular rate of a `$VNIMU` capture as CSV, with times beginning this long after a day of 2025.
 fn dated_csv(capture: &Path, after_s: u64) -> PathBuf {
     let mut rows = String::from("t,wx\n");
     for (line, number) in fs::read_to_string(capture).unwrap().lines().zip(0..) {
@@ -67,7 +67,7 @@ fn dated_csv(capture: &Path, after_s: u64) -> PathBuf {
 const GYRO_COLUMNS: [&str; 4] = ["--columns", "gyro_x=wx:rad/s,gyro_y=wy:rad/s,gyro_z=wz:rad/s", "--rate", "40"];
 
 #[test]
-fn equal_sensors_are_not_said_to_differ() {
+fn equal_sensors_are_not_reported_as_different() {
     let folder = tempfile::tempdir().unwrap();
     let files: Vec<PathBuf> = (1..=6).map(|seed| seeded(folder.path(), seed)).collect();
     let (document, exit) = compare(&files, &["--rate", "40"]);
@@ -81,7 +81,7 @@ fn equal_sensors_are_not_said_to_differ() {
     }
     let octaves = channel(&document, "gyro_x")["octaves"].as_array().unwrap();
     assert!(octaves.len() > 15 * 10, "15 pairs of {} octaves", octaves.len());
-    // a text says no time
+    // a text contains no time
     assert_eq!(kinds(&document["caveats"]), ["start-unknown"]);
     assert_eq!(document["same_samples"], Value::Array(vec![]));
     assert_eq!(document["recommended"]["why"], "smallest-of-quiet", "{}", document["recommended"]);
@@ -103,7 +103,7 @@ fn a_sensor_with_a_tenth_more_noise_is_found_and_the_quieter_one_named() {
 }
 
 #[test]
-fn of_records_whose_white_noise_folds_differently_none_is_the_quietest() {
+fn records_with_different_aliasing_have_no_quietest() {
     let folder = tempfile::tempdir().unwrap();
     let options = |rate: &'static str, seed: &'static str| {
         ["--duration", "10min", "--message", "VNIMU", "--rate", rate, "--seed", seed]
@@ -174,7 +174,7 @@ fn means_that_lie_apart_are_a_turn_on_bias_and_angles_have_none() {
     assert_eq!(removed, [false, false, false, false, false, false, true, true, true]);
 }
 
-/// Recordings keep the time; that the sensor stayed on is the user's to say.
+/// Recordings contain the time; only the user can tell that the sensor stayed on.
 #[test]
 fn means_of_a_sensor_that_stayed_on_are_tested_and_a_recording_is_known_again() {
     let folder = tempfile::tempdir().unwrap();
@@ -189,7 +189,7 @@ fn means_of_a_sensor_that_stayed_on_are_tested_and_a_recording_is_known_again() 
     let second = capture(folder.path(), "second.mcap", &options("2"));
     let files = [first, second];
     let (document, _) = compare(&files, &[]);
-    // a recording of `sim` bears no date
+    // a recording of `sim` has no date
     assert!(kinds(&document["caveats"]).contains(&"start-unknown"), "{}", document["caveats"]);
     let text = String::from_utf8(vn100().arg("compare").args(&files).output().unwrap().stdout).unwrap();
     assert!(text.contains("not tested: the time between the runs is unknown"), "{text}");
@@ -206,7 +206,7 @@ fn means_of_a_sensor_that_stayed_on_are_tested_and_a_recording_is_known_again() 
 fn a_record_of_a_moved_sensor_is_left_out_of_the_means_and_named() {
     let folder = tempfile::tempdir().unwrap();
     let [first, second, moved] = [1, 2, 3].map(|seed| gyro_csv(&seeded(folder.path(), seed), 1.0));
-    // it turns to and fro about x, and on the whole a little more to one side
+    // it turns to and fro about x, and in total a little more to one side
     let rows = fs::read_to_string(&moved).unwrap();
     let rows = rows.lines().enumerate().fold(String::new(), |mut rows, (number, line)| {
         match line.split_once(',').map(|(wx, rest)| (wx.parse::<f64>(), rest)) {
@@ -237,7 +237,7 @@ fn a_record_of_a_moved_sensor_is_left_out_of_the_means_and_named() {
 fn the_disturbed_record_is_named_with_the_time() {
     let folder = tempfile::tempdir().unwrap();
     let [quiet, slammed] = [1, 2].map(|seed| gyro_csv(&seeded(folder.path(), seed), 1.0));
-    // five standard deviations for a second, five minutes in
+    // five standard deviations for a second, after five minutes
     let rows = fs::read_to_string(&slammed).unwrap();
     let rows = rows.lines().enumerate().fold(String::new(), |mut rows, (number, line)| {
         match line.split_once(',').map(|(wx, rest)| (wx.parse::<f64>(), rest)) {
@@ -254,7 +254,7 @@ fn the_disturbed_record_is_named_with_the_time() {
     assert_eq!(disturbance["channels"], serde_json::json!(["gyro_x"]));
     let told = disturbance["text"].as_str().unwrap().to_owned();
     assert!(told.contains("from 5:00 to 5:0") && !told.contains("from 5:00 to 5:00"), "{told}");
-    // with a part left out the times are still those of the record, in words and numbers
+    // if a part is left out, the times are still those of the record, in words and numbers
     let output =
         vn100().args(["replay", "--json", "--skip", "2min"]).args(GYRO_COLUMNS).arg(&slammed).output().unwrap();
     let document = crate::support::document(&output);
@@ -269,7 +269,7 @@ fn the_disturbed_record_is_named_with_the_time() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_said_and_the_rest_is() {
+fn incomparable_parts_are_reported_and_the_rest_is_compared() {
     let folder = tempfile::tempdir().unwrap();
     let files = [
         capture(folder.path(), "ymr-40", &["--duration", "5min"]),
@@ -281,7 +281,8 @@ fn what_cannot_be_compared_is_said_and_the_rest_is() {
         ),
         folder.path().join("missing"),
     ];
-    // the rate of a text capture is not known: the first is at the 40 Hz assumed, the second is taken to be
+    // the rate of a text capture is not known: 40 Hz are assumed, correctly for the first and wrongly for
+    // the second
     let (document, exit) = compare(&files, &[]);
     assert_eq!(exit, 3);
     let records = document["records"].as_array().unwrap();
@@ -305,7 +306,7 @@ fn what_cannot_be_compared_is_said_and_the_rest_is() {
 }
 
 #[test]
-fn where_no_octave_is_shared_it_is_said_that_nothing_was_tested() {
+fn no_test_is_reported_without_a_shared_octave() {
     let folder = tempfile::tempdir().unwrap();
     let of = |name: &str, rate: &str| {
         capture(folder.path(), name, &["--duration", "1min", "--message", "VNIMU", "--rate", rate])
@@ -366,7 +367,7 @@ fn a_plan_fits_the_line_and_its_window_is_exact() {
 }
 
 #[test]
-fn a_plan_is_as_long_as_its_longest_want() {
+fn a_plan_is_as_long_as_its_longest_goal() {
     let wants = ["--want", "gyro N ±5%", "--want", "gyro B", "--want", "gyro K >= 2e-7 rad/s/sqrt(s)"];
     let document = plan(&wants);
     let seconds: Vec<f64> =
@@ -374,9 +375,9 @@ fn a_plan_is_as_long_as_its_longest_want() {
     assert!(seconds[0] < seconds[1] && seconds[1] < seconds[2], "{seconds:?}");
     let all = document["record_s"].as_f64().unwrap();
     assert!((seconds[2]..1.05 * seconds[2]).contains(&all), "{all} of {seconds:?}");
-    // 20 √3 N/K with N 0.0035 deg/s/√Hz
+    // 20 √3 N/K with N 0.2 deg/√h
     let rule_s = document["wants"][2]["by_rule_s"].as_f64().unwrap();
-    assert!((rule_s / (20.0 * 3_f64.sqrt() * 0.0035_f64.to_radians() / 2e-7) - 1.0).abs() < 1e-6);
+    assert!((rule_s / (20.0 * 3_f64.sqrt() * (0.2_f64 / 60.0).to_radians() / 2e-7) - 1.0).abs() < 1e-6);
     let attach = document["commands"]["attach"].as_str().unwrap();
     assert!(attach.contains("--skip 30min") && attach.contains("--duration"), "{attach}");
     let text = String::from_utf8(
@@ -395,7 +396,7 @@ fn a_plan_is_as_long_as_its_longest_want() {
 fn a_plan_is_for_the_sensor_of_the_data_sheet() {
     let of = |document: &Value| document["wants"][0]["record_s"].as_f64().unwrap();
     let built_in = plan(&["--want", "gyro B"]);
-    // 5 deg/h as the minimum of the deviation is a B of 5/0.664
+    // 5 deg/h as the minimum of the deviation are a B of 5/0.664
     let assumed = built_in["assumed"][0]["bias_instability"].as_f64().unwrap();
     assert!((assumed / (5.0 / 0.664 / 3600.0_f64).to_radians() - 1.0).abs() < 1e-3, "{assumed}");
     let folder = tempfile::tempdir().unwrap();
@@ -413,13 +414,13 @@ fn a_plan_is_for_the_sensor_of_the_data_sheet() {
     assert!(error.contains("its own size") && error.contains("better"), "{error}");
 }
 
-/// A record as long as planned, behind the window planned, shows what was wanted.
+/// A record of the planned length and with the planned window shows the requested parameters.
 #[test]
-fn a_record_of_the_planned_length_shows_what_was_wanted() {
+fn a_record_of_the_planned_length_meets_the_goals() {
     let document = plan(&["--want", "gyro N ±2%", "--rate", "200"]);
     let seconds = format!("{}s", document["wants"][0]["record_s"].as_f64().unwrap().ceil());
     let folder = tempfile::tempdir().unwrap();
-    // the factory default of the window is the exact one at 200 Hz
+    // the factory default of the window is exact at 200 Hz
     let file = capture(folder.path(), "n", &["--duration", &seconds, "--rate", "200", "--message", "VNIMU"]);
     let output = vn100().arg("replay").arg(file).args(["--rate", "200", "--json"]).output().unwrap();
     let measured = crate::support::document(&output);
@@ -457,7 +458,7 @@ fn three_sensors_foretell_the_next_and_a_copy_counts_once() {
     let records: Vec<&Value> = of_three["sensors"].as_array().unwrap().iter().map(|unit| &unit["records"]).collect();
     assert_eq!(records, [&serde_json::json!([0, 3]), &serde_json::json!([1]), &serde_json::json!([2])]);
     assert!(of_three["next_upper"].is_number() && of_three["no_interval"].is_null(), "{of_three}");
-    // what is only bounded has no interval
+    // a parameter with only a bound has no interval
     let bounded = document["populations"].as_array().unwrap().iter().find(|one| one["spread"].is_null()).unwrap();
     assert!(bounded["no_interval"].as_str().unwrap().contains("only bounds it") && bounded["next_upper"].is_null());
     let text = vn100().arg("compare").args(&files).args(&options).output().unwrap();

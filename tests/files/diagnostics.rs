@@ -1,10 +1,10 @@
-//! What `-v` and `--log FILE` tell, and that nothing else changes by them.
+//! The output of `-v` and `--log FILE`, and that they change nothing else.
 
 use std::{fs, os::unix::fs::symlink};
 
 use crate::support::{document, replay, replay_log, run, vn100, with_stdin};
 
-/// The lines of a log that hold `what`, behind time and source.
+/// The lines of a log that contain `what`, after time and source.
 fn entries<'a>(log: &'a str, what: &str) -> Vec<&'a str> {
     log.lines().filter(|line| line.contains(what)).collect()
 }
@@ -27,18 +27,18 @@ fn every_refused_line_is_in_the_log_and_the_result_is_the_same() {
 }
 
 #[test]
-fn what_is_asked_and_answered_is_told_of_a_live_sensor() {
+fn commands_and_replies_of_a_live_sensor_are_logged() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("log");
     let measured = run(vn100().args(["attach", "sim", "--duration", "2s", "--json", "--log"]).arg(&log));
     assert_eq!(measured.status.code(), Some(0));
     let told = fs::read_to_string(&log).unwrap();
     for what in ["connected: ", "sent $VNRRG,07*74", "reply $VNRRG,07,40*"] {
-        // on a machine with much to do a question is asked again
+        // on a busy machine a question is asked again
         assert!(!entries(&told, &format!(" sim: {what}")).is_empty(), "{what}: {told}");
     }
     let replies = document(&measured)["link"]["replies"].as_u64().unwrap();
-    // and some come behind the last sample that counts
+    // some come after the last sample that counts
     assert!(replies > 3 && entries(&told, "sim: reply $").len() as u64 >= replies, "{replies}: {told}");
     let asked = run(vn100().args(["info", "sim", "-v"]));
     let told = String::from_utf8(asked.stderr).unwrap();
@@ -48,7 +48,7 @@ fn what_is_asked_and_answered_is_told_of_a_live_sensor() {
 }
 
 #[test]
-fn a_log_is_a_new_file_in_which_nothing_steers_a_terminal() {
+fn a_log_is_a_new_file_without_control_characters() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     fs::write(path("precious"), "precious").unwrap();

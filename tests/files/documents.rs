@@ -1,5 +1,5 @@
-//! The documents: every command that they show is run, every option that they name exists, and
-//! what they show as printed is.
+//! The documents: every shown command is run, every named option exists, and every shown output is
+//! printed.
 
 mod captures;
 mod commands;

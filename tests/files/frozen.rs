@@ -1,16 +1,16 @@
-//! The numbers of every capture, frozen: what `replay --json` derives from each of them stays the same
+//! The numbers of every capture, frozen: the results of `replay --json` for each of them stay the same
 //! in every integer and word, and to 1e-12 in every other number.
 //!
 //! `frozen/replay_logs.json` holds the numbers of `replay-logs`, `frozen/captures.json` those of the
-//! recordings of real sensors, one line a channel. Nothing of a recording itself is in them. A change
-//! that alters numbers on purpose freezes them again, and lists what differs:
+//! recordings of real sensors, one line per channel. They contain no part of the recordings. A change
+//! that alters numbers on purpose freezes them again, and lists the differences:
 //!
 //! ```sh
 //! VN100_FREEZE=1 VN100_CAPTURES=FOLDER cargo test -p vn100 --test files frozen
 //! git diff --word-diff tests/files/frozen
 //! ```
 //!
-//! If the document of the program changes its schema, only the map below follows it.
+//! If the schema of the document changes, only the map below changes.
 
 use std::{
     collections::BTreeMap,
@@ -37,7 +37,7 @@ const OF_RECORDING: [(&str, &str); 23] = [
     ("left_out", "/timing/left_out"),
     ("segments", "/timing/segments"),
     ("gaps", "/timing/gaps"),
-    ("missing", "/timing/missing"),
+    ("missing", "/timing/missing_at_least"),
     ("missing_from", "/timing/missing_from"),
     ("bytes", "/link/bytes"),
     ("frames", "/link/frames"),
@@ -76,8 +76,8 @@ const PARAMETERS: [(&str, &str); 3] =
     [("N", "/noise/white"), ("B", "/noise/bias_instability"), ("K", "/noise/rate_random_walk")];
 const OF_PARAMETER: [&str; 4] = ["/status", "/value", "/lower", "/upper"];
 
-/// Captures that are also read with options: without them they are refused, or another way to compute
-/// would not be met.
+/// Captures that are also read with options: without these they are refused, or another method would
+/// not be tested.
 const WITH_OPTIONS: [(&str, &[&str]); 5] = [
     ("clean-minute.vnymr", &["--estimator", "full"]),
     ("gaps.vnymr", &["--estimator", "full"]),
@@ -86,7 +86,7 @@ const WITH_OPTIONS: [(&str, &[&str]); 5] = [
     ("binary/F00379_B", &["--rate", "10"]),
 ];
 
-/// Files beside captures that describe them.
+/// Files that describe captures.
 const NOT_CAPTURES: [&str; 4] = ["md", "json", "yaml", "timing"];
 
 #[test]
@@ -118,11 +118,11 @@ fn check(folder: &Path, frozen_name: &str) {
     let differing = differences.len();
     differences.truncate(30);
     assert!(differing == 0, "{differing} of {values} values differ:\n{}", differences.join("\n"));
-    // past the test's own capturing of its output: a run that passes shows it too
+    // past the test's own capturing of its output, so that a run that passes shows it as well
     let _ = writeln!(std::io::stderr(), "frozen: {values} values of {} captures of {frozen_name} agree", found.len());
 }
 
-/// What is derived from each capture of a folder, by the name of its file and the options.
+/// The results for each capture of a folder, by the name of its file and the options.
 fn derive_all(folder: &Path) -> BTreeMap<String, Value> {
     let mut files = Vec::new();
     find_captures(folder, &mut files);
@@ -149,7 +149,7 @@ fn find_captures(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// What is derived from one capture: the exit code, and each of its recordings.
+/// The results for one capture: the exit code, and each of its recordings.
 fn derive(file: &Path, options: &[&str]) -> Value {
     let (document, exit) = replay(file, options);
     let documents = match document {
@@ -199,7 +199,7 @@ fn of_channel(channel: &Value) -> Value {
     frozen.into()
 }
 
-/// Notes where two trees of numbers and words differ, and counts the values they hold.
+/// Notes the places at which two trees of numbers and words differ, and counts their values.
 fn compare(found: &Value, frozen: &Value, place: &str, values: &mut usize, differences: &mut Vec<String>) {
     match (found, frozen) {
         (Value::Object(found), Value::Object(frozen)) => {

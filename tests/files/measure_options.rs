@@ -1,4 +1,4 @@
-//! What an option of a measurement changes in its result, and what it leaves as it was.
+//! The effect of an option of a measurement on its result, and the unchanged rest.
 
 use std::fs;
 
@@ -32,7 +32,7 @@ fn duration_ends_the_same_however_the_bytes_arrive() {
 }
 
 #[test]
-fn averaging_times_are_those_asked_for_and_the_model_stays() {
+fn averaging_times_are_as_requested_and_the_model_is_unchanged() {
     fn options(taus: &str) -> [&str; 6] {
         ["--rate", "40", "--estimator", "full", "--taus", taus]
     }
@@ -49,7 +49,7 @@ fn averaging_times_are_those_asked_for_and_the_model_stays() {
     let (all, exit) = replay(&replay_log(CLEAN), &options(&every.join(",")));
     assert_eq!((factors(&all), exit), ((1..=1200).collect(), 0));
     assert_eq!(channel(&all, "gyro_x")["noise"], channel(&octaves, "gyro_x")["noise"]);
-    // a point at an octave is that octave, bit for bit but for its degrees of freedom
+    // a point at an octave equals that octave, bit for bit except for its degrees of freedom
     for point in channel(&octaves, "accel_z")["allan"]["points"].as_array().unwrap() {
         let same = &channel(&all, "accel_z")["allan"]["points"].as_array().unwrap().clone();
         let same = same.iter().find(|other| other["m"] == point["m"]).unwrap();
@@ -98,7 +98,7 @@ fn the_rate_scales_tau_and_nothing_else() {
 }
 
 #[test]
-fn estimators_agree_where_they_must() {
+fn estimators_agree_as_required() {
     let (strided, _) = replay(&replay_log(CLEAN), &[]);
     let (full, _) = replay(&replay_log(CLEAN), &["--estimator", "full"]);
     let (plain, _) = replay(&replay_log(CLEAN), &["--estimator", "plain"]);

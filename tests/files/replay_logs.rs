@@ -1,4 +1,5 @@
-//! The captures that ship with the project: what the program says of each is what stands beside it.
+//! The captures of the project: the result of the program for each equals the expected one in the
+//! same folder.
 
 use std::{fs, path::Path};
 
@@ -8,7 +9,7 @@ use crate::support::{replay, replay_log};
 
 const LOGS: &[&str] = &["clean-minute.vnymr", "corrupted.vnymr", "gaps.vnymr", "binary-between.bin"];
 
-/// Everything in `expected` must stand in `got`; `got` may say more. Numbers are equal to the last
+/// Everything in `expected` must be in `got`; `got` may contain more. Numbers are equal to the last
 /// digit.
 fn assert_contains(got: &Value, expected: &Value, place: &str) {
     match expected {

@@ -6,19 +6,19 @@ use serde_json::Value;
 
 use crate::support::{capture, replay, replay_log, vn100};
 
-/// What the samples decide: time base, statistics and deviations.
+/// The results that depend on the samples: time base, statistics and deviations.
 fn numbers(document: &Value) -> Value {
     let channels = document["channels"].as_array().unwrap();
     let of = |channel: &Value| {
         Value::from(vec![channel["name"].clone(), channel["statistics"].clone(), channel["allan"].clone()])
     };
     let mut timing = document["timing"].clone();
-    // a table has no nominal rate from which its own may be off
+    // a table has no nominal rate for an offset
     timing["offset_ppm"] = Value::Null;
     Value::from(vec![timing, channels.iter().map(of).collect()])
 }
 
-/// Writes the samples of a capture with these options, and measures them with these.
+/// Writes the samples of a capture with these options, and measures the table with the same options.
 fn written_and_read(file: &Path, table: &Path, options: &[&str]) -> (Value, Value) {
     let (document, status) = replay(file, &[options, &["--samples", table.to_str().unwrap()]].concat());
     assert_eq!(status, 0);
@@ -47,7 +47,7 @@ fn samples_read_back_to_the_same_numbers() {
         let std = |channel: &Value| channel["statistics"]["std"].as_f64().unwrap();
         assert!((std(written) / std(read) - 1.0).abs() < 1e-6, "{}", written["name"]);
     }
-    // their own times show what is missing, without arrivals too
+    // their own times show missing samples, even without arrival times
     let mut bytes = fs::read(capture(folder.path(), "c.bin", &["--message", "BINARY", "--duration", "1min"])).unwrap();
     bytes.drain(44 * 500..44 * 521);
     bytes.drain(44 * 1000..44 * 1003);
@@ -71,7 +71,7 @@ fn a_restart_of_the_sensor_is_one_in_the_table() {
 }
 
 #[test]
-fn samples_on_standard_output_stand_there_alone_and_no_file_is_replaced() {
+fn samples_are_the_only_standard_output_and_no_file_is_replaced() {
     let log = replay_log("clean-minute.vnymr");
     let output = vn100().args(["replay", "--samples", "-"]).arg(&log).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();

@@ -1,4 +1,4 @@
-//! What befalls the program and its files: disks, pipes, and being killed.
+//! System faults for the program and its files: disks, pipes, and kills.
 
 use std::{
     fs,
@@ -17,7 +17,7 @@ use crate::support::{capture, replay, replay_log, vn100};
 
 const CLEAN: &str = "clean-minute.vnymr";
 
-/// The exit code, and what was said on standard error.
+/// The exit code, and the text on standard error.
 fn told(output: &Output) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(output.stderr.clone()).unwrap())
 }
@@ -63,7 +63,7 @@ fn a_reader_that_has_seen_enough_ends_the_lines() {
 #[test]
 fn a_reader_that_has_seen_enough_of_the_samples_is_no_interrupt() {
     let folder = tempfile::tempdir().unwrap();
-    // more than any pipe holds
+    // more than any pipe can buffer
     let file = capture(folder.path(), "a.mcap", &["--message", "VNIMU", "--duration", "1h"]);
     let mut replay = vn100()
         .args(["replay", "--samples", "-"])
@@ -93,7 +93,7 @@ fn a_file_without_a_byte_gives_no_page() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_place_that_cannot_be_written_is_reported_before_anything_is_measured() {
-    // no user may make files there
+    // no user may create files there
     for place in ["/proc/x.mcap", "/sys/x.mcap", "/nowhere/x.mcap"] {
         let (exit, error) = told(&vn100().args(["attach", "sim", "--record", place]).output().unwrap());
         assert_eq!(exit, Some(1), "{place}: {error}");
@@ -151,7 +151,7 @@ fn stream(path: &Path) -> Vec<u8> {
         .collect()
 }
 
-/// Bytes of a stream that may wait to be written: 64 KiB, and heads of the reads.
+/// Bytes of a stream that may be pending: 64 KiB, and heads of the reads.
 const UNWRITTEN: usize = 72 * 1024;
 
 #[test]
@@ -163,7 +163,7 @@ fn a_recording_killed_at_any_moment_holds_the_beginning_of_its_stream_and_can_be
     for round in 0..50 {
         let path = folder.path().join(format!("{round}.mcap"));
         let mut kept = Vec::new();
-        // begun and killed, gone on with and killed again
+        // begun and killed, resumed and killed again
         for resume in [false, true] {
             let mut drawn = |range: std::ops::Range<usize>| {
                 random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

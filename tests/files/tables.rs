@@ -17,7 +17,7 @@ fn row(row: i64) -> [f64; 3] {
     ]
 }
 
-/// What allantools 2024.6 gives of these numbers: `oadev(x, rate=100, data_type="freq")` at
+/// The results of allantools 2024.6 for these numbers: `oadev(x, rate=100, data_type="freq")` at
 /// averaging factors 1, 2, 4, 8, 16.
 const OADEV: [(&str, [f64; 5]); 3] = [
     ("gyro_x", [0.003655821054792, 0.003750786931431, 0.002428463884962, 0.0008580870895163, 0.0006994016238008]),
@@ -25,7 +25,7 @@ const OADEV: [(&str, [f64; 5]); 3] = [
     ("temperature", [0.001294751186255, 0.002589502372509, 0.005179004745019, 0.01035800949004, 0.02071601898007]),
 ];
 
-/// A file of these columns and rows, measured.
+/// Measures a file of these columns and rows.
 fn measured(path: &Path, header: &str, separator: &str, print: impl Fn(i64, usize, f64) -> String) -> Value {
     let line = |at: i64| {
         let fields = row(at).into_iter().enumerate().map(|(column, value)| print(at, column, value));
@@ -42,7 +42,7 @@ fn floats_of_any_program_have_the_deviations_of_allantools() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("table");
     let csv = "gyro_x,accel_x,temperature";
-    // numpy.savetxt as it is; a data frame of pandas; a spreadsheet; eight decimals, which 28 °C does not fit 32 bits with
+    // plain numpy.savetxt; a data frame of pandas; a spreadsheet; eight decimals, with which 28 °C does not fit 32 bits
     let documents = [
         (measured(&path, "# gyro_x accel_x temperature", " ", |_, _, value| format!("{value:.18e}")), 1e-7),
         (measured(&path, csv, ",", |_, _, value| format!("{value}")), 1e-7),
@@ -68,7 +68,7 @@ fn floats_of_any_program_have_the_deviations_of_allantools() {
 }
 
 #[test]
-fn a_hole_costs_its_own_channel_alone() {
+fn a_hole_affects_only_its_own_channel() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("table.csv");
     let header = "gyro_x,accel_x,temperature";
@@ -82,22 +82,22 @@ fn a_hole_costs_its_own_channel_alone() {
         assert_eq!(channel(&holed, name), channel(&whole, name), "{name}");
     }
     let csv = &holed["source"]["csv"];
-    let absent = r#"[{"channel":"accel_x","count":41,"empty":14,"not_a_number":27,"out_of_range":0,"first_line":9}]"#;
+    let absent = r#"[{"channel":"accel_x","empty":14,"not_a_number":27,"out_of_range":0,"first_line":9}]"#;
     assert_eq!(csv["absent"], serde_json::from_str::<Value>(absent).unwrap());
     assert_eq!((&csv["rows"], &channel(&holed, "accel_x")["statistics"]["count"]), (&ROWS.into(), &(ROWS - 41).into()));
-    assert!(warned(&holed, "absent-values") && !warned(&whole, "absent-values"));
+    assert!(warned(&holed, "gaps") && !warned(&whole, "gaps"));
     // a magnetometer at a tenth of the rate
     let sparse = measured(&path, "gyro_x,mag_x,temperature", ",", |at, column, value| {
         if column == 1 && at % 10 > 0 { String::new() } else { format!("{value}") }
     });
     let warnings = sparse["warnings"].as_array().unwrap();
-    let warning = warnings.iter().find(|warning| warning["kind"] == "absent-values").unwrap();
-    assert!(warning["text"].as_str().unwrap().contains("put them into a file of their own"), "{warning}");
+    let warning = warnings.iter().find(|warning| warning["kind"] == "gaps").unwrap();
+    assert!(warning["text"].as_str().unwrap().contains("belong in a file of their own"), "{warning}");
     assert_eq!(channel(&sparse, "gyro_x")["allan"], channel(&whole, "gyro_x")["allan"]);
 }
 
 #[test]
-fn units_are_taken_from_the_header_and_doubted_where_no_sensor_has_such() {
+fn units_come_from_the_header_and_are_doubted_if_implausible() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("table.csv");
     let of = |header: &str| {
@@ -124,7 +124,7 @@ fn units_are_taken_from_the_header_and_doubted_where_no_sensor_has_such() {
 fn the_rate_of_a_table_is_that_of_all_its_rows() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("other.csv");
-    // rows up to 3 ms late, by a sequence that repeats after 97 rows
+    // rows up to 3 ms late, in a sequence that repeats after 97 rows
     let row =
         |row: u64| format!("{:.6},{:.4},9.8\n", row as f64 / 40.0005 + (row * 31 % 97) as f64 * 3e-3 / 97.0, row % 7);
     fs::write(&path, "time,gyro_x,accel_z\n".to_owned() + &(0..20_000).map(row).collect::<String>()).unwrap();

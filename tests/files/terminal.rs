@@ -1,5 +1,5 @@
-//! What others wrote never steers the terminal, files are never written over unasked, and what
-//! comes with the program is whole.
+//! Foreign text never controls the terminal, files are never overwritten without a request, and the
+//! files of the program are complete.
 
 use std::{
     fs,
@@ -12,11 +12,11 @@ use std::{
 
 use crate::support::{replay_log, run, vn100, with_stdin};
 
-/// Clears the screen, in ASCII and as one character above it; rings; turns the direction of text;
-/// feigns a line.
+/// Clears the screen, in ASCII and as a character beyond it; rings the bell; changes the direction
+/// of text; imitates a line.
 const HOSTILE: &str = "x\x1b[2J\u{9b}2J\x07\u{202e}fdp\u{2066}\u{200f}\u{2028}\x7fy";
 
-/// The output as text, in which no character is left that steers a terminal.
+/// Checks that the output contains no character that controls a terminal, and returns it as text.
 #[track_caller]
 fn assert_harmless(bytes: &[u8]) -> String {
     let text = String::from_utf8(bytes.to_vec()).unwrap();
@@ -34,7 +34,7 @@ fn assert_harmless(bytes: &[u8]) -> String {
 }
 
 #[test]
-fn names_of_captures_steer_nothing_and_stay_whole_in_documents() {
+fn names_of_captures_control_nothing_and_are_complete_in_documents() {
     let folder = tempfile::tempdir().unwrap();
     let good = folder.path().join(format!("good{HOSTILE}"));
     let other = folder.path().join(format!("other{HOSTILE}"));
@@ -55,7 +55,7 @@ fn names_of_captures_steer_nothing_and_stay_whole_in_documents() {
 }
 
 #[test]
-fn what_captures_hold_steers_nothing() {
+fn the_content_of_captures_controls_nothing() {
     let header = format!("t,gyr_x,gyr_y,gyr_z,{HOSTILE}\n");
     let rows: String = (0..200).map(|row| format!("{:.3},0.1,0.2,0.3,{HOSTILE}\n", f64::from(row) * 0.025)).collect();
     let odd = format!("1,{HOSTILE},2,3,4\n");
@@ -70,17 +70,17 @@ fn what_captures_hold_steers_nothing() {
     }
 }
 
-/// What would run in a page.
+/// Markup that would run in a page.
 const MARKUP: &str = "</script><script>alert(1)</script><img src=x onerror=alert(1)>";
 
-/// With its checksum and line end.
+/// The sentence with its checksum and line end.
 fn sentence(body: &str) -> String {
     let check = body.bytes().fold(0, |xor, byte| xor ^ byte);
     format!("${body}*{check:02X}\r\n")
 }
 
-/// A sensor behind a serial server that calls itself all manner of things, and sends a minute of
-/// lines once it was asked for its name.
+/// A sensor on a serial server that reports hostile names, and sends a minute of lines when it was
+/// asked for its name.
 fn hostile_sensor() -> String {
     let server = TcpListener::bind("127.0.0.1:0").unwrap();
     let source = format!("tcp://{}", server.local_addr().unwrap());
@@ -89,12 +89,12 @@ fn hostile_sensor() -> String {
         let (mut stream, _) = server.accept().unwrap();
         let mut lines = 0;
         let commands = BufReader::new(stream.try_clone().unwrap());
-        // the program ends when it has heard enough, and then nobody asks and nobody listens
+        // the program ends when it has received enough, and then there is no further command or reader
         for command in commands.lines().map_while(Result::ok) {
             let body = command.trim_start_matches('$').split('*').next().unwrap_or_default();
             let answer = match body {
                 "VNRRG,01" => sentence(&format!("VNRRG,01,{MARKUP}%1b[2J")),
-                // no line of the protocol, and yet bytes that the program takes up
+                // not a line of the protocol, but the program processes its bytes
                 "VNRRG,02" => sentence(&format!("VNRRG,02,{HOSTILE}\0\n")) + &sentence("VNRRG,02,7"),
                 "VNRRG,03" => sentence("VNRRG,03,<b>&amp;\"'`"),
                 "VNRRG,04" => format!("$VNRRG,04,{HOSTILE}") + &sentence("VNRRG,04,3.1.0.0"),
@@ -114,7 +114,7 @@ fn hostile_sensor() -> String {
 }
 
 #[test]
-fn what_a_sensor_says_steers_nothing_and_is_no_markup() {
+fn text_of_a_sensor_controls_nothing_and_is_no_markup() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("sensor.mcap");
     for form in [&[][..], &["--json"]] {
@@ -168,7 +168,7 @@ fn what_a_sensor_says_steers_nothing_and_is_no_markup() {
 }
 
 #[test]
-fn a_command_line_steers_nothing() {
+fn a_command_line_controls_nothing() {
     let hostile = format!("--{HOSTILE}");
     let tcp = format!("tcp://{HOSTILE}");
     for arguments in [
@@ -241,7 +241,7 @@ fn every_command_has_a_manual_page() {
     let pages: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|page| page.unwrap().path()).collect();
     let help = String::from_utf8(vn100().arg("--help").output().unwrap().stdout).unwrap();
     let commands = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
-    // descriptions go on in lines that are further in
+    // descriptions continue in lines with a deeper indentation
     let commands = commands.filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
     let commands: Vec<_> = commands.filter(|command| !["", "help"].contains(command)).collect();
     assert!(commands.contains(&"attach") && commands.contains(&"man"), "{help}");

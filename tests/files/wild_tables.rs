@@ -1,5 +1,5 @@
-//! Tables as people have them, cut, with columns dropped and rows lost or doubled: each is read right,
-//! or refused.
+//! Tables of users, cut, with columns dropped and rows lost or doubled: each is read correctly, or
+//! refused.
 
 use std::{fmt::Write as _, fs, path::Path};
 
@@ -55,35 +55,12 @@ const FORMS: [Form; 7] = [
     Form {
         file: "asl.csv",
         header: "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]",
-        row: |t, g, a| {
-            format!(
-                "{},{},{},{},{},{},{}",
-                1_403_636_579_758_555_392_u64 + (t * 1e9) as u64,
-                g[0],
-                g[1],
-                g[2],
-                a[0],
-                a[1],
-                a[2]
-            )
-        },
+        row: |t, g, a| joined((1_403_636_579_758_555_392_u64 + (t * 1e9) as u64).to_string(), g, a),
     },
     Form {
         file: "echo.csv",
         header: "%time,field.header.stamp,field.angular_velocity.x,field.angular_velocity.y,field.angular_velocity.z,field.linear_acceleration.x,field.linear_acceleration.y,field.linear_acceleration.z",
-        row: |t, g, a| {
-            format!(
-                "{:.0},{:.0},{},{},{},{},{},{}",
-                1.5e18 + 1.7e9 * t,
-                1.4e18 + 1e9 * t,
-                g[0],
-                g[1],
-                g[2],
-                a[0],
-                a[1],
-                a[2]
-            )
-        },
+        row: |t, g, a| joined(format!("{:.0},{:.0}", 1.5e18 + 1.7e9 * t, 1.4e18 + 1e9 * t), g, a),
     },
     Form {
         file: "letters.txt",
@@ -96,6 +73,10 @@ const FORMS: [Form; 7] = [
         row: |t, g, a| format!("{:.0},{},{},{},4889,{},{},{}", 2e7 + t * 1e6, g[0], g[1], g[2], a[0], a[1], a[2]),
     },
 ];
+
+fn joined(time: String, gyro: [f64; 3], accel: [f64; 3]) -> String {
+    gyro.into_iter().chain(accel).fold(time, |line, number| format!("{line},{number}"))
+}
 
 /// Numbers drawn one after the other.
 struct Draws(u64);
@@ -125,7 +106,7 @@ fn table(form: &Form, draws: &mut Draws) -> Vec<String> {
     lines
 }
 
-/// One change as files suffer them. Returns the text.
+/// Makes one typical change of a file. Returns the text.
 fn changed(mut lines: Vec<String>, separator: char, draws: &mut Draws) -> String {
     let rows = lines.len() - 1;
     match draws.below(8) {
@@ -187,7 +168,7 @@ fn replayed(path: &Path, columns: Option<&str>) -> Result<Value, String> {
     }
 }
 
-/// Means of the channels that are there must be those of the sensor, unless their unit is doubtful.
+/// Whether the means of the present channels are those of the sensor, unless their unit is doubtful.
 fn is_right(document: &Value) -> Result<(), String> {
     let mut wrong = String::new();
     for channel in document["channels"].as_array().into_iter().flatten() {
@@ -202,13 +183,13 @@ fn is_right(document: &Value) -> Result<(), String> {
     if wrong.is_empty() { Ok(()) } else { Err(wrong) }
 }
 
-/// The map that a refusal prints.
+/// The map in the text of a refusal.
 fn printed_map(refusal: &str) -> Option<String> {
     let (_, rest) = refusal.split_once("--columns '")?;
     Some(rest.split_once('\'')?.0.to_owned())
 }
 
-/// `VN100_CHANGES` says how many changes of each form are tried.
+/// `VN100_CHANGES` is the number of changes of each form.
 #[test]
 fn changed_tables_are_read_right_or_refused() {
     let changes: usize = std::env::var("VN100_CHANGES").ok().and_then(|count| count.parse().ok()).unwrap_or(4);
@@ -240,8 +221,8 @@ fn changed_tables_are_read_right_or_refused() {
     }
 }
 
-/// The line of a doubt corrects every unit at once, with the names of the file, as it is printed on
-/// a terminal.
+/// The printed line for a doubtful unit corrects all units at once, with the names of the file, as
+/// printed on a terminal.
 #[test]
 fn the_printed_line_of_a_doubtful_unit_gives_the_right_values() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! The long search: libFuzzer, led by coverage, on the check of the target that this is built as.
+//! The long search: libFuzzer, guided by coverage, runs the check of the target that this is built for.
 #![no_main]
 
 #[path = "../../crates/vn100/src/serve/mod.rs"]

@@ -1,10 +1,10 @@
-//! A short, seeded run of every fuzz target, on the stable compiler and with no tool: the gate's
-//! share of the search.
+//! A short, seeded run of every fuzz target, on the stable compiler and without a tool, as part of
+//! the gate.
 //!
-//! `VN100_FUZZ_CASES=1000000 cargo test --release -p vn100 --test fuzz` makes it a long one.
-//! The search led by coverage needs `cargo install cargo-fuzz`, and takes the seeds that
-//! `cargo test -p vn100 --test fuzz -- --ignored` writes:
-//! `cargo fuzz run --fuzz-dir tests/fuzz -s none framer`.
+//! `VN100_FUZZ_CASES=1000000 cargo test --release -p vn100 --test fuzz` makes it a long one. The
+//! search guided by coverage needs `cargo install cargo-fuzz`, and uses the seeds that `cargo test
+//! -p vn100 --test fuzz -- --ignored` writes: `cargo fuzz run --fuzz-dir tests/fuzz -s none
+//! framer`.
 #![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod mutate;
@@ -18,7 +18,7 @@ use std::{fs, panic, path::Path};
 use mutate::Mutator;
 use targets::{TARGETS, Target};
 
-/// Mutations of each target unless the environment asks for another number.
+/// Mutations of each target unless the environment sets another number.
 const CASES: u64 = 1500;
 
 fn run(name: &str) {

@@ -1,13 +1,13 @@
-//! Seeds, changed a little: the same ones in every run.
+//! Seeds with small changes, the same in every run.
 
 #[rustfmt::skip]
-/// What formats are made of: more likely to matter than any byte.
+/// Pieces of the formats: more likely to have an effect than random bytes.
 const TOKENS: [&[u8]; 24] = [
     b"$", b"*", b",", b"\r\n", b"\n", b"\0", b"\xFA", b"\xFA\x01\x08\x00", b"$VNYMR,", b"$VNIMU,", b"-", b"+", b".", b"99999999",
     b"-2147483648", b"18446744073709551615", b"9223372036854775807", b"1e308", b"nan", b"%", b"=", b"\"", b"\x1f\x8b", b"\xff\xff\xff\xff",
 ];
 
-/// No input is longer.
+/// The longest input.
 const LONGEST: usize = 6000;
 
 /// Makes inputs from seeds.

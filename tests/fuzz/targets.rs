@@ -1,6 +1,6 @@
-//! What is fuzzed: a name, what must hold of any bytes, and the seeds that mutations begin with.
+//! The fuzz targets: a name, the check that must hold for any bytes, and the seeds of mutations.
 //!
-//! Each check takes any bytes and panics where a promise is broken. Two callers share them: the
+//! Each check takes any bytes and panics if a property is violated. Two callers share them: the
 //! gate's short test in `main.rs`, and the long search of libFuzzer in `libfuzzer.rs`.
 #![allow(dead_code, reason = "each of the two callers uses its part")]
 #![allow(clippy::unwrap_used, reason = "a check fails by panicking")]
@@ -14,7 +14,6 @@ mod requests;
 mod seeds;
 mod session;
 
-/// One thing that is fuzzed.
 pub(crate) struct Target {
     pub(crate) name: &'static str,
     pub(crate) check: fn(&[u8]),

@@ -1,4 +1,4 @@
-//! What a reader without eyes, or with weak ones, needs of the live page and of its report.
+//! The needs of blind and visually impaired readers of the live page and of its report.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use tempfile::TempDir;
 use crate::page::Served;
 use crate::support::capture;
 
-/// The elements of that name: attributes, and content up to the next end of such an element.
+/// The elements of this name: attributes, and content up to the next end of such an element.
 fn elements<'a>(html: &'a str, name: &str) -> Vec<(&'a str, &'a str)> {
     let (begin, end) = (format!("<{name}"), format!("</{name}>"));
     let rest = html.split(&begin).skip(1).filter(|rest| rest.starts_with([' ', '>']));
@@ -19,7 +19,7 @@ fn attribute<'a>(attributes: &'a str, name: &str) -> Option<&'a str> {
     attributes.split(&format!(" {name}=\"")).nth(1)?.split('"').next()
 }
 
-/// Landmarks, headings, names of tables and pictures, and references that lead somewhere.
+/// Checks landmarks, headings, names of tables and pictures, and targets of references.
 fn assert_structure(page: &str, html: &str) {
     assert!(html.contains("<html lang=\"en\""), "{page}");
     for landmark in ["main", "header", "h1"] {
@@ -35,7 +35,7 @@ fn assert_structure(page: &str, html: &str) {
         assert!(content.contains("<caption") || attributes.contains("aria-label"), "{page}: {}", &content[..200]);
     }
     for (attributes, content) in elements(html, "th") {
-        // an empty corner heads nothing
+        // an empty corner is no heading
         assert!(attribute(attributes, "scope").is_some() || content.is_empty(), "{page}: {attributes} {content}");
     }
     for (attributes, content) in elements(html, "svg") {
@@ -75,7 +75,7 @@ fn contrast(a: &str, b: &str) -> f64 {
 }
 
 #[test]
-fn the_pages_are_whole_for_a_reader_without_eyes() {
+fn the_pages_are_complete_for_blind_readers() {
     let folder = TempDir::new().unwrap();
     let files = ["a.mcap", "b.mcap"].map(|name| {
         let file = capture(folder.path(), name, &["--message", "VNIMU", "-d", "1min"]);
@@ -115,7 +115,7 @@ fn the_tables_of_the_page_are_those_of_the_report() {
 }
 
 #[test]
-fn letters_and_lines_stand_out_by_day_and_in_the_dark() {
+fn letters_and_lines_have_contrast_in_light_and_dark() {
     let folder = TempDir::new().unwrap();
     let file = capture(folder.path(), "a.mcap", &["-d", "10s"]);
     let css = Served::start(&["replay", file.to_str().unwrap(), "--speed", "max"]).get("/page.css").1;

@@ -1,4 +1,4 @@
-//! Live sources that need no device: a serial server, standard input, and what cannot be opened.
+//! Live sources that need no device: a serial server, standard input, and sources that cannot be opened.
 
 use std::{
     fs,
@@ -13,7 +13,7 @@ use crate::support::{document, replay, replay_log, run, vn100, with_stdin};
 
 const CLEAN: &str = "clean-minute.vnymr";
 
-/// The statistics and deviations of a document, without what depends on when the bytes came.
+/// The statistics and deviations of a document, without results that depend on arrival times.
 fn numbers(document: &Value) -> Vec<Value> {
     let channels = document["channels"].as_array().unwrap();
     channels.iter().map(|channel| Value::from(vec![channel["name"].clone(), channel["statistics"].clone()])).collect()
@@ -33,16 +33,16 @@ fn standard_input_is_measured_like_the_file() {
 }
 
 #[test]
-fn a_serial_server_is_measured_for_the_time_asked() {
+fn a_serial_server_is_measured_for_the_requested_time() {
     let server = TcpListener::bind("127.0.0.1:0").unwrap();
     let source = format!("tcp://{}", server.local_addr().unwrap());
     let serving = thread::spawn(move || {
         let (mut stream, _) = server.accept().unwrap();
-        // as the sensor does: what went wrong with the reader, its exit tells
+        // like a sensor: the exit code of the reader shows its errors
         let _ = stream.write_all(&fs::read(replay_log(CLEAN)).unwrap());
         let _ = stream.read_to_end(&mut Vec::new());
     });
-    // the lines come as fast as they go: what their stamps say of the rate is chance
+    // the lines come as fast as possible, so the rate in their stamps is random
     let output = run(vn100().args(["attach", &source, "--rate", "40", "--duration", "20s", "--json"]));
     let document = document(&output);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
@@ -50,7 +50,7 @@ fn a_serial_server_is_measured_for_the_time_asked() {
     assert_eq!(document["source"]["name"], source.as_str());
     assert_eq!(document["timing"]["samples"], 800);
     assert_eq!(document["link"]["reconnects"], 0);
-    // the last thing: a server that nobody reaches waits for ever
+    // at the end, because a server without a reader waits forever
     serving.join().unwrap();
 }
 
@@ -68,7 +68,7 @@ fn a_server_that_disconnects_is_reconnected_and_the_measurement_continues() {
             let _ = stream.read_to_end(&mut Vec::new());
         }
     });
-    // the lines come as fast as they go: what their stamps say of the rate is chance
+    // the lines come as fast as possible, so the rate in their stamps is random
     let output = run(vn100().args(["attach", &source, "--rate", "40", "--duration", "20s", "--json"]));
     let document = document(&output);
     assert_eq!(document["timing"]["samples"], 800);
@@ -91,10 +91,10 @@ fn the_wall_time_ends_a_stream_that_stalls_and_a_stop_before_the_duration_fails(
     let (short, code) = attach(&["-d", "2min"]);
     assert_eq!((&short["end_reason"], code), (&"end-of-input".into(), 1));
     assert!(short["source"]["error"].as_str().unwrap().ends_with("after 1 min of data of the 2 min asked for"));
-    // a capture has no more: its result is complete
+    // a capture has no more data, so its result is complete
     let (file, code) = replay(&replay_log(CLEAN), &["-d", "2min"]);
     assert_eq!((&file["source"]["error"], code), (&Value::Null, 0));
-    let early = file["warnings"].as_array().unwrap().iter().find(|warning| warning["kind"] == "ended-early");
+    let early = file["warnings"].as_array().unwrap().iter().find(|warning| warning["kind"] == "incomplete");
     assert_eq!(early.unwrap()["severity"], "note");
 }
 
@@ -113,7 +113,7 @@ fn several_sources_get_a_result_each() {
 }
 
 #[test]
-fn every_second_of_a_pipe_is_told_in_lines_as_of_the_file() {
+fn every_second_of_a_pipe_gives_the_same_lines_as_the_file() {
     let log = replay_log(CLEAN);
     let samples = |output: &[u8]| {
         let text = String::from_utf8(output.to_vec()).unwrap();
@@ -152,7 +152,7 @@ fn a_lost_sensor_gives_a_heartbeat_each_second() {
     for (second, beat) in (1..).zip(beats) {
         assert!(beat["silent_s"].as_f64().unwrap() >= f64::from(second), "{beat}");
         assert!(beat["since"].as_str().unwrap().ends_with('Z'), "{beat}");
-        // or the next attempt is under way
+        // or the next attempt is in progress
         if beat["link"] != "opening" {
             assert_eq!(beat["link"], "lost");
             assert!(beat["cause"].is_string() && beat["tries"].as_u64().unwrap() > 0, "{beat}");

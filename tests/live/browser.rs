@@ -1,5 +1,5 @@
-//! The live page in a browser that is steered over its pipes: it follows the program. Skipped where
-//! there is no Chromium.
+//! The live page in a browser that is controlled over its pipes: it follows the program. Skipped
+//! without Chromium.
 
 use std::{
     io::{BufRead, BufReader, Write},
@@ -16,7 +16,7 @@ use tempfile::TempDir;
 use crate::page::{Served, replayed};
 use crate::support::{capture, channel};
 
-/// Nothing here takes longer; what does is a failure.
+/// The timeout of each step; a longer step is a failure.
 const PATIENCE: Duration = Duration::from_secs(600);
 
 /// A browser with one page. Its commands and answers end with a zero byte.
@@ -30,7 +30,7 @@ struct Browser {
 }
 
 impl Browser {
-    /// With this page; `None`, and a word about it, without a browser.
+    /// Opens a browser with this page; `None`, with a message, without a browser.
     fn open(url: &str) -> Option<Self> {
         let browsers = ["chromium", "chromium-browser", "google-chrome"];
         let Some(browser) = browsers.iter().find(|name| Command::new(name).arg("--version").output().is_ok()) else {
@@ -121,7 +121,7 @@ fn a_page_that_is_open_survives_a_restart_of_the_program() {
     let address = served.address.clone();
     let Some(mut browser) = Browser::open(&format!("http://{address}/")) else { return };
     browser.until(UP_TO_DATE);
-    // killed, without a last word
+    // killed without a last message
     drop(served);
     browser.until("document.getElementById('connection').className === 'lost'");
     let last = browser.value("document.title + document.getElementById('now').textContent");
@@ -132,7 +132,7 @@ fn a_page_that_is_open_survives_a_restart_of_the_program() {
     browser.until("document.querySelectorAll('#allan figure').length === 3");
 }
 
-/// A program that is stopped sends no end: the page notices by its own clock.
+/// A stopped program sends no end event: the page detects this by its own clock.
 #[test]
 fn a_page_greys_when_it_hears_no_more() {
     const OLD: &str = "document.documentElement.className === 'old' && \
@@ -154,7 +154,7 @@ fn the_details_of_many_sources_come_when_they_are_opened() {
         let file = capture(folder.path(), name, &["--message", "VNIMU", "-d", "1min"]);
         file.to_str().unwrap().to_owned()
     });
-    // of a few they are open
+    // with a few sources they are open
     let few = Served::start(&["replay", &files[0], &files[1], "--speed", "max"]);
     let Some(mut browser) = Browser::open(&format!("http://{}/", few.address)) else { return };
     browser.until("document.querySelectorAll('#run1-allan figure, #run2-allan figure').length === 6");
@@ -167,14 +167,14 @@ fn the_details_of_many_sources_come_when_they_are_opened() {
     browser.value("document.querySelectorAll('details.source')[1].open = true");
     browser.until("document.querySelectorAll('#run2-allan figure').length === 3");
     assert_eq!(browser.value("document.querySelectorAll('#run1-source figure').length"), 0);
-    // every control says what it does
+    // every control has a description
     browser.until("document.querySelectorAll('#run2-source button').length > 20");
     let unnamed = "[...document.querySelectorAll('input, select, button')].filter((one) => \
         !one.closest('label') && !one.textContent.trim() && !one.getAttribute('aria-label')).length";
     assert_eq!(browser.value(unnamed), 0);
 }
 
-/// Tables scroll within themselves; what names them stays in sight.
+/// Tables scroll within themselves; their names stay visible.
 #[test]
 fn a_phone_shows_no_line_that_leaves_the_screen() {
     const WIDTH: u32 = 400;

@@ -1,4 +1,4 @@
-//! The program on live sources: emulated sensors on pseudo-terminals and behind TCP, faults of their
+//! The program on live sources: emulated sensors on pseudo-terminals and over TCP, faults of their
 //! links, and the live view in a terminal.
 #![allow(
     clippy::panic,

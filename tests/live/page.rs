@@ -1,4 +1,4 @@
-//! The live page: what it answers, whom it refuses, and that the measurement does not notice it.
+//! The live page: its answers, the requests that it refuses, and that it does not affect the measurement.
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
@@ -14,10 +14,10 @@ use tempfile::TempDir;
 
 use crate::support::{Lines, capture, channel, schema, vn100};
 
-/// No answer takes so long.
+/// The timeout of each answer.
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// The program with its page, ended when it is let go of.
+/// The program with its page, ended when dropped.
 pub(crate) struct Served {
     process: Child,
     stderr: Lines,
@@ -25,12 +25,12 @@ pub(crate) struct Served {
 }
 
 impl Served {
-    /// The arguments of a command, without those of the page: any free port.
+    /// Starts a command with these arguments, with its page on any free port.
     pub(crate) fn start(arguments: &[&str]) -> Self {
         Self::start_at(arguments, "--serve=:0")
     }
 
-    /// The page where this option has it.
+    /// Starts it with the page at the address in this option.
     pub(crate) fn start_at(arguments: &[&str], serve: &str) -> Self {
         let mut command = vn100();
         let command = command.args(arguments).arg(serve).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -47,7 +47,7 @@ impl Served {
         stream
     }
 
-    /// The answer to a request with these lines behind the first, head and body.
+    /// The answer to a request with these lines after the first, head and body.
     fn ask(&self, method: &str, path: &str, lines: &str) -> (String, String) {
         let mut stream = self.connect();
         write!(stream, "{method} {path} HTTP/1.1\r\nConnection: close\r\n{lines}\r\n").unwrap();
@@ -64,7 +64,7 @@ impl Served {
     /// The events of the page, line by line.
     fn events(&self, lines: &str) -> impl Iterator<Item = String> + use<> {
         let mut stream = self.connect();
-        // of the older version, whose answers come without marks between their pieces
+        // of the older version, whose answers have no marks between their pieces
         write!(stream, "GET /events HTTP/1.0\r\nHost: {}\r\n{lines}\r\n", self.address).unwrap();
         BufReader::new(stream).lines().map_while(Result::ok)
     }
@@ -114,7 +114,7 @@ fn every_address_of_the_page_answers() {
         ("/page.css", "text/css", "svg.figure"),
         ("/page.js", "text/javascript", "EventSource"),
         ("/icon.svg", "image/svg+xml", "<svg"),
-        ("/snapshot.json", "application/json", "\"schema\":\"vn100.analysis/1\""),
+        ("/snapshot.json", "application/json", "\"schema\":\"vn100.analysis/2\""),
         ("/report.html", "text/html", "Noise report: still.mcap"),
         ("/metrics", "text/plain; version=0.0.4", "vn100_samples_total{port=\"still.mcap\"} 24000\n"),
         ("/healthz", "text/plain", "still.mcap: replayed to its end\n"),
@@ -176,7 +176,7 @@ fn what_writes_or_asks_for_another_name_is_refused() {
         ("GET", &(here.clone() + &"X: x\r\n".repeat(200)), 431),
     ] {
         let mut stream = served.connect();
-        // one who was refused already may have closed it
+        // a refused connection may be closed already
         let _ = write!(stream, "{method} / HTTP/1.1\r\nConnection: close\r\n{lines}\r\n");
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
@@ -191,7 +191,7 @@ fn what_writes_or_asks_for_another_name_is_refused() {
 }
 
 #[test]
-fn events_continue_where_a_reader_has_come_and_end_with_the_program() {
+fn events_continue_for_a_returning_reader_and_end_with_the_program() {
     let served = Served::start(&["attach", "sim", "--json"]);
     let mut events = served.events("");
     // the parts of one state, up to the one with its number
@@ -211,7 +211,7 @@ fn events_continue_where_a_reader_has_come_and_end_with_the_program() {
     };
     // the first result
     while !state(&mut events).0.contains("marks <p") {}
-    // then only what has changed
+    // after that, only the changes
     let is_news = |parts: &str| parts.contains("now <") && !parts.contains("marks ");
     let (mut parts, mut id) = state(&mut events);
     while !is_news(&parts) {
@@ -243,7 +243,7 @@ fn the_seventeenth_page_gets_the_present_state_and_one_that_is_closed_makes_room
         if stays_open(served.events("")) {
             return;
         }
-        // with the next event at the latest its end is noticed
+        // its end is noticed with the next event at the latest
         assert!(open[0].any(|line| line.starts_with("event: snapshot")));
     }
     panic!("no room for another page");
@@ -274,7 +274,7 @@ fn the_measurement_does_not_notice_those_who_attack_its_page() {
             kept.push((slow, large, unread, stream));
         }
     }
-    // the page that was open is alive, up to the end of the measurement
+    // the page that was open works up to the end of the measurement
     assert!(events.any(|line| line == "event: end"));
     let (code, out) = served.end();
     let document: Value = serde_json::from_str(&out).unwrap();

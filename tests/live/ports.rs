@@ -1,5 +1,5 @@
-//! The program on serial ports of this machine: pseudo-terminals with the emulated sensor, or with
-//! nobody, at their other end.
+//! The program on serial ports of this machine: pseudo-terminals with the emulated sensor, or
+//! without a device, at their other end.
 
 use std::{
     fs::{self, File, OpenOptions},
@@ -17,7 +17,7 @@ use serde_json::Value;
 use crate::sensor::Sensor;
 use crate::support::{Running, document, replay, run, vn100, warned};
 
-/// A port of this machine: its name, its own side of the line, and the side of whoever is at the other
+/// A port of this machine: its name, its own side of the line, and the side of the device at the other
 /// end.
 fn port() -> (String, File, File) {
     let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
@@ -60,7 +60,7 @@ fn a_port_is_for_one() {
     let second = sensor.run("attach", &["--duration", "1s", "--json"]);
     assert_eq!(second.status.code(), Some(3));
     let error = String::from_utf8(second.stderr).unwrap();
-    // the emulator has the port open too, as what is at its other end
+    // the emulator has the port open as well, as the device at its other end
     assert!(error.contains(&format!("in use by vn100 (process {})", first.process.id())), "{error}");
     drop(first);
     // a killed program leaves no lock
@@ -79,7 +79,7 @@ fn a_port_that_is_given_twice_is_in_use_by_the_program_itself() {
 fn another_program_that_has_the_port_open_without_a_lock_is_named() {
     let sensor = Sensor::start(&[]);
     let port = File::open(sensor.port()).unwrap();
-    // it holds the port and reads nothing
+    // it has the port open and does not read
     let mut program = Command::new("tail").args(["-f", "/dev/null"]).stdin(port).spawn().unwrap();
     let recording = sensor.file("a.mcap");
     let output = sensor.run("attach", &["--duration", "1s", "--json", "--record", recording.to_str().unwrap()]);
@@ -87,13 +87,13 @@ fn another_program_that_has_the_port_open_without_a_lock_is_named() {
     program.wait().unwrap();
     let live = document(&output);
     let headline = format!("tail (process {}) has the port open too", program.id());
-    assert!(warned(&live, "port-shared") && live["warnings"].to_string().contains(&headline), "{}", live["warnings"]);
+    assert!(warned(&live, "link-errors") && live["warnings"].to_string().contains(&headline), "{}", live["warnings"]);
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(errors.contains(&headline), "{errors}");
     // the recording says so too
-    assert!(warned(&replay(&recording, &[]).0, "port-shared"));
+    assert!(warned(&replay(&recording, &[]).0, "link-errors"));
     let alone = sensor.run("attach", &["--duration", "1s", "--json"]);
-    assert!(!warned(&document(&alone), "port-shared"));
+    assert!(!warned(&document(&alone), "link-errors"));
 }
 
 /// As with a loopback plug.
@@ -131,7 +131,7 @@ fn a_file_is_no_port() {
     assert_eq!(output.status.code(), Some(3));
     let error = String::from_utf8(output.stderr).unwrap();
     assert!(error.contains("not a serial port"), "{error}");
-    // and nothing else: no summary of nothing
+    // no other output: no summary without a measurement
     let output = run(vn100().args(["attach", "/nowhere/ttyUSB7"]));
     assert_eq!((output.status.code(), String::from_utf8(output.stdout).unwrap()), (Some(3), String::new()));
     assert_eq!(String::from_utf8(output.stderr).unwrap().lines().count(), 1);

@@ -1,5 +1,5 @@
-//! The program as a process: signals, pipes that close, kills, and commands that cannot be done as
-//! given. The emulated sensor is in its memory.
+//! The program as a process: signals, pipes that close, kills, and commands that cannot be executed
+//! as given. The emulated sensor is in the memory of the process.
 
 use std::{
     fs,
@@ -17,7 +17,7 @@ fn samples(document: &Value) -> u64 {
     document["timing"]["samples"].as_u64().unwrap()
 }
 
-/// What two documents say, apart from their source and the reason of their end.
+/// Checks that two documents are equal apart from their source and the reason of their end.
 fn assert_same_but_source(mut a: Value, mut b: Value) {
     for document in [&mut a, &mut b] {
         (document["source"], document["end_reason"]) = (Value::Null, Value::Null);
@@ -25,9 +25,9 @@ fn assert_same_but_source(mut a: Value, mut b: Value) {
     assert_eq!(a, b);
 }
 
-/// What was given is wrong, and nothing was done.
+/// The arguments are invalid, and nothing was done.
 #[test]
-fn what_cannot_be_done_as_given_ends_with_two() {
+fn invalid_arguments_end_with_exit_code_two() {
     for (command, options, expected) in [
         ("configure", &[][..], "nothing to change"),
         ("configure", &["--listen-only", "--set-rate", "20"], "cannot be used with"),
@@ -57,7 +57,7 @@ fn a_signal_without_a_view_ends_with_the_result() {
     for signal in [Signal::INT, Signal::HUP, Signal::TERM] {
         let folder = tempfile::tempdir().unwrap();
         let recording = folder.path().join("interrupted.mcap");
-        // a test command under `nohup` passes on that hang-ups are ignored, and the program then goes on
+        // a test command under `nohup` inherits that hang-ups are ignored, and the program then continues
         let mut attach = Command::new("env");
         attach.args(["--default-signal=HUP", env!("CARGO_BIN_EXE_vn100"), "attach", "sim", "--ndjson", "--record"]);
         let mut attached = Running::start(attach.arg(&recording).stdin(Stdio::null()));
@@ -71,9 +71,9 @@ fn a_signal_without_a_view_ends_with_the_result() {
     }
 }
 
-/// An interrupt while the sensor is looked for, whatever was to be set.
+/// The interrupt comes during the search for the sensor, with any settings.
 #[test]
-fn an_interrupt_while_the_sensor_is_looked_for_is_an_end_without_samples() {
+fn an_interrupt_during_the_search_is_an_end_without_samples() {
     for options in [&[][..], &["--set-rate", "20"]] {
         let server = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = format!("tcp://{}", server.local_addr().unwrap());
@@ -102,7 +102,7 @@ fn a_reader_that_leaves_ends_in_order() {
 }
 
 #[test]
-fn what_never_began_leaves_nothing_behind() {
+fn a_failed_start_leaves_no_files() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("typo.mcap");
     let record =
@@ -122,7 +122,7 @@ fn a_killed_recording_is_readable_and_can_be_resumed() {
     let recording = folder.path().join("killed.mcap");
     let attach = ["attach", "sim", "--ndjson", "--record"];
     let mut attached = Running::start(vn100().args(attach).arg(&recording));
-    // what a second of the stream has passed since is in the file
+    // bytes that are older than a second of the stream are in the file
     attached.nth_document(4);
     drop(attached);
     let (recorded, exit) = replay(&recording, &[]);
@@ -138,7 +138,7 @@ fn a_killed_recording_is_readable_and_can_be_resumed() {
 }
 
 #[test]
-fn a_recording_goes_on_where_nobody_reads_the_documents() {
+fn a_recording_continues_without_a_reader_of_the_documents() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("unread.mcap");
     let script = "\"$0\" attach sim --duration 4s --ndjson=thin --record \"$1\" | head -n 1";
@@ -179,12 +179,12 @@ fn two_emulated_sensors_are_two() {
     };
     assert_eq!(output.status.code(), Some(0));
     assert_eq!((&documents[0]["source"]["name"], &documents[1]["source"]["name"]), (&"sim-1".into(), &"sim-2".into()));
-    // one sensor looked at twice shows the same values, apart from a line or two at the ends
+    // two measurements of one sensor show the same values, apart from a line or two at the ends
     let shared = least(0).iter().zip(&least(1)).filter(|(a, b)| a == b).count();
     assert!(shared < 6, "{:?}, {:?}", least(0), least(1));
 }
 
-/// Runs the program with no place for temporary files.
+/// Runs the program without a place for temporary files.
 #[test]
 fn an_emulated_sensor_needs_no_file() {
     let output = run(vn100().args(["attach", "sim", "-d", "1s", "--json"]).env("TMPDIR", Path::new("/nowhere")));

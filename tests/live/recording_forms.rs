@@ -1,6 +1,5 @@
-//! Every form in which a sensor is recorded: killed again and again at random moments and resumed by
-//! the same command line, and on a disk that is full. `VN100_KILLS=100` kills each form a hundred
-//! times.
+//! Every form in which a sensor is recorded: repeatedly killed at random moments and resumed by the
+//! same command line, and on a full disk. `VN100_KILLS=100` kills each form a hundred times.
 
 use std::{
     fs::{self, File},
@@ -15,13 +14,13 @@ use vn100_protocol::stream::{Chunk, StreamInput};
 
 use crate::support::{document, replay, run, vn100, warned};
 
-/// In the gate each form is killed a few times.
+/// The number of kills of each form in the gate.
 const FEW: u64 = 2;
 
-/// How long after its start, or after its first bytes, a program is killed at most.
+/// The latest time of a kill after the start of a program, or after its first bytes.
 const LATEST_MS: u64 = 2500;
 
-/// A program that does not record by then never will.
+/// The timeout for the start of a recording.
 const PATIENCE: Duration = Duration::from_secs(600);
 
 fn kills() -> u64 {
@@ -44,8 +43,8 @@ impl Moments {
         (self.state >> 33) % end
     }
 
-    /// Lets a program go on until such a moment, and kills it: counted from its start, and so often
-    /// before it records at all, or from the first bytes that `recorded` tells of.
+    /// Lets a program run until such a moment, and kills it. The moment counts from its start, so that
+    /// it is often before the first recorded byte, or from the first bytes that `recorded` reports.
     fn kill(&mut self, mut program: Child, recorded: impl Fn() -> bool) {
         let is_first = std::mem::take(&mut self.is_first);
         if is_first || self.below(3) > 0 {
@@ -66,7 +65,7 @@ impl Moments {
 fn stream(files: &[PathBuf]) -> Vec<u8> {
     let mut all = Vec::new();
     for file in files {
-        // one that was cut before it began has nothing
+        // a recording that was cut before its beginning has no stream
         let Ok(mut reader) = RecordingReader::open(File::open(file).unwrap()) else { continue };
         while let Some(input) = reader.next_input().unwrap() {
             if let StreamInput::Chunk(Chunk { bytes, .. }) = input {
@@ -148,7 +147,7 @@ fn a_killed_table_of_samples_holds_the_first_of_those_recorded() {
         let whole = &table[..table.rfind('\n').map_or(0, |end| end + 1)];
         let replayed = run(vn100().arg("replay").arg(&recording).args(["--samples", "-"]));
         let replayed = String::from_utf8(replayed.stdout).unwrap();
-        // either may hold more than the other: each is flushed at moments of its own
+        // either may be longer, because each is flushed at its own times
         let common = whole.len().min(replayed.len());
         assert_eq!(whole[..common], replayed[..common], "kill {kill}");
         written += whole.lines().count();
@@ -156,7 +155,7 @@ fn a_killed_table_of_samples_holds_the_first_of_those_recorded() {
     assert!(written > 0);
 }
 
-/// Runs the program where no file of it may grow beyond so many KiB.
+/// Runs the program with a limit of this many KiB for each of its files.
 fn run_within(kib: u32, arguments: &[&str], recording: &Path) -> Output {
     let script = format!("ulimit -f {kib}; exec \"$0\" \"$@\"");
     let mut shell = Command::new("bash");
@@ -180,7 +179,7 @@ fn a_full_disk_stops_the_recording_and_not_the_measurement() {
         assert_eq!(output.status.code(), Some(1));
         let number = |name: &str| document["timing"][name].as_u64().unwrap();
         assert_eq!(number("samples") + number("missing"), measured, "{}", document["timing"]);
-        assert!(warned(&document, "recording-failed"));
+        assert!(warned(&document, "incomplete"));
         let error = String::from_utf8(output.stderr).unwrap();
         assert!(error.contains("RECORDING FAILED"), "{error}");
         assert!(samples(&recording) > 20);
@@ -188,7 +187,7 @@ fn a_full_disk_stops_the_recording_and_not_the_measurement() {
 }
 
 #[test]
-fn a_disk_that_is_full_already_is_left_without_an_empty_file() {
+fn a_full_disk_is_left_without_an_empty_file() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("none.mcap");
     for _ in 0..2 {
@@ -206,7 +205,7 @@ fn a_recording_alone_ends_where_it_fails_and_is_readable() {
     for (kib, form) in [(8, &[][..]), (8, &rotate), (32, &packets), (32, &[&packets[..], &rotate].concat())] {
         let folder = tempfile::tempdir().unwrap();
         let recording = folder.path().join("full.mcap");
-        // without an end of its own
+        // the recording has no end of its own
         let output = run_within(kib, &[&["record", "sim"], form, &["-o"]].concat(), &recording);
         let error = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(1), "{error}");
@@ -225,7 +224,7 @@ fn a_recording_that_is_resumed_on_a_full_disk_stays_as_it_was() {
     let recorded = run(vn100().args(["record", "sim", "--duration", "2s", "-o"]).arg(&recording));
     assert!(recorded.status.success());
     let before = fs::read(&recording).unwrap();
-    // it is copied first
+    // the recording is copied first
     let output = run_within(4, &["record", "sim", "--duration", "1s", "--resume", "-o"], &recording);
     let error = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{error}");

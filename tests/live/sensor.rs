@@ -9,7 +9,7 @@ use tempfile::TempDir;
 
 use crate::support::{Lines, run, vn100};
 
-/// An emulated sensor in a process of its own, behind a name that stays.
+/// An emulated sensor in a process of its own, with a constant name.
 pub(crate) struct Sensor {
     process: Child,
     folder: TempDir,
@@ -20,7 +20,7 @@ impl Sensor {
         Self::start_for("2min", options)
     }
 
-    /// For no longer than so.
+    /// Starts a sensor that ends after this duration.
     pub(crate) fn start_for(duration: &str, options: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let link = folder.path().join("sensor");
@@ -32,7 +32,7 @@ impl Sensor {
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        // it says its name once the port is there
+        // it prints its name when the port exists
         let name = Lines::of(process.stdout.take().unwrap()).next().unwrap();
         assert_eq!(Path::new(&name), link);
         Self { process, folder }

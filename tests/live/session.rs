@@ -1,4 +1,4 @@
-//! The program in a terminal of its own, with somebody before it.
+//! The program in a terminal of its own, with a user.
 
 use std::{
     fs::{self, File, OpenOptions},
@@ -17,7 +17,7 @@ use rustix::{
     termios::{Termios, Winsize, tcgetattr, tcsetwinsize},
 };
 
-/// Nothing here takes longer; what does is a failure.
+/// The timeout of each step; a longer step is a failure.
 const PATIENCE: Duration = Duration::from_secs(600);
 
 pub(crate) const ALTERNATE_SCREEN: &str = "\x1b[?1049h";
@@ -27,9 +27,9 @@ const SHOW_CURSOR: &str = "\x1b[?25h";
 /// A terminal with a program on it.
 pub(crate) struct Session {
     pub(crate) child: Child,
-    /// The side of whoever sits before it; `None` once hung up.
+    /// The side of the user; `None` after a hang-up.
     pub(crate) keyboard: Option<File>,
-    /// Kept open, to look at its modes.
+    /// Kept open, in order to read its modes.
     pub(crate) line: File,
     pub(crate) before: Modes,
     printed: Arc<Printed>,
@@ -37,14 +37,13 @@ pub(crate) struct Session {
     reader: Option<(JoinHandle<()>, PipeWriter)>,
 }
 
-/// What was printed so far, and the news of more.
+/// The output so far, and the notification of more.
 #[derive(Default)]
 struct Printed {
     output: Mutex<Vec<u8>>,
     more: Condvar,
 }
 
-/// The modes of a line.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Modes(String);
 
@@ -103,7 +102,7 @@ impl Session {
                 if !ready[1].revents().is_empty() {
                     return;
                 }
-                // the terminal is gone: that is the end
+                // the terminal is closed: this is the end
                 let Ok(n @ 1..) = screen.read(&mut buffer) else { return };
                 printed.output.lock().unwrap().extend_from_slice(&buffer[..n]);
                 printed.more.notify_all();
@@ -112,7 +111,7 @@ impl Session {
         self.reader = Some((reader, stay));
     }
 
-    /// Takes the terminal away, as when its window is closed: nobody holds it any more.
+    /// Closes the terminal, like its window: no handle remains open.
     pub(crate) fn hang_up(&mut self) {
         let (reader, stay) = self.reader.take().unwrap();
         drop(stay);
@@ -125,8 +124,7 @@ impl Session {
         String::from_utf8_lossy(&self.printed.output.lock().unwrap()).into_owned()
     }
 
-    /// Looks at what was printed, now and whenever there is more, until `find` finds what it looks
-    /// for in it.
+    /// Searches the output, now and whenever there is more, until `find` returns a value.
     fn wait_until<T>(&self, wanted: &str, find: impl Fn(&str) -> Option<T>) -> T {
         let end = Instant::now() + PATIENCE;
         let mut output = self.printed.output.lock().unwrap();
@@ -141,7 +139,7 @@ impl Session {
         }
     }
 
-    /// Waits until something was printed, behind the first `from` bytes.
+    /// Waits until a text was printed, after the first `from` bytes.
     pub(crate) fn wait_for_after(&self, from: usize, text: &str) -> usize {
         let place = |output: &str| Some(from + output.get(from..)?.find(text)? + text.len());
         self.wait_until(text, place)
@@ -151,7 +149,7 @@ impl Session {
         self.wait_for_after(0, text)
     }
 
-    /// Waits until something stands on the screen.
+    /// Waits until a text is on the screen.
     pub(crate) fn wait_to_see(&self, text: &str) {
         self.wait_until(text, |output| screen(output).contains(text).then_some(()));
     }
@@ -171,7 +169,7 @@ impl Session {
                 return Pid::from_raw(pid as i32).unwrap();
             }
             assert!(begin.elapsed() < PATIENCE, "it does not run");
-            // a process tells nobody that it has begun
+            // a process does not report that it has begun
             thread::sleep(Duration::from_millis(20));
         }
     }
@@ -188,7 +186,7 @@ impl Session {
         self.child.wait().unwrap()
     }
 
-    /// It has ended well: the screen is back, the line is as it was, and the result follows.
+    /// Checks that it has ended correctly: the screen and the line are restored, and the result follows.
     pub(crate) fn assert_left_well(&mut self) {
         let status = self.wait();
         // the result is on the normal screen
@@ -202,19 +200,19 @@ impl Session {
     }
 }
 
-/// Waits until something is so.
+/// Waits until a condition is true.
 pub(crate) fn wait_until(what: &str, so: impl Fn() -> bool) {
     let begin = Instant::now();
     while !so() {
         assert!(begin.elapsed() < PATIENCE, "never so: {what}");
-        // what the system shows of a process tells nobody that it changed
+        // the system does not report changes of the state of a process
         thread::sleep(Duration::from_millis(20));
     }
 }
 
 impl Drop for Session {
     fn drop(&mut self) {
-        // one that was waited for may have left its number to another
+        // the number of a process that was waited for may belong to another one
         let left = if matches!(self.child.try_wait(), Ok(None)) { descendants(self.child.id()) } else { Vec::new() };
         for pid in left {
             let _ = kill_process(Pid::from_raw(pid as i32).unwrap(), Signal::KILL);
@@ -224,8 +222,8 @@ impl Drop for Session {
     }
 }
 
-/// What a terminal shows after this output: where the cursor goes and what is written there,
-/// without looks. What was written in another size than the last may still stand.
+/// The content of a terminal after this output: the text at the places of the cursor, without
+/// attributes. Text written at a size other than the last may remain.
 fn screen(output: &str) -> String {
     let mut lines = vec![vec![' '; 200]; 60];
     let (mut row, mut column) = (0, 0);
@@ -265,7 +263,6 @@ pub(crate) fn set_size(terminal: &File, columns: u16, rows: u16) {
     tcsetwinsize(terminal, size).unwrap();
 }
 
-/// A process and all that it began.
 fn descendants(pid: u32) -> Vec<u32> {
     let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap_or_default();
     let mut all = vec![pid];

@@ -1,5 +1,5 @@
-//! The live view in a real terminal: started, steered, ended in every way, and what it leaves
-//! behind.
+//! The live view in a real terminal: started, controlled, ended in every way, and the state that it
+//! leaves.
 
 use std::{
     fs::{self, File},
@@ -15,7 +15,7 @@ use rustix::{
 use crate::session::{ALTERNATE_SCREEN, Modes, NORMAL_SCREEN, Session, set_size, wait_until};
 use crate::support::{replay, replay_log};
 
-/// The samples of a document, as the summary counts them.
+/// The samples of a document, as counted in the summary.
 fn counted(document: &serde_json::Value) -> String {
     let count = document["timing"]["samples"].as_u64().unwrap();
     match (count / 1000, count % 1000) {
@@ -45,7 +45,7 @@ fn keys_lead_through_the_view_and_the_result_follows() {
 }
 
 #[test]
-fn every_way_to_end_gives_the_terminal_back() {
+fn every_way_to_end_restores_the_terminal() {
     let mut sessions: Vec<(Session, &str)> =
         ["q", "\x03", "TERM", "INT"].map(|way| (Session::start("attach sim"), way)).into();
     for (session, way) in &mut sessions {
@@ -57,9 +57,9 @@ fn every_way_to_end_gives_the_terminal_back() {
         }
         session.assert_left_well();
     }
-    // by itself
+    // it ends by itself
     Session::start("attach sim --duration 1s").assert_left_well();
-    // with its last screen in place of the summary
+    // its last screen replaces the summary
     let mut session = Session::start("attach sim");
     session.wait_for("Allan deviation");
     session.press("Q");
@@ -91,7 +91,7 @@ fn another_size_is_drawn_at_once() {
     session.wait_to_see("40x10 is too small");
     set_size(session.keyboard.as_ref().unwrap(), 150, 50);
     session.wait_to_see("Statistics");
-    // a key that comes with another size is not lost: help comes, and goes
+    // a key that comes with another size is not lost: help appears and disappears
     for (columns, (key, shown)) in (80..90).zip([("?", "suspend;"), ("\r", "Stats")].into_iter().cycle()) {
         let before = session.output().len();
         set_size(session.keyboard.as_ref().unwrap(), columns, 30);
@@ -130,7 +130,7 @@ fn without_its_terminal_only_a_recording_continues() {
         session.wait_for("Allan deviation");
         session
     };
-    // each at once: on a busy machine the one may be over before the other has begun
+    // each at once, because on a busy machine one may end before the other has begun
     let mut session = record(&told, "--duration 6s");
     session.signal(Signal::HUP);
     let mut other = record(&gone, "--duration 6s");
@@ -145,7 +145,7 @@ fn without_its_terminal_only_a_recording_continues() {
     assert!(fs::read(&ended).unwrap().ends_with(END_OF_RECORDING), "it was ended as by Ctrl-C");
     for recording in [told, gone] {
         let (document, _) = replay(&recording, &[]);
-        // a machine that is too busy makes the emulator drop lines
+        // on a machine that is too busy, the emulator drops lines
         let timing = |name: &str| document["timing"][name].as_u64().unwrap();
         assert_eq!(timing("samples") + timing("missing"), 240, "all of it was recorded");
     }
@@ -177,7 +177,7 @@ fn a_terminal_that_is_not_read_delays_nothing() {
 }
 
 #[test]
-fn a_terminal_stopped_before_the_first_byte_holds_no_measurement_up() {
+fn a_terminal_stopped_before_the_first_byte_delays_no_measurement() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("kept.mcap");
     let mut session = Session::shell(&format!("read; exec \"$VN100\" attach sim --record {}", recording.display()));
@@ -191,7 +191,7 @@ fn a_terminal_stopped_before_the_first_byte_holds_no_measurement_up() {
     session.assert_left_well();
 }
 
-/// The last bytes of every MCAP file; its first are the same.
+/// The last bytes of every MCAP file; the first ones are equal.
 const END_OF_RECORDING: &[u8] = b"\x89MCAP0\r\n";
 
 #[test]

@@ -1,11 +1,11 @@
-//! The tables of `BENCHMARKS.md` have the rows that `benches/figures.jsonl` has for them.
-//! `VN100_WRITE=1 cargo test -p vn100 --test project benchmarks` writes them.
+//! The tables of `BENCHMARKS.md` have the rows of `benches/figures.jsonl`. `VN100_WRITE=1 cargo
+//! test -p vn100 --test project benchmarks` writes them.
 
 use std::{env, fs, path::PathBuf};
 
 use serde_json::Value;
 
-/// A line before each table names the one of the data file that it shows.
+/// A line before each table names the table of the data file that it shows.
 const MARKER: &str = "<!-- figures: ";
 
 fn path(name: &str) -> PathBuf {

@@ -1,6 +1,6 @@
 //! No file of a crate depends on another in a circle. A module depends on the files of its folder
-//! that it uses or hands on, and whoever takes a name from a module depends on that module as well as
-//! on the file that defines the name. What a file takes from the module above it is not counted.
+//! that it uses or re-exports. A file that takes a name from a module depends on that module and on
+//! the file that defines the name. Names that a file takes from the module above it are not counted.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -28,7 +28,7 @@ fn modules(of_crate: &str, files: &[(String, String)]) -> BTreeMap<Module, Strin
         let text = without_strings(text);
         let (mut kept, mut lines) = (String::new(), text.lines());
         while let Some(line) = lines.next() {
-            // tests are a file of their own, or stand at the end
+            // tests are a file of their own, or are at the end
             if line.trim().starts_with("#[cfg(test)]") {
                 match lines.next() {
                     Some(item) if item.trim_end().ends_with(';') => continue,
@@ -67,8 +67,8 @@ fn is_word(token: Option<&&str>) -> bool {
     token.is_some_and(|token| token.starts_with(|c: char| c.is_alphabetic() || c == '_'))
 }
 
-/// Every path of the tree that begins at a token, with the name that it is imported by; gives the
-/// token behind it.
+/// Every path of the tree that begins at a token, with the name under which it is imported; returns
+/// the token after it.
 fn path_tree(tokens: &[&str], mut at: usize, prefix: &[String], found: &mut Vec<(Module, String)>) -> usize {
     let mut path = prefix.to_vec();
     loop {
@@ -138,7 +138,7 @@ fn uses(module: &Module, code: &str, all: &BTreeMap<Module, String>) -> Uses {
     uses
 }
 
-/// The module that defines what a path names, and before it the modules that hand it on.
+/// The module that defines the item of a path, and before it the modules that re-export it.
 fn through(mut path: Module, all: &BTreeMap<Module, Uses>) -> Vec<Module> {
     let mut modules = Vec::new();
     for _ in 0..8 {
@@ -154,7 +154,7 @@ fn through(mut path: Module, all: &BTreeMap<Module, Uses>) -> Vec<Module> {
     modules
 }
 
-/// Each use of a module by another from which it takes something itself, directly or not.
+/// Each use of a module by another on which it depends itself, directly or indirectly.
 fn circles(of_crate: &str, files: &[(String, String)]) -> Vec<String> {
     let code = modules(of_crate, files);
     let all: BTreeMap<Module, Uses> =

@@ -6,8 +6,9 @@ use vn100_report::{Code, all_codes};
 
 /// Where the variants of each key are, and the name of their type; of a type that embeds another
 /// one, that as well.
-const TYPES: [(&str, &[(&str, &str)]); 9] = [
+const TYPES: [(&str, &[(&str, &str)]); 10] = [
     ("verdict", &[("imu-noise/src/infer/verdict.rs", "Verdict")]),
+    ("decided_by", &[("vn100-analysis/src/datasheet.rs", "DecidedBy")]),
     ("status", &[("imu-noise/src/infer/noise_model/parameter.rs", "Status")]),
     ("grade", &[("imu-noise/src/infer/verdict.rs", "Grade")]),
     ("rate_from", &[("vn100-analysis/src/snapshot.rs", "RateFrom")]),

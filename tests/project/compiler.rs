@@ -1,4 +1,4 @@
-//! The oldest compiler that the workspace names, held against what its dependencies ask for.
+//! The oldest compiler of the workspace, compared with the requirements of its dependencies.
 
 use std::{path::Path, process::Command};
 

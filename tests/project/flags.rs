@@ -1,12 +1,11 @@
-//! No text of a library names an option or a command: what a user can do is data there, and each
-//! face calls it by its own names.
+//! No text of a library names an option or a command: remedies are data there, and each face words
+//! them with its own names.
 
 use crate::source::{source_files, strings};
 
 /// The program and its words, which name them.
-const FACES: [&str; 3] = ["vn100/", "vn100-view/", "vn100-report/src/words.rs"];
+const FACES: [&str; 4] = ["vn100/", "vn100-view/", "vn100-report/src/words.rs", "vn100-report/src/remedies.rs"];
 
-/// The commands of the program.
 const COMMANDS: [&str; 14] = [
     "attach",
     "compare",
@@ -24,7 +23,6 @@ const COMMANDS: [&str; 14] = [
     "selftest",
 ];
 
-/// The option or the command that a text names.
 fn named(text: &str) -> Option<&str> {
     let is_command = |rest: &str| COMMANDS.iter().any(|command| rest.starts_with(command));
     let option = text.match_indices("--").find(|(at, _)| {
@@ -53,7 +51,7 @@ fn no_library_names_an_option_or_a_command() {
 }
 
 #[test]
-fn what_names_an_option_or_a_command_is_found() {
+fn texts_that_name_an_option_or_a_command_are_found() {
     for (text, found) in [
         ("give --rate 40", Some("--rate 40")),
         ("(vn100 attach PORT)", Some("vn100 attach PORT)")),

@@ -1,4 +1,4 @@
-//! Rules of the source tree itself: layers, circles, the compiler, and what documents name and list.
+//! Rules of the source tree itself: layers, circles, the compiler, and the names and lists in documents.
 #![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod benchmarks;

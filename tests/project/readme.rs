@@ -1,4 +1,4 @@
-//! The README is short, begins with a picture, and every link of the documentation leads somewhere.
+//! The README is short, begins with a picture, and every link of the documentation has a target.
 
 use std::{
     fs,
@@ -9,7 +9,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The Markdown files of the project: beside its root, `docs` and the code map.
+/// The Markdown files of the project: in its root and `docs`, and the code map.
 fn documents() -> Vec<PathBuf> {
     let of = |folder: PathBuf| fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect::<Vec<_>>();
     let mut all = of(root());

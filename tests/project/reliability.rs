@@ -1,11 +1,11 @@
-//! Every test that `RELIABILITY.md` names is there.
+//! Every test that `RELIABILITY.md` names exists.
 
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
-/// All Rust files below a folder.
+/// All Rust files in a folder and its subfolders.
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let below = |path: PathBuf| if path.is_dir() { sources(&path) } else { vec![path] };
@@ -25,7 +25,7 @@ fn every_test_in_the_fault_table_exists() {
     assert!(named.len() > 50, "{} tests are named", named.len());
     let missing: Vec<_> = named.iter().filter(|name| !code.contains(&format!("fn {name}("))).collect();
     assert!(missing.is_empty(), "no such test: {missing:?}");
-    // each fault has one
+    // each fault has a test
     let faults = text
         .lines()
         .filter(|line| line.starts_with("| ") && line.matches(" | ").count() == 3 && !line.contains("| test |"));

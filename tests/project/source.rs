@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Every file below a folder `src` of a crate, with its path from the folder of all crates.
+/// Every file in a folder `src` of a crate, with its path from the folder of all crates.
 pub(crate) fn source_files() -> Vec<(String, String)> {
     let crates = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).canonicalize().unwrap();
     let mut files = Vec::new();
@@ -37,12 +37,12 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// The code and comments of a file: string literals are emptied, lines stay where they are.
+/// The code and comments of a file: string literals are emptied, lines keep their numbers.
 pub(crate) fn without_strings(text: &str) -> String {
     split_strings(text).0
 }
 
-/// The string literals of a file, each with the number of the line it begins on, from 1.
+/// The string literals of a file, each with the number of its first line, from 1.
 pub(crate) fn strings(text: &str) -> Vec<(usize, String)> {
     split_strings(text).1
 }
@@ -72,8 +72,8 @@ fn split_strings(text: &str) -> (String, Vec<(usize, String)>) {
     (kept, strings)
 }
 
-/// Where the content of a string literal that the text begins with starts and ends, and where the
-/// literal ends.
+/// The start and the end of the content of a string literal at the beginning of the text, and the
+/// end of the literal.
 fn string(text: &str) -> Option<(usize, (usize, usize))> {
     let prefix = text.find(|c| !matches!(c, 'b' | 'c' | 'r'))?;
     let is_raw = prefix > 0 && text[..prefix].ends_with('r');
@@ -96,7 +96,7 @@ fn string(text: &str) -> Option<(usize, (usize, usize))> {
     Some((begin, (begin + at, begin + at + 1)))
 }
 
-/// The length of a character literal that the text begins with; a lifetime is none.
+/// The length of a character literal at the beginning of the text; a lifetime is none.
 fn character(text: &str) -> Option<usize> {
     let mut chars = text.strip_prefix('\'')?.char_indices();
     let (_, first) = chars.next()?;

@@ -1,4 +1,4 @@
-//! `docs/validation.md` lists each reference of the self-test, and says what it concludes.
+//! `docs/validation.md` lists each reference of the self-test, with its conclusion.
 
 use std::{fs, path::Path, process::Command};
 

@@ -1,4 +1,4 @@
-//! What the end-to-end tests share: running the program, and finding the recordings of real
+//! Shared parts of the end-to-end tests: running the program, and finding the recordings of real
 //! sensors.
 #![allow(dead_code, reason = "each test target uses its own part")]
 #![allow(clippy::panic, reason = "a test fails by panicking")]
@@ -16,21 +16,21 @@ use std::{
 
 use serde_json::Value;
 
-/// No run of the program takes so long, even where other work slows it down; one that does is ended
-/// and a failure.
+/// The timeout of a run of the program, also on a busy machine; a longer run is ended and is a
+/// failure.
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// The folder of the workspace.
 pub(crate) fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// A capture that ships with the project.
+/// A capture of the project.
 pub(crate) fn replay_log(name: &str) -> PathBuf {
     workspace().join("replay-logs").join(name)
 }
 
-/// The recordings of real sensors, or `None` with a word about it: they cannot be shipped.
+/// The recordings of real sensors, which are not part of the project; `None` with a message if
+/// there are none.
 pub(crate) fn real_captures() -> Option<PathBuf> {
     let folder = std::env::var_os("VN100_CAPTURES").map(PathBuf::from);
     match &folder {
@@ -44,7 +44,7 @@ pub(crate) fn real_captures() -> Option<PathBuf> {
 /// The program, with a clean environment.
 pub(crate) fn vn100() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_vn100"));
-    // some machines export it, and error messages then grow a backtrace
+    // some machines export it, which adds a backtrace to error messages
     command.env_remove("RUST_BACKTRACE").stdin(Stdio::null());
     command
 }
@@ -63,7 +63,7 @@ pub(crate) fn replay(file: &Path, options: &[&str]) -> (Value, i32) {
     (document(&output), output.status.code().unwrap())
 }
 
-/// The document on standard output, which is as its schema has it.
+/// The document on standard output, after a check against its schema.
 pub(crate) fn document(output: &Output) -> Value {
     let document = serde_json::from_slice(&output.stdout)
         .unwrap_or_else(|error| panic!("{error}\n{}", String::from_utf8_lossy(&output.stderr)));
@@ -71,7 +71,7 @@ pub(crate) fn document(output: &Output) -> Value {
     document
 }
 
-/// Runs a live command to its end: a source that comes back for ever would keep it.
+/// Runs a live command to its end: a source that reconnects forever would prevent its end.
 pub(crate) fn run(command: &mut Command) -> Output {
     finish(command.stdin(Stdio::null()), Vec::new())
 }
@@ -83,7 +83,7 @@ pub(crate) fn with_stdin(command: &mut Command, bytes: &[u8]) -> Output {
 
 fn finish(command: &mut Command, bytes: Vec<u8>) -> Output {
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    // a program that stops reading early closes the pipe; its output tells the rest
+    // a program that stops reading early closes the pipe; its output shows the rest
     let writer = child.stdin.take().map(|mut stdin| thread::spawn(move || drop(stdin.write_all(&bytes))));
     let stdout = read_on(child.stdout.take().unwrap());
     let stderr = read_on(child.stderr.take().unwrap());
@@ -97,10 +97,10 @@ fn finish(command: &mut Command, bytes: Vec<u8>) -> Output {
     Output { status, stdout, stderr }
 }
 
-/// A program that is looked at while it runs, and ended when it is let go of.
+/// A program that is observed while it runs, and ended when dropped.
 pub(crate) struct Running {
     pub(crate) process: Child,
-    /// What it writes, line by line; a line that does not come is a failure.
+    /// Its output, line by line; a missing line is a failure.
     pub(crate) lines: Lines,
     stderr: mpsc::Receiver<Vec<u8>>,
 }
@@ -113,7 +113,7 @@ impl Running {
         Self { process, lines, stderr }
     }
 
-    /// Waits for its end: how it ended, and what it said on standard error.
+    /// Waits for its end; returns its status, and its text on standard error.
     pub(crate) fn end(&mut self) -> (ExitStatus, String) {
         let stderr = self.stderr.recv_timeout(PATIENCE).unwrap();
         (self.process.wait().unwrap(), String::from_utf8(stderr).unwrap())
@@ -121,8 +121,8 @@ impl Running {
 }
 
 impl Running {
-    /// Waits for so many documents of a measurement in lines, and gives the last of them. Until the
-    /// first sample, lines may be heartbeats.
+    /// Waits for this many documents of a measurement in lines, and returns the last of them. Until
+    /// the first sample, lines may be heartbeats.
     pub(crate) fn nth_document(&mut self, count: usize) -> Value {
         let documents = self.lines.by_ref().map(|line| serde_json::from_str::<Value>(&line).unwrap());
         documents.filter(|document| document["type"] != "heartbeat").nth(count - 1).unwrap()
@@ -136,8 +136,8 @@ impl Drop for Running {
     }
 }
 
-/// Lines as they come, each waited for and not for ever. Whoever lets go of them closes the pipe at
-/// the next line.
+/// Lines in the order of arrival, each with a timeout. Dropping them closes the pipe at the next
+/// line.
 pub(crate) struct Lines(mpsc::Receiver<String>);
 
 impl Lines {
@@ -166,19 +166,18 @@ impl Iterator for Lines {
     }
 }
 
-/// All that comes until the end, once it has come.
+/// All bytes until the end, after the end.
 fn read_on(mut stream: impl Read + Send + 'static) -> mpsc::Receiver<Vec<u8>> {
     let (sender, all) = mpsc::channel();
     thread::spawn(move || {
         let mut bytes = Vec::new();
         stream.read_to_end(&mut bytes).unwrap();
-        // a test that has failed waits no more
+        // a test that has failed waits no longer
         let _ = sender.send(bytes);
     });
     all
 }
 
-/// The channel of that name.
 pub(crate) fn channel<'a>(document: &'a Value, name: &str) -> &'a Value {
     let channels = document["channels"].as_array().unwrap();
     channels.iter().find(|channel| channel["name"] == name).unwrap_or_else(|| panic!("no channel {name}"))
@@ -190,7 +189,6 @@ pub(crate) fn deviation(document: &Value, name: &str, m: u64) -> f64 {
     points.iter().find(|point| point["m"] == m).unwrap()["deviation"].as_f64().unwrap()
 }
 
-/// Whether a warning of that kind was given.
 pub(crate) fn warned(document: &Value, kind: &str) -> bool {
     document["warnings"].as_array().unwrap().iter().any(|warning| warning["kind"] == kind)
 }

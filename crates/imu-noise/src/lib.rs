@@ -118,4 +118,4 @@ pub use infer::spikes::Spikes;
 pub use infer::temperature::{
     LEAST_EXCURSION_C, NoCoefficient, TemperatureCoefficient, TemperatureContribution, TemperatureSearch,
 };
-pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};
+pub use infer::verdict::{Claim, Grade, Verdict};

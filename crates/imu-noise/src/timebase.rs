@@ -1,16 +1,16 @@
-//! Time base of a stream: its sample rate, and the samples that were dropped on the way.
+//! Time base of a stream: its sample rate, and its dropped samples.
 //!
 //! Three sources, the most reliable first: a counter in each sample shows the dropped ones exactly
-//! (`sample_counter.rs`), the device time of each sample the rate as well (`device_clock.rs`). Most
-//! streams have neither: there only the arrival times, or the stamps of a table, remain
-//! (`arrival_times.rs`). `gap_detector.rs` chooses between them.
+//! (`sample_counter.rs`), the device time of each sample shows the rate as well
+//! (`device_clock.rs`). Most streams have neither: then only the arrival times, or the stamps of a
+//! table, remain (`arrival_times.rs`). `gap_detector.rs` chooses between them.
 //!
 //! # Arrival times
 //!
 //! Samples arrive late, never early: an arrival is the time of sending plus a delay that is not
 //! negative. So the lower edge of the arrivals over the sample number shows the clock of the
-//! sensor. A dropped sample raises that edge by one period for good; bunching (several samples in
-//! one read of the host) and stalls raise single samples, after which the arrivals return to the
+//! sensor. A dropped sample raises that edge by one period permanently; bunching (several samples
+//! in one read of the host) and stalls raise single samples, after which the arrivals return to the
 //! edge.
 //!
 //! ```text
@@ -24,32 +24,33 @@
 //! ```
 //!
 //! `edge_tracker.rs` follows that edge for a given period. A sample that lags by 0.82 periods is in
-//! doubt, and pending; if the least lag of 12 reads and 0.1 s stays, that many samples are missing.
-//! The time grows if doubts last longer and are cleared. If a gap was counted too large, samples
-//! come early afterwards, and the next gap is smaller. So the total is right even if samples are
+//! doubt, and pending; if the least lag persists over 12 reads and 0.1 s, that many samples are
+//! missing. This time grows if doubts last longer and are cleared. If a gap was counted too large,
+//! later samples come early, and the next gap is smaller. So the total is right even if samples are
 //! several periods late.
 //!
-//! Where the period comes from:
+//! Sources of the period:
 //!
-//! 1. *A known rate*, told by the user or reported by the sensor, starts the tracker with the first
-//!    sample. Slower arrivals are loss; only faster ones contradict the rate, and slower ones that
-//!    are as even as no loss is (`sensor_rates.rs`). A rate that the sensor reports gives way to
-//!    another one of its rates; one that the user told leads to a refusal. Later, even arrivals at
-//!    another rate of the sensor are a change of its rate.
-//! 2. *A sensor with listed rates* is searched for at most four seconds (`rate_search.rs`): which of
-//!    the rates describes the arrivals most shortly, by how late samples are and how many are
-//!    missing. If none is clearly the best, the stamps are refused: what is missing is unknown.
-//! 3. *Any sensor*, as in tables and bags, has no nominal rate. The local step comes from 1024
-//!    samples around (`local_steps.rs`): single steps, of which the others are multiples, or a lower
-//!    edge that rises evenly under bursts, coarse clocks and late stamps. A gap is a departure from
-//!    that step. Samples that had waited when the recording began come faster than the later ones,
-//!    and do not count for the rate; another step that stays is a change of the rate. The rate is
-//!    that of all samples over all time without long gaps, known at the end. Above 50 kHz stamps
-//!    have another unit, and are refused.
+//! 1. *A known rate*, given by the user or reported by the sensor, starts the tracker with the
+//!    first sample. Slower arrivals are counted as loss; only faster ones contradict the rate, and
+//!    slower ones that are too even for a loss (`sensor_rates.rs`). A rate that the sensor reports
+//!    gives way to another one of its rates; a rate given by the user leads to a refusal. Later,
+//!    even arrivals at another rate of the sensor are a change of its rate.
+//! 2. *A sensor with listed rates* is searched for at most four seconds (`rate_search.rs`): the rate
+//!    with the shortest description of the arrivals counts, from the lateness and number of missing
+//!    samples. If none is clearly the best, the stamps are refused, because the number of missing
+//!    samples is unknown.
+//! 3. *Any sensor*, as in tables and bags, has no nominal rate. The local step comes from the 1024
+//!    surrounding samples (`local_steps.rs`): single steps with multiples, or a lower edge that
+//!    rises evenly below bursts, coarse clocks and late stamps. A gap is a departure from that step.
+//!    Samples that had waited when the recording began come faster than the later ones, and do not
+//!    count for the rate; another step that stays is a change of the rate. The rate is the number of
+//!    all samples divided by all time without long gaps, and is known at the end. Above 50 kHz
+//!    stamps must have another unit, and are refused.
 //!
 //! `envelope.rs` fits the rate of the whole record, which shows the offset of the sensor's clock.
-//! Stamps that go back by more than 10 ms are out of order if at most two samples in succession
-//! have them; with a third the clock was set back, and time continues by the new clock.
+//! Stamps that decrease by more than 10 ms are out of order if at most two successive samples have
+//! them; a third one shows that the clock was set back, and time continues by the new clock.
 
 mod arrival_times;
 mod device_clock;

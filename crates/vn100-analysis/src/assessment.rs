@@ -25,7 +25,6 @@ pub use disturbed::Disturbed;
 pub(crate) use noise::BEFORE_FILTER_S;
 pub use noise::{ChannelNoise, DetectableRrw, LongTauValidity, NoGrade, Withheld};
 pub use onboard::{Onboard, WindowFrom};
-pub use rest::Motion;
 pub(crate) use rounding::is_rounded_away;
 pub use white_budget::{Aliasing, RateShare, WhiteBudget};
 
@@ -35,6 +34,7 @@ use crate::{
         points::{KnownEdf, KnownIntervals},
     },
     in_parallel::{both, in_parallel},
+    motion::Motion,
     snapshot::{ChannelSnapshot, Snapshot},
     warning::Warning,
 };

@@ -154,15 +154,15 @@ mod tests {
 
     fn factors(text: &str, samples: u64, interval_s: f64) -> Vec<u64> {
         let (factors, missing) = text.parse::<AveragingTimes>().unwrap().factors(&shape(samples, interval_s));
-        assert_eq!(missing, []);
+        assert!(missing.is_empty(), "{missing:?}");
         factors
     }
 
     #[test]
     fn names_stand_for_the_factors_of_the_tables() {
-        assert_eq!(factors("octave", 1000, 1.0), []);
+        assert_eq!(factors("octave", 1000, 1.0), [0; 0]);
         assert_eq!(factors("decade", 1000, 1.0), [1, 2, 4, 10, 20, 40, 100, 200, 400]);
-        assert_eq!(factors("decade", 1, 1.0), []);
+        assert_eq!(factors("decade", 1, 1.0), [0; 0]);
         assert_eq!(factors("10, 0.025 ,1,1", 10_000, 0.025), [1, 40, 400]);
         // 0.33 s at 300 Hz is 99 samples but for the last bit
         assert_eq!(factors("0.33", 1000, 1.0 / 300.0), [99]);

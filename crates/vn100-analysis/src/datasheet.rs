@@ -2,10 +2,12 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2, PI};
 
-use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, Sides, StreamFactor, Term, Verdict};
+use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, Term, Verdict};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::{
-    assessment::{Assessment, ChannelAssessment, ChannelNoise, Onboard},
+    assessment::{Assessment, ChannelAssessment, ChannelNoise, Onboard, WindowFrom},
     noise_figure::NoiseFigure,
     snapshot::{RateFrom, Snapshot},
 };
@@ -15,7 +17,7 @@ use crate::{
 pub struct Datasheet {
     /// Name of the sensor.
     pub name: String,
-    /// How far the figures can be trusted; `None` where the sheet says nothing about that.
+    /// How far the figures can be trusted; `None` if the sheet says nothing about that.
     pub note: Option<String>,
     /// What the sensor does on board before it sends a sample; `None` for a sensor that this
     /// program knows.
@@ -31,8 +33,8 @@ pub struct Datasheet {
 pub struct SheetOnboard {
     /// Refreshes per second, above 0.
     pub refresh_hz: f64,
-    /// Refreshes averaged for one sample; 1 averages nothing.
-    pub window: u32,
+    /// Refreshes averaged for one sample; 1 averages nothing, `None` if the user sets it.
+    pub window: Option<u32>,
 }
 
 /// One figure of a data sheet.
@@ -56,39 +58,60 @@ pub struct DatasheetFigure {
     pub source: Option<String>,
 }
 
-/// The verdict of a measurement on one figure.
+/// A measurement compared with one figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FigureVerdict {
     /// The figure.
     pub figure: DatasheetFigure,
-    /// The verdict.
-    pub verdict: Verdict,
+    /// The verdict; `None` for a typical figure that is not taken for a limit, unless the stream does
+    /// not carry the parameter.
+    pub verdict: Option<Verdict>,
+    /// What would decide; `None` unless the verdict is undecided.
+    pub decided_by: Option<DecidedBy>,
     /// The measured parameter in the convention of the figure, in SI units (magnetic field in
     /// gauss).
     pub measured: Parameter,
-    /// The effect of averaging and decimation on the parameter in this stream.
-    pub stream: StreamFactor,
-    /// Why that effect is not known; `None` where it is known.
-    pub unknown: Option<StreamUnknown>,
-    /// Whether the averaging on board is known; it has no effect on other terms than white noise.
-    pub window_known: bool,
-    /// Lower and upper value that a sensor at the figure is expected to show in this stream, in SI
-    /// units; a density of unknown convention is taken as two-sided.
+    /// The measured parameter over the expected one.
+    pub ratio: Ratio,
+    /// The lowest and the highest factor by which averaging and decimation on board may raise the
+    /// parameter in this stream.
+    pub factor: (f64, f64),
+    /// The lowest and the highest value that a sensor at the figure may read in this stream, in SI
+    /// units.
     pub expected: (f64, f64),
-    /// The verdict under each convention, where it is not known whether a density is one-sided;
-    /// else empty.
-    pub readings: Vec<Reading>,
 }
 
-/// One reading of a figure whose convention is not known.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reading {
-    /// The convention: two-sided or one-sided.
-    pub sides: Sides,
-    /// The verdict under this convention.
-    pub verdict: Verdict,
-    /// Lower and upper value expected in this stream under this convention, in SI units.
-    pub expected: (f64, f64),
+/// How many times as large as expected a parameter is, with its interval and all that is not known
+/// of the figure.
+#[derive(Debug, Clone, Copy, Default, PartialEq, JsonSchema, Serialize)]
+pub struct Ratio {
+    /// `None` unless the parameter is estimated, and the figure and the stream have one reading.
+    pub value: Option<f64>,
+    /// Lower end; `None` if the parameter is not known from below.
+    pub lower: Option<f64>,
+    /// Upper end; `None` if the parameter is not known from above.
+    pub upper: Option<f64>,
+}
+
+/// What would decide a verdict that is open; the first that applies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DecidedBy {
+    /// The sample rate, which is assumed.
+    Rate,
+    /// The averaging window of the sensor, which the stream does not contain.
+    Window,
+    /// Whether the density of the sheet is two-sided or one-sided.
+    Convention,
+    /// A stream without aliasing: how much it raises white noise is known to 10 % only.
+    Unaliased,
+    /// A longer record, whose interval is narrower.
+    LongerRecord,
+}
+
+impl DecidedBy {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Rate, Self::Window, Self::Convention, Self::Unaliased, Self::LongerRecord];
 }
 
 /// The verdicts of a measurement on all figures of a data sheet.
@@ -100,17 +123,6 @@ pub struct Verdicts {
     pub note: Option<String>,
     /// By channel of the layout, the verdicts on its figures; empty for channels without figures.
     pub channels: Vec<Vec<FigureVerdict>>,
-    /// Whether typical figures pass and fail, as limits do.
-    pub typical_is_limit: bool,
-}
-
-/// Why the effect of the stream on a parameter is not known; the first reason that applies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StreamUnknown {
-    /// The averaging on board is not reported by the sensor.
-    Window,
-    /// The sample rate is assumed.
-    Rate,
 }
 
 /// √(2 ln 2/π): the flat part of the Allan deviation of flicker noise with B = 1 (IEEE 952).
@@ -118,34 +130,54 @@ pub(crate) fn floor_of_flicker() -> f64 {
     (2.0 * LN_2 / PI).sqrt()
 }
 
+/// What averaging and decimation on board do to white noise.
+#[derive(Debug, Clone, Copy)]
+struct Stream {
+    /// The lowest and the highest factor.
+    factor: (f64, f64),
+    /// How far either may be off, relative.
+    uncertainty: f64,
+    /// Whether the sensor reports its averaging, or averages nothing.
+    is_known: bool,
+}
+
+impl Stream {
+    const UNCHANGED: Self = Self { factor: (1.0, 1.0), uncertainty: 0.0, is_known: true };
+
+    fn of(window: BoxcarWindow) -> Self {
+        let factor = window.white_factor();
+        Self { factor: (factor, factor), uncertainty: Onboard::uncertainty_of(window), is_known: true }
+    }
+
+    /// Of any averaging window; none aliases at the rate of the sensor.
+    fn of_unknown_window(onboard: Onboard) -> Self {
+        if !onboard.aliases() {
+            return Self::UNCHANGED;
+        }
+        let most = BoxcarWindow { length: 1, ..onboard.window }.white_factor();
+        Self { factor: (1.0, most), uncertainty: Onboard::UNCERTAINTY, is_known: false }
+    }
+}
+
 impl Datasheet {
-    /// Judges an assessment by every figure of the sheet.
+    /// Compares an assessment with every figure of the sheet.
     ///
     /// White noise is compared with the figure multiplied by the effect of averaging and decimation
-    /// on board; where that effect is not known, it neither passes nor fails. B does not depend on
-    /// it. All figures but B and the minimum of the curve, which do not depend on the time scale,
-    /// need a sample rate that is not assumed. Where the sensor was moved, no channel has verdicts.
+    /// on board; if that effect is not known, with all that it may be. B and the minimum of the curve
+    /// do not depend on the time scale; all other figures need a sample rate that is not assumed. If
+    /// the sensor was moved, no channel has verdicts.
     #[must_use]
     pub fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Verdicts {
+        let is_rate_assumed = snapshot.timing.rate_from == RateFrom::Assumed;
         let of_channel = |channel: &ChannelAssessment| {
             let Some(noise) = channel.noise.as_ref().filter(|_| assessment.motion.is_none()) else { return Vec::new() };
             let figures = self.figures.iter().filter(|figure| figure.sensor == noise.sensor);
+            let white = self.stream(noise.sensor, channel.onboard, snapshot);
             let judged = |figure: &DatasheetFigure| {
-                let (window, window_known) = self.window(noise.sensor, channel.onboard, snapshot);
-                // at the rate of the sensor no window aliases
-                let is_settled = window_known || channel.onboard.is_some_and(|onboard| !onboard.aliases());
-                let unknown = unknown(figure.term, is_settled, snapshot);
-                let stream = StreamFactor { is_known: unknown.is_none(), ..StreamFactor::ONE };
                 // only white noise aliases
-                let stream = match figure.term {
-                    Term::White => {
-                        let (factor, uncertainty) = (window.white_factor(), Onboard::uncertainty_of(window));
-                        StreamFactor { factor, uncertainty, ..stream }
-                    }
-                    _ => stream,
-                };
-                let judged = figure.judge(noise, stream, self.typical_is_limit)?;
-                Some(FigureVerdict { unknown, window_known, ..judged })
+                let stream = if figure.term == Term::White { white } else { Stream::UNCHANGED };
+                let needs_rate = is_rate_assumed && figure.term != Term::BiasInstability;
+                figure.judge(noise, stream, needs_rate, self.typical_is_limit)
             };
             figures.filter_map(judged).collect()
         };
@@ -153,12 +185,11 @@ impl Datasheet {
             datasheet: self.name.clone(),
             note: self.note.clone(),
             channels: assessment.channels.iter().map(of_channel).collect(),
-            typical_is_limit: self.typical_is_limit,
         }
     }
 
     /// The terms that the sheet gives for a sensor, in SI units (magnetic field in gauss), with B
-    /// as the noise model defines it: the lower end of a typical range, or the limit where the
+    /// as the noise model defines it: the lower end of a typical range, or the limit if the
     /// sheet gives no typical value.
     #[must_use]
     pub fn typical_noise(&self, sensor: Sensor) -> Vec<(Term, f64)> {
@@ -175,37 +206,32 @@ impl Datasheet {
     }
 
     /// Whether a limit on this parameter is one on the minimum of the deviation, as the sheet's
-    /// figure is, or as that of most sheets where this one has none.
+    /// figure is, or as that of most sheets if this one has none.
     pub(crate) fn is_of_minimum(&self, sensor: Sensor, term: Term) -> bool {
         let quoted = self.typical_figures(sensor).find(|figure| figure.term == term);
         quoted.map_or(term == Term::BiasInstability, DatasheetFigure::is_curve_minimum)
     }
 
-    /// The averaging on board, and whether it is known.
-    fn window(&self, sensor: Sensor, onboard: Option<Onboard>, snapshot: &Snapshot) -> (BoxcarWindow, bool) {
+    /// What is done on board: by a VN-100, or as the sheet says of its own sensor. A sheet that says
+    /// nothing is that of a sensor whose stream is compared as it is.
+    fn stream(&self, sensor: Sensor, onboard: Option<Onboard>, snapshot: &Snapshot) -> Stream {
         let stated = self.onboard.filter(|_| sensor != Sensor::Magnetometer);
         match (onboard, stated) {
-            (Some(onboard), _) => (onboard.window, onboard.window_known()),
-            (None, Some(stated)) => {
-                let decimation = stated.refresh_hz / snapshot.timing.rate_hz;
-                let window = BoxcarWindow { length: stated.window, decimation };
-                // the fit allows for refreshes that neighbouring windows share only where the
-                // sensor itself reports the window
-                (window, !window.overlaps())
+            (Some(onboard), _) if onboard.window_known() => Stream::of(onboard.window),
+            (Some(onboard), _) => Stream::of_unknown_window(onboard),
+            (None, Some(SheetOnboard { refresh_hz, window })) => {
+                let rate_hz = snapshot.timing.rate_hz;
+                let of = |length| BoxcarWindow { length, decimation: refresh_hz / rate_hz };
+                let Some(window) = window.map(of) else {
+                    let window_from = WindowFrom::Default;
+                    return Stream::of_unknown_window(Onboard { refresh_hz, rate_hz, window: of(1), window_from });
+                };
+                // the fit allows for refreshes that neighbouring windows share only if the sensor
+                // itself reports the window
+                Stream { is_known: !window.overlaps(), ..Stream::of(window) }
             }
-            (None, None) => (BoxcarWindow { length: 1, decimation: 1.0 }, false),
+            (None, None) => Stream::UNCHANGED,
         }
-    }
-}
-
-/// Why the effect of the stream on a parameter is not known; `None` where it is known.
-fn unknown(term: Term, is_settled: bool, snapshot: &Snapshot) -> Option<StreamUnknown> {
-    let window = (!is_settled).then_some(StreamUnknown::Window);
-    let rate = (snapshot.timing.rate_from == RateFrom::Assumed).then_some(StreamUnknown::Rate);
-    match term {
-        Term::White => window.or(rate),
-        Term::BiasInstability => None,
-        Term::Quantization | Term::RateRandomWalk | Term::RateRamp => rate,
     }
 }
 
@@ -224,48 +250,63 @@ impl DatasheetFigure {
         self.is_minimum && self.term == Term::BiasInstability
     }
 
-    fn judge(&self, noise: &ChannelNoise, stream: StreamFactor, typical_is_limit: bool) -> Option<FigureVerdict> {
+    fn judge(
+        &self,
+        noise: &ChannelNoise,
+        stream: Stream,
+        needs_rate: bool,
+        typical_is_limit: bool,
+    ) -> Option<FigureVerdict> {
         let measured = if self.is_curve_minimum() { noise.curve_minimum()? } else { noise.parameter(self.term)? };
-        let read = |sides, parameter: &Parameter| {
-            let claim = match sides {
-                Sides::Two => self.claim,
-                Sides::One => self.claim.scaled(FRAC_1_SQRT_2),
-            };
-            let verdict = claim.judge(parameter, &stream);
-            let verdict = if typical_is_limit { verdict.with_typical_as_limit() } else { verdict };
-            Reading { sides, verdict, expected: claim.expected(&stream) }
+        let Stream { factor: (least, most), uncertainty, is_known } = stream;
+        // of two readings the one-sided density is the smaller
+        let smaller = if self.is_of_unknown_sides { FRAC_1_SQRT_2 } else { 1.0 };
+        let (from, to) = self.claim.ends();
+        let expected = (from * smaller * least * (1.0 - uncertainty), to * most * (1.0 + uncertainty));
+        let is_limit = matches!(self.claim, Claim::Limit(_));
+        let limit = self.claim.as_limit();
+        // a typical sensor is to pass, although its stream is known less well
+        let guard = if is_limit { 1.0 - uncertainty } else { 1.0 + uncertainty };
+        let range = (limit * smaller * least * guard, limit * most * (1.0 + uncertainty));
+        let is_open = needs_rate || !is_known && least == most;
+        let verdict = match Verdict::of(&measured, range) {
+            Verdict::Pass | Verdict::Fail if is_open => Verdict::Undecided,
+            verdict => verdict,
         };
-        let both = |parameter: &Parameter| [Sides::Two, Sides::One].map(|sides| read(sides, parameter));
-        let of = |[as_two_sided, as_one_sided]: &[Reading; 2]| match self.is_of_unknown_sides {
-            true => as_two_sided.verdict.of_either_reading(as_one_sided.verdict),
-            false => as_two_sided.verdict,
+        let verdict =
+            Some(verdict).filter(|verdict| is_limit || typical_is_limit || *verdict == Verdict::NotComparable);
+        let is_between = measured.value.is_some_and(|value| range.0 < value && value <= range.1);
+        let open = [
+            (needs_rate, DecidedBy::Rate),
+            (!is_known && (is_between || is_open), DecidedBy::Window),
+            (self.is_of_unknown_sides && is_between, DecidedBy::Convention),
+            (is_between, DecidedBy::Unaliased),
+            (true, DecidedBy::LongerRecord),
+        ];
+        let decided_by = open.into_iter().filter(|_| verdict == Some(Verdict::Undecided)).find(|(applies, _)| *applies);
+        let is_of_one_reading = smaller == 1.0 && least == most && !needs_rate;
+        let middle = f64::midpoint(from, to) * least;
+        let ratio = Ratio {
+            value: measured.value.filter(|_| is_of_one_reading).map(|value| value / middle),
+            lower: measured.lower.filter(|_| !needs_rate).map(|lower| lower / expected.1),
+            upper: measured.upper.filter(|_| !needs_rate).map(|upper| upper / expected.0),
         };
-        let readings = both(&measured);
-        let mut verdict = of(&readings);
-        if verdict == Verdict::Inconclusive {
-            // what no record decides, however long, is not left to a longer one
-            let known = measured.value.map(|value| of(&both(&Parameter::estimated(value, value, value))));
-            verdict = known.filter(|known| *known == Verdict::Consistent).unwrap_or(verdict);
-        }
-        let expected = readings[0].expected;
-        let readings = if self.is_of_unknown_sides { readings.to_vec() } else { Vec::new() };
         Some(FigureVerdict {
-            verdict,
-            expected,
             figure: self.clone(),
+            verdict,
+            decided_by: decided_by.map(|(_, by)| by),
             measured,
-            stream,
-            unknown: None,
-            window_known: true,
-            readings,
+            ratio,
+            factor: stream.factor,
+            expected,
         })
     }
 }
 
-/// The channels of `figure` whose deciding verdicts are not all a pass, each with such a verdict;
-/// empty where all pass. Limits decide, and typical figures where these are taken as limits. `None`
-/// stands for a channel without a figure, and, under the name of the figure, for a record without
-/// such a channel or for no data sheet.
+/// The channels of `figure` whose verdicts are not all a pass, each with such a verdict; empty if all
+/// pass. Typical figures without a verdict do not count. `None` stands for a channel without a
+/// figure, and, under the name of the figure, for a record without such a channel or for no data
+/// sheet.
 #[must_use]
 pub fn not_passed<'a>(
     figure: &NoiseFigure,
@@ -273,7 +314,6 @@ pub fn not_passed<'a>(
     verdicts: Option<&'a Verdicts>,
 ) -> Vec<(String, Option<&'a FigureVerdict>)> {
     let judged = verdicts.map_or(&[][..], |verdicts| &verdicts.channels);
-    let typical_decides = verdicts.is_some_and(|verdicts| verdicts.typical_is_limit);
     let concerned: Vec<_> =
         snapshot.layout_channels().iter().zip(judged).filter(|(channel, _)| figure.concerns(channel)).collect();
     if concerned.is_empty() {
@@ -285,8 +325,7 @@ pub fn not_passed<'a>(
         if of_term().next().is_none() {
             reasons.push((channel.name.to_string(), None));
         }
-        let deciding = of_term().filter(|verdict| typical_decides || matches!(verdict.figure.claim, Claim::Limit(_)));
-        let worse = deciding.filter(|verdict| verdict.verdict != Verdict::Pass);
+        let worse = of_term().filter(|judged| judged.verdict.is_some_and(|verdict| verdict != Verdict::Pass));
         reasons.extend(worse.map(|verdict| (channel.name.to_string(), Some(verdict))));
     }
     reasons

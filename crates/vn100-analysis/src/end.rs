@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use vn100_protocol::stream::MessageName;
 
-use crate::snapshot::RateChange;
+use crate::rate_change::RateChange;
 
 /// Why a measurement is over.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +15,8 @@ pub enum End {
         text: String,
         /// Whether the text names the source.
         names_source: bool,
+        /// Whether the recording that was to be made is at fault, and not the source.
+        is_of_recording: bool,
         /// What the user can say so that the source can be read; `None` where nothing helps.
         cure: Option<StartCure>,
     },

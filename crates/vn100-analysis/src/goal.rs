@@ -41,15 +41,15 @@ impl Goal {
         !axes.is_empty() && axes.iter().all(|(_, width)| width.is_some_and(|width| width <= self.relative_half_width))
     }
 
-    /// Why no record of this message, however long, shows the parameter; `None` where one may, and
+    /// Why no record of this message, however long, shows the parameter; `None` if one may, and
     /// while there is no message.
     #[must_use]
     pub fn out_of_reach(&self, snapshot: &Snapshot) -> Option<String> {
         self.figure.absent_from(snapshot.layout.as_ref()?)
     }
 
-    /// Half the width of the interval divided by the value, by axis; `None` where the parameter is
-    /// not estimated. Empty where the message has no such channel.
+    /// Half the width of the interval divided by the value, by axis; `None` if the parameter is
+    /// not estimated. Empty if the message has no such channel.
     #[must_use]
     pub fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
         (snapshot.layout_channels().iter().zip(&assessment.channels))

@@ -5,7 +5,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal};
 
 /// The probability that two estimates of the same variance, each with its degrees of freedom, lie
 /// at least as far apart as these, either way: the two-sided F-test (Fisher, 1924; Snedecor, 1934).
-/// `None` where one of the four is not positive and finite.
+/// `None` if one of the four is not positive and finite.
 #[must_use]
 pub(crate) fn f_test(a: (f64, f64), b: (f64, f64)) -> Option<f64> {
     let ((variance_a, edf_a), (variance_b, edf_b)) = (a, b);
@@ -20,7 +20,7 @@ pub(crate) fn f_test(a: (f64, f64), b: (f64, f64)) -> Option<f64> {
 }
 
 /// The ratio as a standard normal value (Paulson, 1942), good to 10⁻⁶ for so many degrees of
-/// freedom and so near to 1, where the continued fraction of the F distribution does not converge.
+/// freedom and so near to 1: the continued fraction of the F distribution does not converge there.
 fn nearly_normal(ratio: f64, edf_a: f64, edf_b: f64) -> Option<f64> {
     const MANY: f64 = 1e5;
     const NEAR: f64 = 1.0;
@@ -94,7 +94,7 @@ pub struct Spread {
 
 impl Spread {
     /// Of `means`. The interval is that of a normally distributed value seen n times (χ²). `None`
-    /// for fewer than two, and where one is no number.
+    /// for fewer than two, and if one is no number.
     #[must_use]
     pub fn of(means: &[f64], confidence: f64) -> Option<Self> {
         if means.len() < 2 {
@@ -147,7 +147,7 @@ mod tests {
             assert!(near(p, expected, 1e-9), "{ratio} {edf_a} {edf_b}: {p}");
         }
         assert!(near(f_test((1.0, 20.0), (1.0, 20.0)).unwrap(), 1.0, 1e-12));
-        // where they are taken for normal
+        // many degrees of freedom, near 1: the normal approximation
         for (ratio, edf_a, edf_b, expected) in NORMAL {
             let p = f_test((7.0 * ratio, edf_a), (7.0, edf_b)).unwrap();
             assert!(near(p, expected, 1e-6), "{ratio} {edf_a} {edf_b}: {p}");

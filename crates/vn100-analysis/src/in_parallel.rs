@@ -54,7 +54,7 @@ mod tests {
     #[test]
     fn results_stand_in_the_order_of_the_items() {
         assert_eq!(in_parallel(0..1000_u32, |item| item * item), (0..1000).map(|item| item * item).collect::<Vec<_>>());
-        assert_eq!(in_parallel(0..0_u32, |item| item), []);
+        assert_eq!(in_parallel(0..0_u32, |item| item), [0; 0]);
     }
 
     #[test]

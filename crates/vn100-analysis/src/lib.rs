@@ -22,9 +22,12 @@ mod goal;
 mod goal_check;
 mod hypothesis_tests;
 mod in_parallel;
+mod motion;
 mod noise_figure;
 mod plan;
+mod rate_change;
 mod remedy;
+mod result;
 mod selftest;
 mod sensor;
 mod settings;
@@ -42,8 +45,8 @@ pub use accumulate::{
 };
 pub use assessment::{
     Aliasing, Assessment, AxisTemperature, BeforeAndAfter, ChannelAssessment, ChannelNoise, DEFAULT_CONFIDENCE,
-    DetectableRrw, Disturbed, LEAST_EDF, LongTauValidity, Motion, NoGrade, OctaveAssessment, Onboard, RateShare,
-    WhiteBudget, WhyNoCoefficient, WindowFrom, Withheld,
+    DetectableRrw, Disturbed, LEAST_EDF, LongTauValidity, NoGrade, OctaveAssessment, Onboard, RateShare, WhiteBudget,
+    WhyNoCoefficient, WindowFrom, Withheld,
 };
 pub use averaging_times::{AveragingTimes, AveragingTimesError, MissingTime};
 pub use comparison::{
@@ -51,25 +54,28 @@ pub use comparison::{
     NoPrediction, OctaveTest, Population, RankedRecord, Ranking, Recommendation, RecordDisturbance, RecordMean,
     SameSamples, UnitValue, Untested, WhiteTest, WhyNone, WhyUse,
 };
-pub use datasheet::{
-    Datasheet, DatasheetFigure, FigureVerdict, Reading, SheetOnboard, StreamUnknown, Verdicts, not_passed,
-};
+pub use datasheet::{Datasheet, DatasheetFigure, DecidedBy, FigureVerdict, Ratio, SheetOnboard, Verdicts, not_passed};
 pub use end::{End, Shortfall, StartCure};
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
 pub use hypothesis_tests::{Spread, holm};
+pub use motion::Motion;
 pub use noise_figure::{NoiseFigure, NoiseFigureError};
 pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError, TakenAt, TakenFrom};
-pub use remedy::{Remedy, RemedyWords, Setting, Text};
+pub use rate_change::{FalseRate, FalseReport, RateChange};
+pub use remedy::{Remedy, RemedyWords, Setting};
+pub use result::{
+    BlockValues, Budget, ChannelResult, ComparedSheet, Completion, Correlation, Curve, Detectable, Graded,
+    GraphicalReading, GraphicalReadings, HistogramBars, History, HistoryColumn, InUnit, LinkCounts, NoiseResult, Norm,
+    NormalityTest, ParameterResult, Parts, Point, SourceResult, Spectrum, Stationarity, Statistics, TemperatureResult,
+    TimeBase,
+};
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};
 pub use settings::{DEFAULT_RATE_HZ, Settings};
-pub use snapshot::{
-    ChannelSnapshot, FalseRate, FalseReport, MissingFrom, Outages, PlaceMark, RateChange, RateFrom, RegisterChannel,
-    Snapshot, Timing,
-};
+pub use snapshot::{ChannelSnapshot, MissingFrom, Outages, PlaceMark, RateFrom, RegisterChannel, Snapshot, Timing};
 pub use source_facts::{
-    EndKind, FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,
-    SourceFacts,
+    Device, EndKind, FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,
+    SourceFacts, utc,
 };
 pub use want::{Known, Want, WantError};
-pub use warning::{Severity, Warning, WarningKind};
+pub use warning::{Doubt, Doubtful, Event, Finding, Happening, Peak, Rejected, Severity, Warning, WarningKind};

@@ -51,7 +51,7 @@ impl NoiseFigure {
         if self.channels == axes_name(self.sensor) { 3 } else { 1 }
     }
 
-    /// Why no record of `layout`, however long, shows the parameter; `None` where one may.
+    /// Why no record of `layout`, however long, shows the parameter; `None` if one may.
     pub(crate) fn absent_from(&self, layout: &Layout) -> Option<String> {
         let message = &layout.message;
         let concerned: Vec<&Channel> = layout.channels.iter().filter(|channel| self.concerns(channel)).collect();

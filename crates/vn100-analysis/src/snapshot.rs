@@ -1,5 +1,7 @@
 //! The results of a measurement at one moment.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
 use imu_noise::timebase::{Refusal, TimebaseSummary};
@@ -13,6 +15,7 @@ use crate::{
         temperature_record::TemperatureRecord,
     },
     averaging_times::MissingTime,
+    rate_change::{FalseRate, FalseReport, RateChange},
     warning::Warning,
 };
 
@@ -98,7 +101,7 @@ pub struct Snapshot {
 }
 
 /// A place in the record that the user marked.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
 pub struct PlaceMark {
     /// Data time from the beginning of the record, in seconds.
     pub at_s: f64,
@@ -280,7 +283,8 @@ impl Timing {
 }
 
 /// The evidence for missing samples.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum MissingFrom {
     /// Device time in every packet: exact.
     DeviceTime,
@@ -290,6 +294,7 @@ pub enum MissingFrom {
     Arrival,
     /// A rejected row between valid ones: dropped lines are not detected.
     #[default]
+    #[serde(rename = "bad-lines")]
     RejectedRows,
 }
 
@@ -303,39 +308,9 @@ impl MissingFrom {
     }
 }
 
-/// A change of the rate of the sensor within the stream.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RateChange {
-    /// Samples in the statistics, all of them before the change.
-    pub after_samples: u64,
-    /// Rate before, in hertz.
-    pub from_hz: f64,
-    /// Rate after, in hertz.
-    pub to_hz: f64,
-}
-
-/// A rate by arrival times that the sensor contradicted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FalseRate {
-    /// Samples that were placed by the false rate, and excluded.
-    pub samples: u64,
-    /// The rate by arrival times, in hertz.
-    pub arrival_hz: f64,
-    /// The sensor's rate, in hertz.
-    pub device_hz: f64,
-}
-
-/// A rate reported by the sensor that arrival times contradicted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FalseReport {
-    /// The rate that the sensor reports in register 7, in hertz.
-    pub reported_hz: f64,
-    /// The rate by arrival times, that of the record, in hertz.
-    pub arrival_hz: f64,
-}
-
 /// Where a sample rate comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum RateFrom {
     /// The user gave the rate.
     Option,

@@ -1,49 +1,105 @@
 //! What is known of a source besides its samples.
 
-use std::collections::BTreeMap;
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
+use std::{
+    collections::BTreeMap,
+    time::{Duration, SystemTime},
+};
 
 use vn100_protocol::stream::{BagReport, CsvReport};
 
-use crate::warning::{Warning, WarningKind};
+use crate::{
+    snapshot::PlaceMark,
+    warning::{Finding, Severity, Warning, WarningKind},
+};
 
-/// What is known of a source besides its samples: a session fills in the facts, reports and faces
-/// read them.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+/// What is known of a source besides its samples. A session fills in the facts; those that the
+/// stream itself carries are added with the result.
+#[derive(Debug, Clone, Default, PartialEq, JsonSchema, Serialize)]
 pub struct SourceFacts {
-    /// File name without its folder, `-` for standard input, or the name of the port.
+    /// Name of the file without its folder, `-` for standard input, or the name of the port.
     pub name: String,
-    /// The format of the source; `None` while it is not known.
+    /// Form of the source, such as text, csv, raw, mcap, bag, db3, serial, sim, tcp, stdin; null
+    /// while it is not recognised.
     pub kind: Option<&'static str>,
-    /// Why reading did not begin, or ended early; `None` where it did not.
-    pub error: Option<String>,
-    /// The stored file; `None` where the source is no file, and where the file was not hashed.
-    pub file: Option<FileFacts>,
-    /// What the reader of a CSV file found; `None` for any other source.
-    pub csv: Option<CsvReport>,
-    /// What the reader of a bag found; `None` for any other source.
-    pub bag: Option<BagReport>,
-    /// Which stream of the source this is, where the source may have several: the topic of a bag,
-    /// or a group of columns; else `None`.
-    pub stream: Option<String>,
-    /// What a replayed recording says of itself; `None` for any other source.
+    /// Message of the sensor, such as VNYMR, or the type of the foreign samples; null without a
+    /// sample.
+    pub message: Option<String>,
+    /// Whether the sensor's filter has removed the bias of the rates; null if that is not known.
+    pub compensated: Option<bool>,
+    /// The sensor, as far as it was asked within the stream; null if it was not.
+    pub device: Option<Device>,
+    /// What a replayed recording says of itself; null for any other source.
+    #[serde(rename = "recorded")]
     pub recording: Option<RecordingFacts>,
-    /// The conditions of the measurement, name and text as the user wrote them down; `None` for
-    /// none.
+    /// Conditions of the measurement, name and text as the user wrote them down; null without any.
     pub meta: Option<BTreeMap<String, String>>,
-    /// The link of a live source; its counts are in the snapshot. `None` for any other source.
+    /// Why the measurement failed or was cut short; null if it was not.
+    pub error: Option<String>,
+    /// The stored file; null if the source is no file, or if the file was not hashed.
+    pub file: Option<FileFacts>,
+    /// The lines of a CSV file: lines = rows + skipped lines + rejected rows + other_stream_rows;
+    /// null for any other source.
+    pub csv: Option<CsvReport>,
+    /// Topic of a bag, or group of columns of a table, if the source may have several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stream: Option<String>,
+    /// Messages of a topic of a bag: messages = used + without_sample + unreadable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bag: Option<BagReport>,
+    /// Places that the user marked, in time order; absent without any.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub marks: Vec<PlaceMark>,
+    /// The link of a live source; `None` for any other source.
+    #[serde(skip)]
     pub link: Option<LinkFacts>,
     /// The recording that is made during the measurement; `None` for none.
+    #[serde(skip)]
     pub recorder: Option<RecorderFacts>,
     /// The place of a paced replay; `None` for any other source.
+    #[serde(skip)]
     pub playback: Option<PlaybackFacts>,
     /// Whether no more samples will follow.
+    #[serde(skip)]
     pub ended: bool,
     /// Why the measurement ended; `None` while it has not.
+    #[serde(skip)]
     pub end: Option<EndKind>,
 }
 
+/// A sensor, as far as it was asked within the stream.
+#[derive(Debug, Clone, Default, PartialEq, Eq, JsonSchema, Serialize)]
+pub struct Device {
+    /// Model, register 1.
+    pub model: Option<String>,
+    /// Hardware revision, register 2.
+    pub hardware_revision: Option<String>,
+    /// Serial number, register 3.
+    pub serial_number: Option<String>,
+    /// Firmware version, register 4.
+    pub firmware: Option<String>,
+    /// Every register that was read, by number, as printed.
+    pub registers: BTreeMap<u8, String>,
+}
+
+impl Device {
+    /// The sensor with these registers; `None` if there are none.
+    pub(crate) fn of(registers: &BTreeMap<u8, String>) -> Option<Self> {
+        let register = |number| registers.get(&number).map(|text| text.trim().to_owned());
+        (!registers.is_empty()).then(|| Self {
+            model: register(1),
+            hardware_revision: register(2),
+            serial_number: register(3),
+            firmware: register(4),
+            registers: registers.clone(),
+        })
+    }
+}
+
 /// Why a measurement ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum EndKind {
     /// All data was read.
     EndOfInput,
@@ -87,7 +143,7 @@ impl EndKind {
 }
 
 /// A file as it is stored, which may be compressed.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, JsonSchema, Serialize)]
 pub struct FileFacts {
     /// Size in bytes.
     pub bytes: u64,
@@ -96,25 +152,59 @@ pub struct FileFacts {
 }
 
 /// What a recording says of itself.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, JsonSchema, Serialize)]
 pub struct RecordingFacts {
-    /// The program that wrote the recording, with its version.
+    /// Program that wrote the recording, with its version; null if the recording does not say.
     pub program: Option<String>,
-    /// Time of the first byte, in nanoseconds since 1970-01-01 UTC.
+    /// Time of the first byte, RFC 3339; null without a date. In nanoseconds since 1970-01-01 UTC.
+    #[serde(rename = "started", serialize_with = "as_utc")]
+    #[schemars(with = "Option<String>")]
     pub started_ns: Option<i64>,
     /// How the recording ended; `None` until it is read to its end.
+    #[serde(flatten)]
     pub end: Option<RecordingEndFacts>,
 }
 
 /// How a recording ended.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, JsonSchema, Serialize)]
 pub struct RecordingEndFacts {
-    /// Time of the last byte, in nanoseconds since 1970-01-01 UTC.
+    /// Time of the last byte, RFC 3339; null without a date. In nanoseconds since 1970-01-01 UTC.
+    #[serde(rename = "ended", serialize_with = "as_utc")]
+    #[schemars(with = "Option<String>")]
     pub ended_ns: Option<i64>,
-    /// Whether the file was finished.
+    /// Whether the file has its end.
     pub complete: bool,
-    /// Why the recording ended, as it says itself.
+    /// Why the recording ended, as it says itself; null if it does not.
+    #[serde(rename = "end_reason")]
     pub reason: Option<String>,
+}
+
+impl RecordingFacts {
+    /// When the recording began, in UTC to the millisecond (RFC 3339); `None` if it does not say, or
+    /// by a clock that was not set.
+    #[must_use]
+    pub fn started(&self) -> Option<String> {
+        self.started_ns.and_then(utc)
+    }
+
+    /// When the recording ended, in the same form; also `None` before it was read to its end.
+    #[must_use]
+    pub fn ended(&self) -> Option<String> {
+        self.end.as_ref()?.ended_ns.and_then(utc)
+    }
+}
+
+/// A time in nanoseconds since 1970 in UTC, to the millisecond, as the clock of a host is not better
+/// than that; `None` for a time before 1971: it is that of a clock that was not set, or of no clock.
+#[must_use]
+pub fn utc(at_ns: i64) -> Option<String> {
+    const YEAR: Duration = Duration::from_secs(365 * 24 * 3600);
+    let since_1970 = Duration::from_nanos(at_ns.try_into().ok()?);
+    (since_1970 >= YEAR).then(|| humantime::format_rfc3339_millis(SystemTime::UNIX_EPOCH + since_1970).to_string())
+}
+
+fn as_utc<S: Serializer>(at_ns: &Option<i64>, serializer: S) -> Result<S::Ok, S::Error> {
+    at_ns.and_then(utc).serialize(serializer)
 }
 
 impl RecordingEndFacts {
@@ -122,10 +212,8 @@ impl RecordingEndFacts {
     /// is not whole; `None` for one that was finished.
     #[must_use]
     pub fn warning(&self) -> Option<Warning> {
-        let details =
-            "What was recorded before the cut is measured in full. Copy the file again where the original is whole.";
-        let headline = "the recording was cut: its file has no end";
-        (!self.complete).then(|| Warning::new(WarningKind::RecordingCut, Vec::new(), headline, details))
+        let found = Warning::new(WarningKind::Incomplete, Finding::RecordingCut);
+        (!self.complete).then(|| found.as_severe_as(Severity::Caution))
     }
 }
 

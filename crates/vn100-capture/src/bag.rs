@@ -1,13 +1,12 @@
 //! Bags of ROS: messages of many topics with their times. ROS 1 bags, rosbag2's SQLite and MCAP
 //! files, and folders of these.
 //!
-//! A [`Bag`] gives the messages in the order in which they were written, whatever the form of its
-//! files; a [`TopicScan`] finds the topics, and [`choose`] those that are streams of a sensor.
-//! [`BagSamples`] makes samples of one topic: from the sentences inside its messages, or from their
-//! numbers.
+//! A [`Bag`] gives the messages in the order in which they were written, for every form of file; a
+//! [`TopicScan`] finds the topics, and [`choose`] picks the topics of a sensor. [`BagSamples`]
+//! makes samples of one topic: from the sentences inside its messages, or from their numbers.
 //!
-//! The readers of the forms take `Read + Seek`; `open`, `folder` and `shared_file` alone know the
-//! files of a system.
+//! The readers of the forms take `Read + Seek`; Only `open`, `folder` and `shared_file` open files
+//! of the operating system.
 
 mod definition;
 mod fields;

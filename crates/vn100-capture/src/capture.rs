@@ -35,12 +35,12 @@ pub struct Capture {
     /// Number of stored bytes that were read so far; grows while the source is read.
     pub stored_bytes_read: Arc<AtomicU64>,
     /// Whether the capture holds numbers that may be of any sensor, and no messages of a VN-100. No
-    /// default rate is assumed for such a capture where its times do not show the rate.
+    /// default rate is assumed for such a capture if its times do not show the rate.
     pub holds_values: bool,
     /// Whether the capture holds values without times, so that their rate must be given.
     pub lacks_times: bool,
-    /// The topic of a bag, or the group of columns of a table, that is read; `None` where there is
-    /// no choice.
+    /// The topic of a bag or the group of columns of a table that is read; `None` if there is no
+    /// choice.
     pub topic: Option<String>,
     /// The metadata of a recording of this program; `None` for any other capture.
     pub recorded: Option<Recorded>,
@@ -50,17 +50,17 @@ pub struct Capture {
 type StartReading = Box<dyn FnOnce(ReadOptions, CancellationToken) -> io::Result<mpsc::Receiver<Event>> + Send>;
 
 impl Capture {
-    /// Opens a file. Content of gzip, zstd, bzip2 and xz is decompressed, whatever the name says,
-    /// and so is the only capture in a ZIP archive; zeros after gzip data are its end. The file
-    /// `NAME.timing` beside it, with a row `t_ns,offset` for each read of the port, gives the bytes
-    /// their arrival times. Where its rows end too early, the capture ends there, with an error.
+    /// Opens a file. Content of gzip, zstd, bzip2 and xz is decompressed, independent of its name, and
+    /// so is the only capture in a ZIP archive; zeros after gzip data are its end. The file
+    /// `NAME.timing` in the same folder, with a row `t_ns,offset` for each read of the port, gives the
+    /// bytes their arrival times. If its rows end too early, the capture ends there with an error.
     ///
-    /// Of a bag, or the folder of one, one topic is read: the one named in `options`, else the only
-    /// one of a sensor.
+    /// One topic of a bag, or of the folder of a bag, is read: the one named in `options`, else the
+    /// only one of a sensor.
     ///
     /// # Errors
-    /// [`OpenError`] when the file cannot be read, contains nothing of a sensor, or contains
-    /// several streams of which `options` name none.
+    /// [`OpenError`] if the file cannot be read, contains nothing of a sensor, or contains several
+    /// streams and `options` name none of them.
     pub fn open(path: impl AsRef<Path>, options: &CaptureOptions) -> Result<Self, OpenError> {
         let path = path.as_ref();
         let failed = |source| OpenError::Io { path: path.to_owned(), source };
@@ -80,9 +80,9 @@ impl Capture {
         Self::start(reader, stored_bytes, stored_bytes_read, sidecar, options, path, is_file)
     }
 
-    /// The streams of a file, by the names that [`topic`](CaptureOptions::topic) takes: the topics
-    /// by which a bag is measured, or the columns of a table that have one rate. A single `None`
-    /// for a file with one stream, and for a file that cannot be opened.
+    /// The streams of a file, by the names that [`topic`](CaptureOptions::topic) takes: the
+    /// measured topics of a bag, or the columns of a table with the same rate. A single `None` for
+    /// a file with one stream, and for a file that cannot be opened.
     #[must_use]
     pub fn streams(path: impl AsRef<Path>, options: &CaptureOptions) -> Vec<Option<String>> {
         let streams = Self::names_of_streams(path.as_ref(), options).unwrap_or_default();
@@ -94,7 +94,7 @@ impl Capture {
             let streams = bag::choose(&bag, options).ok()?;
             return Some(streams.into_iter().map(|stream| stream.topic.name).collect());
         }
-        // what is not a file on disk can be read only once
+        // a pipe or a device can be read only once
         if options.topic.is_some() || !fs::metadata(path).ok()?.is_file() {
             return None;
         }
@@ -111,7 +111,7 @@ impl Capture {
     /// without a name.
     ///
     /// # Errors
-    /// As [`Capture::open`].
+    /// As for [`Capture::open`].
     pub fn from_reader(reader: impl Read + Send + 'static, options: &CaptureOptions) -> Result<Self, OpenError> {
         let path = Path::new("-");
         let stored_bytes_read = Arc::new(AtomicU64::new(0));
@@ -123,10 +123,10 @@ impl Capture {
     /// Starts to read. The events are those of [`read_samples`].
     ///
     /// # Errors
-    /// When no thread can be started.
+    /// If no thread can be started.
     ///
     /// # Panics
-    /// Outside a tokio runtime.
+    /// If called outside a tokio runtime.
     pub fn read(self, options: ReadOptions, stop: CancellationToken) -> io::Result<mpsc::Receiver<Event>> {
         (self.start_reading)(options, stop)
     }
@@ -139,7 +139,7 @@ impl Capture {
     ) -> Result<Self, BagError> {
         let mut stream = bag::choose_one(&bag, options)?;
         stream.fit(&bag)?;
-        // the bytes that are read of an unpacked bag are not those stored
+        // the bytes read of an unpacked bag are not the stored bytes
         let stored_bytes_read = if bag.unpacked_bytes > 0 { read } else { Arc::default() };
         let counted = if bag.unpacked_bytes > 0 { Arc::default() } else { Arc::clone(&stored_bytes_read) };
         Ok(Self {
@@ -197,7 +197,7 @@ impl Capture {
                 let start: StartReading = if sidecar.is_some() || is_file {
                     Box::new(move |options, stop| read_file(BytesReader::new(reader, sidecar, chosen(options)), stop))
                 } else {
-                    // a read of a stream may wait for bytes for any time
+                    // a read of a stream may wait for bytes indefinitely
                     let source = ReaderSource::spawn(reader, None).map_err(failed)?;
                     Box::new(move |options, stop| Ok(read_samples(source, chosen(options), stop)))
                 };
@@ -233,13 +233,13 @@ impl Capture {
     }
 }
 
-/// Whether a file of this name begins as a capture.
+/// Whether a file of this name begins like a capture.
 fn is_capture(mut bytes: &mut dyn Read, name: &str) -> bool {
     let detected = detect_format(&mut bytes, Said { file: Some(name), ..Said::default() });
     detected.is_ok_and(|(_, detected)| !matches!(detected, Detected::Unknown(_) | Detected::UnusableCsv(_)))
 }
 
-/// Why a capture could not be opened.
+/// The reason why a capture could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// The operating system, or the decompressor, reports an error.
@@ -255,10 +255,10 @@ pub enum OpenError {
     Csv {
         /// The file, `-` for standard input.
         path: PathBuf,
-        /// Why they cannot be used.
+        /// The reason.
         problem: CsvError,
     },
-    /// The bag cannot be read, or no topic of it qualifies, or more than one does.
+    /// The bag cannot be read, or none or several of its topics qualify.
     #[error("{}: {problem}", path.display())]
     Bag {
         /// The file or folder, `-` for standard input.
@@ -271,7 +271,7 @@ pub enum OpenError {
     Recording {
         /// The file, `-` for standard input.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         problem: RecordingError,
     },
     /// The ZIP archive cannot be read.
@@ -279,7 +279,7 @@ pub enum OpenError {
     Archive {
         /// The file, `-` for standard input.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         problem: ArchiveError,
     },
     /// The file can be read and is no capture.
@@ -291,7 +291,7 @@ pub enum OpenError {
     NotACapture {
         /// The file, `-` for standard input.
         path: PathBuf,
-        /// What the content is, as far as it is recognised.
+        /// The kind of content, as far as it is recognised.
         found: String,
     },
 }

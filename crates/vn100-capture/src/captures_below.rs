@@ -18,9 +18,9 @@ pub(crate) fn is_message(ending: &str) -> bool {
     MESSAGES.iter().any(|layout| layout.message.eq_ignore_ascii_case(ending))
 }
 
-/// All captures below `path`, sorted by name: files by their endings, and the folders of ROS 2
-/// bags; hidden files and folders are skipped. `path` itself is always in the list where it is a
-/// file, whatever its name, and so is a folder that cannot be listed: opening it gives the reason.
+/// All captures below `path`, sorted by name: files by their endings, and the folders of ROS 2 bags;
+/// hidden files and folders are skipped. A `path` that is a file is always in the list, under any
+/// name. A folder that cannot be listed is in the list as well, so that opening it gives the reason.
 #[must_use]
 pub fn captures_below(path: &Path) -> Vec<PathBuf> {
     let mut captures = Vec::new();
@@ -28,8 +28,8 @@ pub fn captures_below(path: &Path) -> Vec<PathBuf> {
     captures
 }
 
-/// Adds the captures at and below `path`. `above` are the folders around it, by which a link to one
-/// of them is recognised.
+/// Adds the captures at and below `path`. `above` are the folders around it, used to recognise a
+/// link to one of them.
 fn add(path: &Path, is_named: bool, above: &mut Vec<PathBuf>, captures: &mut Vec<PathBuf>) {
     if path.is_dir() && !path.join("metadata.yaml").exists() {
         let Ok((folder, entries)) = listed(path) else { return captures.push(path.to_owned()) };

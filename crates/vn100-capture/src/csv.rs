@@ -1,9 +1,9 @@
 //! Captures in CSV, as laboratory scripts write them: detected by their content, and read exactly.
 //!
 //! There are three kinds: the fields of the sensor's sentences in columns of known names; whole
-//! sentences, in a column beside a stamp; and the numbers of any inertial sensor, in columns and
-//! units that a [`ColumnMap`] names. Numbers become counts of their last digit without passing
-//! through a float, stamps become nanoseconds, and a row that is not understood is counted with its
+//! sentences in one column, with a stamp in another; and the numbers of any inertial sensor, in
+//! columns and units that a [`ColumnMap`] names. Numbers become counts of their last digit without
+//! passing through a float, stamps become nanoseconds, and a malformed row is counted with its
 //! reason.
 
 mod cells;
@@ -44,13 +44,13 @@ pub(crate) use head::detect;
 pub(crate) use reader::CsvReader;
 pub(crate) use streams::streams;
 
-/// How many bytes of a file are examined: a thousand rows of up to 260 bytes.
+/// Bytes of a file that are examined: a thousand rows of up to 260 bytes.
 pub(crate) const HEAD_BYTES: usize = 256 * 1024;
 
 /// The byte order mark that some programs write before the first line.
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
-/// How a CSV file is to be read, which its head determines.
+/// The way to read a CSV file, as determined from its head.
 #[derive(Debug, Clone)]
 pub(crate) struct CsvPlan {
     kind: Kind,
@@ -58,24 +58,21 @@ pub(crate) struct CsvPlan {
     names: Vec<String>,
     /// The names of the columns that are not used.
     ignored_columns: Vec<String>,
-    /// The columns that could be used and are not.
+    /// The columns that are not read although they could be.
     left_out: Vec<LeftOutColumn>,
     /// LF, which may follow a CR; or CR, as on old Macs.
     line_end: u8,
     dialect: Dialect,
     columns: Vec<ColumnUse>,
-    /// How the column of each channel of the layout becomes counts.
+    /// The conversion of the column of each channel of the layout to counts.
     quantizers: Vec<Quantizer>,
-    /// How the last fields of the first rows are printed, by which a truncated row is recognised;
-    /// `None` for sentences, which have a checksum, and if no row has a line end.
+    /// The common printed form of the last fields of the first rows, used to recognise a truncated
+    /// row; `None` for sentences, which have a checksum, and if no row has a line end.
     last_field: Option<LastField>,
-    /// The columns of the stamps and their forms, as a column map names them.
+    /// The columns of the stamps and their forms, as written in a column map.
     times: Option<String>,
     /// The form of dates and times of day.
     date: Option<DateForm>,
-    /// The time from a row to the next one with the same stamp; `None` where it is usual that
-    /// several rows have one stamp.
-    repeated_step_ns: Option<i64>,
     /// Lines before the first row.
     lines_above: u64,
 }
@@ -95,9 +92,9 @@ impl CsvPlan {
 /// The content of the rows of a CSV file.
 #[derive(Debug, Clone, PartialEq)]
 enum Kind {
-    /// Numbers, one per channel. The layout has the name of the message whose channels it has
-    /// exactly, else `CSV`; its scales convert the units of the file to those of the channels,
-    /// without regard to the size of a count.
+    /// Numbers, one per channel. If the channels are exactly those of a message, the layout has its
+    /// name, else `CSV`. Its scales convert the units of the file to those of the channels,
+    /// independent of the size of a count.
     Values(Layout),
     /// Sentences as the sensor sent them.
     Sentences,
@@ -120,13 +117,12 @@ impl CsvPlan {
     }
 }
 
-/// The use of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ColumnUse {
     Ignored,
-    /// The stamp, or a part that is added to it: the nanoseconds beside its seconds.
+    /// The stamp, or a part that is added to it, such as nanoseconds in a second column.
     Stamp(StampForm),
-    /// The time of the sensor in nanoseconds, which starts again when the sensor does.
+    /// The sensor's time in nanoseconds; it restarts with the sensor.
     DeviceTime,
     /// The channel at this place of the layout.
     Channel(usize),
@@ -135,14 +131,15 @@ enum ColumnUse {
     Sentence,
 }
 
-/// What is known of a table besides its bytes.
+/// The information about a table besides its bytes.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Said<'a> {
-    /// The columns that the user names; `None` to know them by their names.
+    /// The columns that the user names; `None` to recognise them by their names.
     pub(crate) map: Option<&'a ColumnMap>,
-    /// The channels that are read, as names of streams have them; `None` for all.
+    /// The channels that are read, as written in names of streams; `None` for all.
     pub(crate) stream: Option<&'a str>,
-    /// The name of the file, which may say what bare axes are; `None` for a stream.
+    /// The name of the file, which may tell the quantity of columns named only by an axis; `None`
+    /// for a stream.
     pub(crate) file: Option<&'a str>,
 }
 
@@ -159,21 +156,21 @@ fn holds_number(row: &[Vec<u8>], place: usize) -> bool {
     row.get(place).is_some_and(|cell| Number::parse(cell).is_some())
 }
 
-/// Why a CSV file cannot be read.
+/// The reason why a CSV file cannot be read.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum CsvError {
-    /// No column of the rows of numbers is known by its name in the header.
+    /// No column of the rows of numbers has a known name in the header.
     #[error(
         "no known column in this CSV file: expected {}; found {}",
         columns::Columns::SEARCHED,
         described(found, left_out)
     )]
     UnknownColumns {
-        /// The names in the header, or the places and means of columns without names.
+        /// The names in the header, or the places and mean values of columns without names.
         found: Vec<String>,
-        /// The columns whose names say what they hold, and why they cannot be read.
+        /// The columns with known meanings, and the reasons why they cannot be read.
         left_out: Vec<LeftOutColumn>,
-        /// A column map, if names, units and magnitudes agree on one.
+        /// A column map, if names, units and magnitudes fit exactly one.
         map: Option<String>,
     },
     /// The file does not have a column that the map names.
@@ -194,10 +191,10 @@ pub enum CsvError {
         /// The two channels.
         channels: [&'static str; 2],
     },
-    /// The file does not have the columns of the stream that was asked for.
+    /// The file lacks the columns of the requested stream.
     #[error("no columns of {name:?}: name some of {found}")]
     NoStream {
-        /// The stream that was asked for.
+        /// The requested stream.
         name: String,
         /// The quantities that the file has.
         found: String,
@@ -216,7 +213,7 @@ pub enum CsvError {
         /// The values of the column, one for each sensor.
         sensors: Vec<String>,
     },
-    /// Hundreds of rows share each stamp, so that no rate can be found.
+    /// Hundreds of rows share each stamp, so the rate cannot be found.
     #[error(
         "the time stamps in column {column:?} are too coarse to show a sample rate: they change once at most in {rows} rows"
     )]
@@ -234,7 +231,7 @@ pub enum CsvError {
     StampUnit {
         /// The column of the stamps.
         column: String,
-        /// The column as a column map names it.
+        /// The column as written in a column map.
         argument: String,
         /// The median step from row to row.
         step: f64,
@@ -246,7 +243,7 @@ pub enum CsvError {
     DateOrder {
         /// The column of the stamps.
         column: String,
-        /// The column as a column map names it.
+        /// The column as written in a column map.
         argument: String,
     },
     /// No stamp has a known form.
@@ -261,10 +258,10 @@ pub enum CsvError {
     },
 }
 
-/// What a [`ColumnMap`] must name so that the file can be read.
+/// The part that a [`ColumnMap`] must add so that the file can be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum MapHint {
-    /// The columns; with a map that fits, if one is sure.
+    /// The columns; with a fitting map, if exactly one is certain.
     Columns(Option<String>),
     /// The unit of the stamps, one of s, ms, us and ns; with a map that names one.
     StampUnit(String),
@@ -273,7 +270,7 @@ pub enum MapHint {
 }
 
 impl CsvError {
-    /// What a column map must name so that the file can be read; `None` where no map helps.
+    /// The part that a column map must add so that the file can be read; `None` if no map helps.
     #[must_use]
     pub fn hint(&self) -> Option<MapHint> {
         match self {
@@ -289,8 +286,8 @@ impl CsvError {
         }
     }
 
-    /// Whether the columns are known, and the stamps in them are not understood, or a stream was
-    /// asked for that they do not have.
+    /// Whether the columns are known, but their stamps are not understood or the requested stream
+    /// is missing.
     fn knows_columns(&self) -> bool {
         matches!(
             self,
@@ -304,7 +301,7 @@ impl CsvError {
     }
 }
 
-/// All columns, those that are left out with the reason.
+/// All columns; those that are left out with the reason.
 fn described(found: &[String], left_out: &[LeftOutColumn]) -> String {
     let column = |name: &String| match left_out.iter().find(|column| column.name == *name) {
         Some(LeftOutColumn { reason, .. }) => format!("{name} ({reason})"),

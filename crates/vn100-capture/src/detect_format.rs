@@ -11,7 +11,7 @@ use crate::{
     telnet::doubles_ff,
 };
 
-/// How much of a file is searched for a first sentence: a boot log may precede it.
+/// Bytes of a file that are searched for a first sentence, because a boot log may precede it.
 const HEAD_BYTES: usize = 1024 * 1024;
 
 const MATLAB: &str = "a MATLAB file: save its columns there, as in writematrix([t gyro accel], 'imu.csv')";
@@ -99,24 +99,24 @@ impl Format {
     }
 }
 
-/// How many bytes are searched for sentences between packets.
+/// Bytes that are searched for sentences between packets.
 const MIXED_BYTES: usize = 4096;
 
-/// What the head of a file was taken for.
+/// The format detected from the head of a file.
 #[derive(Debug)]
 pub(crate) enum Detected {
-    /// Sentences, packets or both, and what is measured where nothing else is asked for.
+    /// Sentences, packets or both, and the frames that are measured by default.
     Bytes(Format, MeasuredFrames),
     Csv(Box<CsvPlan>),
     Mcap,
-    /// A CSV file whose columns cannot be used; holds why.
+    /// A CSV file whose columns cannot be used; with the reason.
     UnusableCsv(CsvError),
-    /// Not VN-100 data; holds what was found instead, in words.
+    /// Not VN-100 data; a description of the content.
     Unknown(String),
 }
 
-/// The first bytes of a capture, and the error that ended them early if one did. Reads as what it
-/// was read from.
+/// The first bytes of a capture, and the error that ended them early, if any. Reads the same bytes
+/// as its source.
 #[derive(Debug, Default)]
 pub(crate) struct CaptureHead {
     bytes: Vec<u8>,
@@ -135,11 +135,11 @@ impl Read for CaptureHead {
     }
 }
 
-/// Reads the head of `reader` (no more than is needed to be sure) and says what it is.
+/// Reads the head of `reader`, as far as needed to be certain, and detects its format.
 ///
 /// Bytes that are not text and hold no sentence count as a raw capture: a port at the wrong baud
-/// rate looks exactly like that, and reading on is how its owner learns it. A map of columns says
-/// that it is a CSV file.
+/// rate gives such bytes, and the user learns it from the result. With a map of columns the file is
+/// read as CSV.
 pub(crate) fn detect_format(reader: &mut impl Read, said: Said<'_>) -> io::Result<(CaptureHead, Detected)> {
     let mut head = CaptureHead::default();
     while head.bytes.len() < recording::MAGIC.len() && !head.grow(reader)?.is_empty() {}
@@ -165,12 +165,13 @@ pub(crate) fn detect_format(reader: &mut impl Read, said: Said<'_>) -> io::Resul
     }
     // a line that begins with a sentence is no row
     if said.map.is_some() || !head.bytes.trim_ascii_start().starts_with(b"$") {
-        // sentences stand below the names of their columns: where those are not seen yet, a live stream is not kept waiting
+        // sentences stand below the names of their columns; if there are no names yet, a live stream is not delayed
         let may_be_csv = !sentence_seen || !matches!(csv::detect(&head.bytes, said), Ok(None));
         while may_be_csv && head.bytes.len() < csv::HEAD_BYTES && !head.grow(reader)?.is_empty() {}
         match csv::detect(&head.bytes, said) {
             Ok(Some(plan)) => return Ok((head, Detected::Csv(plan.into()))),
-            // its sentences can be read without stamps, but the user would not learn that a word makes them a time base
+            // the sentences could be read without stamps, but the user would not learn that a word turns the stamps
+            // into a time base
             Err(error @ (CsvError::StampUnit { .. } | CsvError::DateOrder { .. })) => {
                 return Ok((head, Detected::UnusableCsv(error)));
             }
@@ -187,7 +188,7 @@ pub(crate) fn detect_format(reader: &mut impl Read, said: Said<'_>) -> io::Resul
             Detected::Unknown("nothing but zero bytes".into())
         }
         (_, false) => {
-            // a live stream of sentences is not kept waiting
+            // a live stream of sentences is not delayed
             while !holds_samples(&head.bytes) && head.bytes.len() < MIXED_BYTES && !head.grow(reader)?.is_empty() {}
             let is_of_sentences = holds_samples(&head.bytes);
             Detected::Bytes(
@@ -208,12 +209,12 @@ fn holds_samples(head: &[u8]) -> bool {
 }
 
 impl CaptureHead {
-    /// Whether the bytes came over telnet, which doubles 0xFF.
+    /// Whether the bytes came over telnet, which sends each 0xFF twice.
     pub(crate) fn doubles_ff(&self) -> bool {
         doubles_ff(&self.bytes)
     }
 
-    /// Reads a little more; nothing at the end, or at a fault.
+    /// Reads a little more; nothing at the end or after an error.
     fn grow(&mut self, reader: &mut impl Read) -> io::Result<&[u8]> {
         let before = self.bytes.len();
         let mut piece = [0; 4096];
@@ -222,7 +223,7 @@ impl CaptureHead {
                 Ok(n) => self.bytes.extend_from_slice(&piece[..n]),
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
                 Err(error) if before == 0 => return Err(error),
-                // what came before the fault is still a capture
+                // the bytes before the error are still a capture
                 Err(error) => self.fault = Some(error),
             }
             return Ok(&self.bytes[before..]);
@@ -239,13 +240,13 @@ fn is_evidence(item: &Item<'_>) -> bool {
     }
 }
 
-/// What no capture begins with, in words.
+/// The kind of a file that is no capture by its first bytes, in words.
 fn other_by_its_head(head: &[u8]) -> Option<&'static str> {
     let by_magic = OTHERS.iter().find(|(magic, _)| head.starts_with(magic)).map(|&(_, name)| name);
     by_magic.or_else(|| is_matlab_4(head).then_some(MATLAB))
 }
 
-/// Whether `head` is that of a matrix of MATLAB 4: its type, rows, columns, imaginary flag and the
+/// Whether `head` begins a matrix of MATLAB 4: its type, rows, columns, imaginary flag and the
 /// length of its name, which ends with a zero, as 32-bit numbers (MAT-File Format, "Level 4").
 fn is_matlab_4(head: &[u8]) -> bool {
     let Some((&header, rest)) = head.split_first_chunk::<20>() else { return false };
@@ -270,7 +271,7 @@ fn is_text(bytes: &[u8]) -> bool {
     has_no_controls(bytes) && {
         match std::str::from_utf8(bytes) {
             Ok(_) => true,
-            // a character cut by the end of the head is no evidence against text
+            // a character cut by the end of the head does not count against text
             Err(error) => error.error_len().is_none(),
         }
     }
@@ -302,7 +303,7 @@ fn describe(head: &[u8]) -> String {
         return R_WORKSPACE.into();
     }
     let first = text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("");
-    // U+0080 to U+009F steer a terminal as well as the control characters of ASCII do
+    // U+0080 to U+009F control a terminal just like the control characters of ASCII
     let shown: String = first.chars().take(60).filter(|c| !c.is_control()).collect();
     let ellipsis = if first.chars().count() > 60 { "…" } else { "" };
     let how_much = if head.len() < HEAD_BYTES { "" } else { ", in its first megabyte," };
@@ -313,7 +314,7 @@ fn describe(head: &[u8]) -> String {
 mod tests {
     use super::*;
 
-    /// Whether a text alone is taken for that of a sensor.
+    /// Whether a text alone is recognised as the text of a sensor.
     fn is_of_sensor(text: &str) -> bool {
         let mut is_one = false;
         Decoder::new(Options { accept_unchecked: true }).push(text.as_bytes(), |item| is_one |= is_evidence(&item));
@@ -325,7 +326,7 @@ mod tests {
         for text in ["$VNRRG,07,40*5C\r\n", "$VNXYZ,1,2\r\n", "$VNYMR,1,2*00\r\n"] {
             assert!(is_of_sensor(text), "{text:?}");
         }
-        // another device, a checksum that does not hold, none, a beginning without its end, no sentence
+        // another device, a checksum mismatch, no checksum, a beginning without an end, no sentence
         for text in ["$GPHDT,1*52\r\n", "$GPHDT,1*00\r\n", "$GPHDT,1\r\n", "$VNYMR,1$VNYMR,1", "gyro_x,1\r\n"] {
             assert!(!is_of_sensor(text), "{text:?}");
         }

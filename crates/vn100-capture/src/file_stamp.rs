@@ -1,4 +1,4 @@
-//! Size and time of change of a capture, by which it is known again.
+//! Size and time of change of a capture, used to recognise it.
 
 use std::{
     fs,
@@ -7,8 +7,8 @@ use std::{
 };
 
 /// The size in bytes and the latest time of change, in nanoseconds since 1970-01-01 UTC, of the
-/// files of a capture together: its parts, the times of reads beside them, and what is in a bag
-/// that is a folder. Both are 0 if no file is there.
+/// files of a capture together: its parts, their timing sidecars, and the files of a bag that is a
+/// folder. Both are 0 if no file exists.
 #[must_use]
 pub fn file_stamp(files: &[PathBuf]) -> (u64, i64) {
     let metadata = files.iter().flat_map(|file| with_companions(file)).filter_map(|file| fs::metadata(file).ok());

@@ -1,10 +1,10 @@
-//! Files and byte sources that can wait, as batches of samples.
+//! Files and byte sources that can wait, read as batches of samples.
 //!
 //! A [`Source`] delivers [`Chunk`](vn100_protocol::stream::Chunk)s: bytes exactly as one read
 //! returned them, with the time of that read. [`read_samples`] turns them into [`Event`]s: one
-//! [`Batch`](vn100_protocol::stream::Batch) of samples per chunk, with everything that was not a
-//! sample counted and placed between them. Only a failing read ends a stream; bad content never
-//! does. A [`Capture`] is a file of any known [`Format`]; a [`Recorder`] writes one.
+//! [`Batch`](vn100_protocol::stream::Batch) of samples per chunk, and everything else is counted
+//! and placed between the samples. Only a failed read ends a stream; malformed content does not. A
+//! [`Capture`] is a file of any known [`Format`]; a [`Recorder`] writes one.
 //!
 //! ```
 //! use tokio_util::sync::CancellationToken;
@@ -40,6 +40,7 @@ mod source;
 mod telnet;
 mod timing_sidecar;
 mod unpack;
+mod zstd_reader;
 
 pub use bag::{BagError, BagForm, TopicSummary};
 pub use capture::{Capture, OpenError};

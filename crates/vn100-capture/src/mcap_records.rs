@@ -1,21 +1,25 @@
-//! The records of an MCAP file, those inside chunks as well, up to its end or to where it was cut.
-//! The form: <https://mcap.dev/spec>.
+//! The records of an MCAP file, including records inside chunks, up to its end or to the place
+//! where it was cut. The format: <https://mcap.dev/spec>.
 //!
 //! The readers of the `mcap` crate trust the lengths of records inside chunks, and reserve memory
-//! for as long a text as a record claims; here all lengths are checked before.
+//! for the claimed length of a text; here all lengths are checked first.
 
 use std::{
     io::{self, ErrorKind, Read, Seek, SeekFrom},
     ops::Range,
 };
 
+use lz4_flex::frame::FrameDecoder as Lz4Decoder;
 use mcap::records::{Footer, Record, op};
+use ruzstd::decoding::FrameDecoder as ZstdDecoder;
 
-/// Longest record that is read, and longest chunk, packed or not. Ours hold one read of a port;
-/// others may hold images.
+use crate::zstd_reader::ZstdReader;
+
+/// Longest record that is read, and longest chunk, compressed or not. Records of this program hold
+/// one read of a port; others may hold images.
 pub(crate) const RECORD_BYTES: usize = 64 * 1024 * 1024;
 
-/// Bytes of one read of the file; more where a long record is known to follow.
+/// Bytes of one read of the file; more if a long record is known to follow.
 const READ_BYTES: usize = 64 * 1024;
 const LONG_READ_BYTES: usize = 1024 * 1024;
 
@@ -30,21 +34,20 @@ const TAIL_BYTES: usize = HEAD_BYTES + FOOTER_BYTES + mcap::MAGIC.len();
 /// and its longest chunk.
 pub(crate) struct McapRecords<R> {
     pub(crate) file: R,
-    /// Bytes of the file, of which `next..filled` were not taken yet.
+    /// Bytes of the file, `next..filled` are not taken yet.
     buffer: Vec<u8>,
     next: usize,
     filled: usize,
-    /// The records of the chunk that is read, and where the next one begins.
+    /// The records of the current chunk, and the start of the next record.
     chunk: Vec<u8>,
     next_in_chunk: usize,
-    /// The file ends inside of that chunk.
+    /// Whether the file ends inside that chunk.
     is_chunk_cut: bool,
     /// The content of the last record, in the chunk or else in the buffer.
     data: Range<usize>,
     is_in_chunk: bool,
 }
 
-/// What comes next in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Next {
     /// A record of this kind; its content is [`McapRecords::data`].
@@ -56,15 +59,15 @@ pub(crate) enum Next {
 }
 
 impl<R: Read> McapRecords<R> {
-    /// A file from its first byte on; `None` where it is no MCAP file.
+    /// Opens a file at its first byte; `None` if it is no MCAP file.
     pub(crate) fn open(mut file: R) -> io::Result<Option<Self>> {
         let mut magic = Vec::new();
         file.by_ref().take(mcap::MAGIC.len() as u64).read_to_end(&mut magic)?;
         Ok(mcap::MAGIC.starts_with(&magic).then(|| Self::new(file)))
     }
 
-    /// The records of the summary behind the data, up to the footer; `None` for a file without, as
-    /// one that was cut.
+    /// The records of the summary after the data, up to the footer; `None` for a file without a
+    /// summary, such as one that was cut.
     pub(crate) fn open_summary(mut file: R) -> io::Result<Option<Self>>
     where
         R: Seek,
@@ -103,10 +106,11 @@ impl<R: Read> McapRecords<R> {
         }
     }
 
-    /// Goes to the next record; those of chunks come one by one, and chunks not at all.
+    /// Goes to the next record. The records of chunks come one by one; chunks themselves are not
+    /// returned.
     ///
     /// # Errors
-    /// When the file cannot be read, or is damaged. Nothing of use follows.
+    /// If the file cannot be read or is damaged. No valid record follows.
     pub(crate) fn advance(&mut self) -> io::Result<Next> {
         loop {
             if let Some(next) = self.advance_in_chunk()? {
@@ -146,7 +150,7 @@ impl<R: Read> McapRecords<R> {
         &bytes[self.data.clone()]
     }
 
-    /// `None` behind the last record of a whole chunk.
+    /// Goes to the next record of the chunk; `None` after the last record of a whole chunk.
     fn advance_in_chunk(&mut self) -> io::Result<Option<Next>> {
         let rest = &self.chunk[self.next_in_chunk..];
         if rest.is_empty() && !self.is_chunk_cut {
@@ -172,7 +176,7 @@ impl<R: Read> McapRecords<R> {
         }
     }
 
-    /// Reads until so many bytes of the file wait to be taken; `false` where it ends before.
+    /// Reads until this many bytes of the file are buffered; `false` if the file ends before.
     fn fill(&mut self, bytes: usize) -> io::Result<bool> {
         if self.filled - self.next < bytes {
             self.buffer.copy_within(self.next..self.filled, 0);
@@ -195,7 +199,7 @@ impl<R: Read> McapRecords<R> {
     }
 }
 
-/// What is in a record: of those with texts, schemas, channels and metadata are read.
+/// Parses a record; of the kinds with texts, only schemas, channels and metadata are read.
 pub(crate) fn parse_record(opcode: u8, data: &[u8]) -> io::Result<Record<'_>> {
     check_texts(opcode, data).ok_or_else(|| {
         let bytes = data.len();
@@ -204,7 +208,8 @@ pub(crate) fn parse_record(opcode: u8, data: &[u8]) -> io::Result<Record<'_>> {
     mcap::parse_record(opcode, data).map_err(io_error)
 }
 
-/// Whether the texts of a record end in it, and are no more than it says; `None` otherwise.
+/// Checks that the texts of a record end inside the record and do not exceed their claimed length;
+/// `None` otherwise.
 fn check_texts(opcode: u8, data: &[u8]) -> Option<()> {
     match opcode {
         op::SCHEMA => two_texts(data.get(2..)?).map(drop),
@@ -214,18 +219,18 @@ fn check_texts(opcode: u8, data: &[u8]) -> Option<()> {
     }
 }
 
-/// A text behind its length, and what follows.
+/// The text after its length, and the remaining bytes.
 fn text(data: &[u8]) -> Option<(&[u8], &[u8])> {
     let (length, rest) = data.split_first_chunk()?;
     rest.split_at_checked(u32::from_le_bytes(*length) as usize)
 }
 
-/// What follows two texts.
+/// The remaining bytes after two texts.
 fn two_texts(data: &[u8]) -> Option<&[u8]> {
     Some(text(text(data)?.1)?.1)
 }
 
-/// Of pairs of texts.
+/// Checks pairs of texts.
 fn check_map(data: &[u8]) -> Option<()> {
     let (mut pairs, _) = text(data)?;
     while !pairs.is_empty() {
@@ -240,17 +245,17 @@ fn head(bytes: &[u8]) -> Option<(u8, u64)> {
     Some((opcode, u64::from_le_bytes(length)))
 }
 
-/// What stands before the packed records of a chunk.
+/// The fields before the packed records of a chunk.
 struct ChunkHead<'a> {
     unpacked_bytes: u64,
-    /// Of the records; 0 for none.
+    /// Checksum of the records; 0 for none.
     crc: u32,
     compression: &'a [u8],
     packed_bytes: u64,
 }
 
 impl<'a> ChunkHead<'a> {
-    /// With the bytes behind it.
+    /// Parses the fields; also returns the bytes after them.
     fn split(chunk: &'a [u8]) -> Option<(Self, &'a [u8])> {
         let (_times, rest) = chunk.split_first_chunk::<16>()?;
         let (unpacked_bytes, rest) = rest.split_first_chunk()?;
@@ -264,8 +269,7 @@ impl<'a> ChunkHead<'a> {
     }
 }
 
-/// Unpacks the records of a chunk, or as many of them as its part holds that is there; whether it
-/// was cut.
+/// Unpacks the records of a chunk, or of the existing part of a chunk; returns whether it was cut.
 fn unpack(chunk: &[u8], is_whole: bool, records: &mut Vec<u8>) -> io::Result<bool> {
     records.clear();
     let Some((ChunkHead { unpacked_bytes, crc, compression, packed_bytes }, rest)) = ChunkHead::split(chunk) else {
@@ -283,8 +287,8 @@ fn unpack(chunk: &[u8], is_whole: bool, records: &mut Vec<u8>) -> io::Result<boo
     let there = packed.unwrap_or(rest);
     let unpacked: Box<dyn Read + '_> = match compression {
         b"" => Box::new(there),
-        b"lz4" => Box::new(lz4::Decoder::new(there)?),
-        b"zstd" => Box::new(zstd::Decoder::with_buffer(there)?),
+        b"lz4" => Box::new(Lz4Decoder::new(there)),
+        b"zstd" => Box::new(ZstdReader::new(there, ZstdDecoder::new())),
         other => {
             let name = String::from_utf8_lossy(other);
             return Err(damaged(&format!("a chunk is packed by {name:.40?}; lz4 and zstd are known")));
@@ -297,7 +301,7 @@ fn unpack(chunk: &[u8], is_whole: bool, records: &mut Vec<u8>) -> io::Result<boo
     }
     outcome.map_err(|error| damaged(&format!("a chunk cannot be unpacked: {error}")))?;
     if records.len() as u64 != unpacked_bytes {
-        // one more than there may be
+        // one more than allowed
         let (found, more) = (records.len(), if records.len() as u64 > unpacked_bytes { " or more" } else { "" });
         return Err(damaged(&format!("a chunk unpacks to {found}{more} bytes and not to {unpacked_bytes}")));
     }

@@ -9,7 +9,7 @@ use vn100_protocol::stream::{Batch, FileReport, LinkEvent, ReadOptions, SampleRe
 
 use crate::source::Source;
 
-/// Batches that may wait: enough to keep both sides busy, few enough to keep memory flat.
+/// Batches that may wait: enough to keep both sides busy, with little memory.
 pub const WAITING_BATCHES: usize = 4;
 
 /// An event of a stream, in the order of the stream.
@@ -37,27 +37,26 @@ impl Event {
     }
 }
 
-/// How a stream ended.
+/// The end of a stream.
 #[derive(Debug)]
 pub struct End {
-    /// The error that ended the stream; `None` at the end of the data, or where reading was
-    /// stopped.
+    /// The error that ended the stream; `None` at the end of the data, or if reading was stopped.
     pub error: Option<io::Error>,
-    /// What became of the rows or messages of a file; `None` for a stream of bytes.
+    /// The counts of the rows or messages of a file; `None` for a stream of bytes.
     pub report: Option<FileReport>,
 }
 
 /// Starts a task that reads `source` to its end, or until `stop`, and sends a [`Batch`] for each
 /// chunk, then one [`Event::End`].
 ///
-/// While the channel of [`WAITING_BATCHES`] is full the task waits, and with it the source; when
-/// the receiver is dropped the task ends.
+/// While the channel of [`WAITING_BATCHES`] is full, the task and the source wait; when the
+/// receiver is dropped, the task ends.
 ///
 /// The first measurement decides the message of the stream; frames of another message are counted
 /// and give no samples.
 ///
 /// # Panics
-/// Outside a tokio runtime.
+/// If called outside a tokio runtime.
 #[must_use]
 pub fn read_samples(source: impl Source, options: ReadOptions, stop: CancellationToken) -> mpsc::Receiver<Event> {
     let (events, inbox) = mpsc::channel(WAITING_BATCHES);
@@ -70,7 +69,7 @@ async fn read(mut source: impl Source, options: ReadOptions, events: mpsc::Sende
     let mut reader = SampleReader::new(options);
     let error = loop {
         let input = tokio::select! {
-            // checked first: a source that always has data must not outrun the request to stop
+            // checked first: a source that always has data must not delay the stop
             biased;
             () = stop.cancelled() => break None,
             input = source.next_input() => input,
@@ -87,7 +86,7 @@ async fn read(mut source: impl Source, options: ReadOptions, events: mpsc::Sende
         }
     };
     for batch in reader.finish() {
-        // a receiver that left has no use for the end either
+        // a receiver that was dropped does not need the end either
         let _ = events.send(batch.into()).await;
     }
     let _ = events.send(Event::End(End { error, report: None })).await;
@@ -95,10 +94,10 @@ async fn read(mut source: impl Source, options: ReadOptions, events: mpsc::Sende
 
 /// A file whose reads block.
 pub(crate) trait FileReader: Send + 'static {
-    /// One step: the events that are due behind it, or `None` at the end of the file.
+    /// One step: the events that follow from it, or `None` at the end of the file.
     fn next_events(&mut self) -> io::Result<Option<Vec<Event>>>;
 
-    /// The last batches, and what became of the content.
+    /// The last batches, and the counts of the content.
     fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>);
 }
 
@@ -124,7 +123,7 @@ pub(crate) fn read_file(mut file: impl FileReader, stop: CancellationToken) -> i
         };
         let (batches, report) = file.finish();
         for event in batches.into_iter().map(Event::from).chain([Event::End(End { error, report })]) {
-            // a receiver that left has no use for the end either
+            // a receiver that was dropped does not need the end either
             let _ = events.blocking_send(event);
         }
     };

@@ -1,22 +1,22 @@
 //! Recordings: everything that a link delivered, in an MCAP file, so that a replay takes the same
-//! path as the measurement did.
+//! path as the measurement.
 //!
 //! | in the file | is |
 //! |---|---|
 //! | metadata `vn100.recording` | `format` (this form is 2) and `program` |
 //! | metadata `vn100.part` | of a recording in parts: its `id`, the same in all, and the `number` of this one, from 1 |
-//! | metadata `vn100.metadata` | what the caller gave, if anything |
+//! | metadata `vn100.metadata` | the caller's metadata, if any |
 //! | topic `/vn100/bytes` | the bytes of a read of the port, with its time as log time |
 //! | topic `/vn100/reads` | reads that came within 50 ms, 4 KiB of them at most (`reads.rs`), with the time of the first as log time |
 //! | topic `/vn100/link` | one JSON object for each [`LinkEvent`](vn100_protocol::stream::LinkEvent), with its time as log time |
-//! | metadata `vn100.end` | `reason`: why the recording ended, where that is known |
+//! | metadata `vn100.end` | `reason`: why the recording ended, if it is known |
 //!
-//! Places that the user marked are link events, too.
+//! Places that the user marked are link events as well.
 //!
 //! Times are nanoseconds since 1970-01-01 UTC. There are no chunks and there is no compression, so
-//! that a file which was cut anywhere holds everything up to the last whole record. The bytes of
-//! both topics, one behind the other, are the stream. Files that other tools have put into chunks
-//! and compressed are read as well, and so is form 1, which has no `/vn100/reads`.
+//! that a file that was cut holds everything up to the last whole record. The bytes of both topics
+//! in sequence are the stream. Files that other tools have put into chunks and compressed are read
+//! as well, and so is form 1, which has no `/vn100/reads`.
 
 pub(crate) mod part;
 mod reader;
@@ -37,10 +37,10 @@ pub use recorder::{LowSpace, RecordError, Recorder, RecordingState};
 pub(crate) use samples::{LaterParts, RecordingSamples};
 pub use writer::RecordingWriter;
 
-/// How every MCAP file begins.
+/// The first bytes of every MCAP file.
 pub(crate) const MAGIC: &[u8] = b"\x89MCAP";
 
-/// The form described above, and the older one.
+/// The form described above, and the older form.
 const FORMAT: &str = "2";
 const FORMAT_1: &str = "1";
 
@@ -60,11 +60,11 @@ const RESUMED: &str = "resumed";
 const CALLER_METADATA: &str = "vn100.metadata";
 const END_METADATA: &str = "vn100.end";
 
-/// As many bytes show whose MCAP file it is.
+/// The number of bytes that show which program wrote an MCAP file.
 pub(crate) const HEAD_BYTES: u64 = 32;
 
-/// How an MCAP file begins whose header says that this program wrote it: magic, the kind and length
-/// of the header, and its profile with its length.
+/// The first bytes of an MCAP file whose header names this program: magic, the kind and length of
+/// the header, and its profile with its length.
 pub(crate) const fn is_ours(head: &[u8]) -> bool {
     const PROFILE_AT: usize = 8 + 1 + 8 + 4;
     match head.split_at_checked(PROFILE_AT) {
@@ -75,7 +75,7 @@ pub(crate) const fn is_ours(head: &[u8]) -> bool {
     }
 }
 
-/// MCAP counts time without a sign; times before 1970 are kept as two's complement.
+/// MCAP times are unsigned; times before 1970 are kept as two's complement.
 fn log_time(at_ns: i64) -> u64 {
     at_ns.cast_unsigned()
 }
@@ -84,7 +84,7 @@ pub(crate) fn at_ns(log_time: u64) -> i64 {
     log_time.cast_signed()
 }
 
-/// The object of an event on `/vn100/link`, without its time: that is the log time.
+/// The JSON object of an event on `/vn100/link`, without its time, because the log time gives it.
 fn link_to_json(kind: &LinkEventKind) -> Vec<u8> {
     let object = match kind {
         LinkEventKind::Up { port, baud } => json!({ "event": "up", "port": port, "baud": baud }),
@@ -101,7 +101,7 @@ fn link_to_json(kind: &LinkEventKind) -> Vec<u8> {
     object.to_string().into_bytes()
 }
 
-/// `None` for what is no event of this form.
+/// The event; `None` if the object is no event of this form.
 fn link_from_json(at_ns: i64, object: &[u8]) -> Option<LinkEvent> {
     let object: Value = serde_json::from_slice(object).ok()?;
     let text = |name: &str| Some(object.get(name)?.as_str()?.to_owned());

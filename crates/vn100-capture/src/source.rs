@@ -1,4 +1,4 @@
-//! Sources of bytes, for all readers, and the clock that stamps them.
+//! Sources of bytes for all readers, and the clock for their times.
 
 use std::{
     future::Future,
@@ -13,13 +13,13 @@ use rustix::time::{ClockId, clock_gettime};
 use tokio::sync::mpsc;
 use vn100_protocol::stream::{Chunk, StreamInput};
 
-/// Bytes of one read: many lines for each time the parser is woken, within the second-level cache.
+/// Bytes of one read: many lines for each wake-up of the parser, within the second-level cache.
 pub(crate) const READ_BYTES: usize = 128 * 1024;
 
 /// Bytes of one read of a live stream, which brings a few lines.
 const LIVE_READ_BYTES: usize = 4096;
 
-/// Chunks that may wait for the parser; then the reading thread waits, as a capture can.
+/// Chunks that may wait for the parser; after that the reading thread waits.
 const WAITING_CHUNKS: usize = 2;
 
 /// Anything that delivers bytes: a capture, a port, an emulated sensor, a script in a test.
@@ -27,11 +27,11 @@ pub trait Source: Send + 'static {
     /// The next input; `None` at the end of the data. Dropping the future loses nothing.
     ///
     /// # Errors
-    /// The error of a read that failed; the stream has then ended.
+    /// The error of a failed read, which ends the stream.
     fn next_input(&mut self) -> impl Future<Output = io::Result<Option<StreamInput>>> + Send;
 }
 
-/// A blocking reader on a thread of its own, which reads as fast as its bytes are taken.
+/// A blocking reader on a thread of its own, which reads as fast as its bytes are consumed.
 #[derive(Debug)]
 pub struct ReaderSource {
     // the reading thread holds the other end and stops when this one is dropped
@@ -40,14 +40,14 @@ pub struct ReaderSource {
 
 impl ReaderSource {
     /// Starts to read `reader` to its end. With a clock it is a live stream, such as the output of
-    /// another program on standard input: each input has a few lines at most, stamped when its read
-    /// returned. Without a clock the bytes have no time.
+    /// another program on standard input: each input has a few lines at most, with the time when
+    /// its read returned. Without a clock the bytes have no time.
     ///
     /// A stream that delivers nothing keeps its thread until the stream ends: a blocking read
     /// cannot be cancelled.
     ///
     /// # Errors
-    /// When no thread can be started.
+    /// If no thread can be started.
     pub fn spawn(reader: impl Read + Send + 'static, clock: Option<Clock>) -> io::Result<Self> {
         let (sender, chunks) = mpsc::channel(WAITING_CHUNKS);
         let work = move || read_to_end(reader, clock, &sender);
@@ -86,7 +86,7 @@ fn read_to_end(mut reader: impl Read, clock: Option<Clock>, chunks: &mpsc::Sende
 /// Unix time that runs evenly: the wall clock at the start, plus the time elapsed since.
 ///
 /// Steps of the wall clock do not affect it. On Linux the time of a suspend counts; on other
-/// systems that depends on the system.
+/// systems this depends on the system.
 #[derive(Debug, Clone, Copy)]
 pub struct Clock {
     wall_at_start: Duration,
@@ -94,10 +94,10 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// A clock that agrees with the wall clock now.
+    /// A clock that agrees with the wall clock at this moment.
     #[must_use]
     pub fn start() -> Self {
-        // a machine without a set clock may believe in a time before 1970; its stamps then count from there
+        // a machine whose clock is not set may have a time before 1970; its stamps then count from 1970
         let wall_at_start = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
         Self { wall_at_start, start: Moment::now() }
     }
@@ -109,12 +109,12 @@ impl Clock {
     }
 }
 
-/// The year 2262 is the last.
+/// The nanoseconds; the last year is 2262.
 fn nanoseconds(time: Duration) -> i64 {
     i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
 }
 
-/// A point on the clock that no one sets. The standard library's stops during suspend.
+/// A point on the clock that is never set. The standard library's stops during suspend.
 #[cfg(target_os = "linux")]
 #[derive(Debug, Clone, Copy)]
 struct Moment(Duration);
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn only_what_passes_after_the_start_moves_it() {
-        // as after a step of the wall clock: the start says another year, the steady clock runs on
+        // as after a step of the wall clock: the start shows another year, the steady clock continues
         let stepped = Clock { wall_at_start: Duration::from_secs(7), start: Moment::now() };
         let now = stepped.now_ns();
         assert!((7_000_000_000..7_000_000_000 + 3_600_000_000_000).contains(&now), "{now}");

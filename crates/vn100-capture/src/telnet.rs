@@ -1,12 +1,12 @@
-//! Bytes that came over telnet (RFC 854, also RFC 2217 of serial servers), where a byte 0xFF is sent
-//! twice: 0xFF alone begins a command.
+//! Bytes that came over telnet (RFC 854, also RFC 2217 of serial servers), in which a byte 0xFF is
+//! sent twice, because 0xFF alone begins a command.
 
 use std::io::{self, Read};
 
-/// In fewer runs of 0xFF equal pairs may be chance.
+/// With fewer runs of 0xFF, equal pairs may be chance.
 const FEWEST_RUNS: usize = 4;
 
-/// Whether 0xFF comes in pairs alone in these bytes, as no packet has it.
+/// Whether 0xFF comes only in pairs in these bytes, which does not occur in packets.
 pub(crate) fn doubles_ff(bytes: &[u8]) -> bool {
     let runs = bytes.chunk_by(|one, other| (*one == 0xff) == (*other == 0xff)).filter(|run| run[0] == 0xff);
     // the last run may be cut
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn text_and_few_bytes_are_left_alone() {
+    fn text_and_few_bytes_are_unchanged() {
         for bytes in [&b""[..], b"\xff", b"\xff\xff\0\xff\xff", b"$VNYMR", &[0xff; 100]] {
             assert!(!doubles_ff(bytes));
         }

@@ -1,5 +1,5 @@
-//! Raw captures and text, with the times of their reads where `NAME.timing` has a row `t_ns,offset`
-//! for each.
+//! Raw captures and text, with the times of their reads if `NAME.timing` has a row `t_ns,offset`
+//! for each read.
 
 use std::{
     fs::File,
@@ -16,7 +16,7 @@ use vn100_protocol::stream::{Batch, FileReport, ReadOptions, SampleReader};
 /// Longest line of a sidecar in bytes, comments included.
 const LONGEST_LINE: usize = 1024;
 
-/// The last read of the port is taken to be no longer than this, unless an earlier one was.
+/// The last read of the port is assumed to be no longer than this, unless an earlier one was.
 const PORT_READ_BYTES: u64 = 4096;
 
 /// The rows of a sidecar, read as they are needed.
@@ -25,7 +25,7 @@ pub(crate) struct Sidecar {
     file: BufReader<File>,
     /// Lines read.
     line: usize,
-    /// Where the last read began.
+    /// The offset of the last read.
     last_offset: Option<u64>,
     longest_read: u64,
 }
@@ -33,14 +33,14 @@ pub(crate) struct Sidecar {
 /// One read of the port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct ReadStamp {
-    /// When it returned, in nanoseconds from the recorder's origin.
+    /// The time when it returned, in nanoseconds from the recorder's origin.
     at_ns: i64,
     /// The offset of its first byte in the capture.
     offset: u64,
 }
 
 impl Sidecar {
-    /// The stamps beside a capture; `None` where there are none.
+    /// The sidecar of a capture; `None` if there is none.
     pub(crate) fn beside(capture: &Path) -> io::Result<Option<Self>> {
         let mut path = capture.as_os_str().to_owned();
         path.push(".timing");
@@ -56,7 +56,7 @@ impl Sidecar {
         }
     }
 
-    /// The next row. Comments, blank lines and a header are passed over; offsets must not go back.
+    /// The next row. Comments, blank lines and a header are skipped; offsets must not decrease.
     fn next(&mut self) -> io::Result<Option<ReadStamp>> {
         let mut text = Vec::new();
         loop {
@@ -85,15 +85,15 @@ impl Sidecar {
         }
     }
 
-    /// How far the rows reach, when there are no more of them. The last read is not longer than the
-    /// longest one before it, or than any that a port is likely to bring: what comes behind it was
-    /// read later.
+    /// The end of the part of the capture that the rows cover, after the last row. The last read is
+    /// not longer than the longest read before it or than a usual read of a port; any bytes after
+    /// it were read later.
     fn reach(&self) -> u64 {
         let last_read = self.longest_read.max(PORT_READ_BYTES);
         self.last_offset.map_or(0, |offset| offset.saturating_add(last_read))
     }
 
-    /// The error where the capture continues behind the reach.
+    /// The error if the capture continues after that end.
     fn ends_early(&self) -> io::Error {
         let problem = match self.last_offset {
             Some(offset) => format!("the rows end at line {} with offset {offset}", self.line),
@@ -119,8 +119,8 @@ impl ReadStamp {
     }
 }
 
-/// Reads and decodes a file on one thread: to hand its bytes over to another takes longer than
-/// their decoding. One batch is for many reads of the port: one can bring a few bytes.
+/// Reads and decodes a file on one thread: handing its bytes over to another thread takes longer than
+/// decoding them. One batch is for many reads of the port, because a read may have only a few bytes.
 pub(crate) struct BytesReader<R> {
     reader: BufReader<R>,
     sidecar: Option<Sidecar>,
@@ -249,23 +249,23 @@ mod tests {
         for (offset, expected) in [(119, 20), (120, 20), (121, 10), (122, 10)] {
             assert_eq!(stamped(LINE, &format!("10,0\n20,{offset}\n")), (vec![expected], None), "{offset}");
         }
-        // of several reads at one offset, which brought nothing, the last
+        // for several reads at one offset, which returned nothing, the last counts
         assert_eq!(stamped(&LINE.repeat(2), "10,0\n20,122\n30,122\n"), (vec![10, 30], None));
-        // behind the end nothing is read
+        // nothing is read after the end
         assert_eq!(stamped(LINE, "10,0\n20,122\n30,500\n"), (vec![10], None));
         assert_eq!(stamped(LINE, "10,0\n20,18446744073709551615\n"), (vec![10], None));
     }
 
     #[test]
-    fn rows_too_few_say_where_they_end() {
+    fn too_few_rows_report_their_end() {
         let capture = LINE.repeat(100);
-        // the last row reaches 4096 bytes far, to within line 34
+        // the last row covers 4096 bytes, to within line 34
         let (stamps, error) = stamped(&capture, "10,0\n20,122\n# cut\n");
         assert_eq!(stamps.len(), (122 + 4096) / LINE.len());
         let error = error.unwrap();
         assert!(error.contains("the rows end at line 3 with offset 122"), "{error}");
         assert!(error.contains("excluded from byte 4218 on"), "{error}");
-        // as far as the longest read before
+        // it covers as much as the longest read before
         let (stamps, error) = stamped(&capture, "10,0\n20,6100\n");
         assert_eq!((stamps.len(), error), (100, None));
         for empty in ["", "# t_ns,offset\n"] {

@@ -9,10 +9,11 @@ use std::{
 use bzip2::read::MultiBzDecoder;
 use encoding_rs_io::DecodeReaderBytes;
 use flate2::{CrcReader, bufread::GzDecoder, read::DeflateDecoder};
-use liblzma::{read::XzDecoder, stream::Stream};
+use lzma_rust2::XzReader;
+use ruzstd::decoding::FrameDecoder;
 use zip::{CompressionMethod, ZipArchive};
 
-use crate::captures_below::is_message;
+use crate::{captures_below::is_message, zstd_reader::ZstdReader};
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
 pub(crate) const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
@@ -21,24 +22,24 @@ const XZ_MAGIC: &[u8] = b"\xfd7zXZ\0";
 const ZIP_MAGIC: &[u8] = b"PK\x03\x04";
 const LONGEST_MAGIC: usize = XZ_MAGIC.len();
 
-/// What xz data may need to be unpacked: the largest dictionary that `xz` makes takes 65 MiB.
-const XZ_MEMORY_BYTES: u64 = 72 << 20;
+/// Memory for unpacking xz data: the largest dictionary that `xz` makes takes 65 MiB.
+const XZ_MEMORY_KIB: u32 = 72 << 10;
 
-/// Of more files in an archive the contents are not compared.
+/// The most files of an archive whose contents are compared.
 const MOST_EXAMINED: usize = 64;
 
-/// Endings of the names of captures, besides the names of messages, where an archive holds other
-/// files beside one.
+/// Endings of the names of captures, besides the names of messages, used if an archive holds other
+/// files as well.
 const CAPTURE_ENDINGS: [&str; 8] = ["csv", "tsv", "txt", "log", "dat", "asc", "bin", "mcap"];
 
-/// Why a ZIP archive cannot be read.
+/// The reason why a ZIP archive cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ArchiveError {
     /// The archive contains several files that may be captures, by these names.
     #[error("a ZIP archive of several files: unpack the one that is meant ({})", .0.join(", "))]
     Several(Vec<String>),
-    /// The archive is a document of another program: its kind, and how it is converted to a table.
+    /// The archive is a document of another program: its kind, and the way to convert it to a table.
     #[error("{0}")]
     Document(&'static str),
     /// The archive contains no file.
@@ -49,7 +50,7 @@ pub enum ArchiveError {
     Unreadable {
         /// Name of the file.
         member: String,
-        /// Why it cannot be read.
+        /// The reason.
         how: String,
     },
     /// The archive is a stream, and the list of its files is at its end.
@@ -60,7 +61,8 @@ pub enum ArchiveError {
     Damaged(String),
 }
 
-/// What an archive is by the name of a file in it, if that is of another program.
+/// The error for an archive that is a document of another program, recognised by the name of a file
+/// in it.
 fn document_with(member: &str) -> Option<ArchiveError> {
     let document = if member.ends_with(".npy") {
         "NumPy arrays in an archive: numpy.savetxt('imu.csv', numpy.load('FILE.npz')['NAME'], delimiter=',') makes a \
@@ -73,7 +75,7 @@ fn document_with(member: &str) -> Option<ArchiveError> {
     Some(ArchiveError::Document(document))
 }
 
-/// Why compressed data cannot be read.
+/// The reason why compressed data cannot be read.
 #[derive(Debug)]
 pub(crate) enum UnpackError {
     Io(io::Error),
@@ -86,11 +88,11 @@ impl From<io::Error> for UnpackError {
     }
 }
 
-/// Whether a file in an archive begins as a capture: its bytes, and its name.
+/// Whether a file in an archive begins like a capture: its bytes, and its name.
 pub(crate) type IsCapture<'a> = &'a dyn Fn(&mut dyn Read, &str) -> bool;
 
-/// The decompressed content of a file; `counted` wraps the file, to count the bytes read of it. Of
-/// several files in an archive that which `is_capture` is taken.
+/// The decompressed content of a file; `counted` wraps the file to count the bytes read from it. If
+/// an archive has several files, the one that satisfies `is_capture` is taken.
 pub(crate) fn unpacked_file<R: Read + Send + 'static>(
     mut file: File,
     counted: impl FnOnce(File) -> R,
@@ -138,23 +140,19 @@ pub(crate) fn unpacked(mut reader: impl Read + Send + 'static) -> Result<Box<dyn
     let whole = Cursor::new(magic).chain(reader);
     let unpacked: Box<dyn Read + Send> = match packings {
         [true, ..] => Box::new(Gunzip::new(whole)),
-        [_, true, ..] => Box::new(zstd::Decoder::new(whole)?),
+        [_, true, ..] => Box::new(ZstdReader::new(BufReader::new(whole), FrameDecoder::new())),
         [_, _, true, _] => Box::new(MultiBzDecoder::new(whole)),
-        [_, _, _, true] => {
-            let concatenated = liblzma::stream::CONCATENATED;
-            let stream = Stream::new_stream_decoder(XZ_MEMORY_BYTES, concatenated).map_err(io::Error::from)?;
-            Box::new(XzDecoder::new_stream(whole, stream))
-        }
+        [_, _, _, true] => Box::new(XzReader::new_mem_limit(BufReader::new(whole), true, XZ_MEMORY_KIB)),
         _ => Box::new(whole),
     };
     Ok(as_utf8(unpacked)?)
 }
 
-/// How many bytes after the byte order mark of UTF-16 are examined to confirm that it is one.
+/// Bytes after the byte order mark of UTF-16 that are examined to confirm it.
 const EXAMINED_BYTES: u64 = 64;
 
-/// The same bytes, or their text in UTF-8 if a byte order mark and the characters after it say that
-/// it is in UTF-16, in either order.
+/// The same bytes, or their text in UTF-8 if a byte order mark and the characters after it show
+/// UTF-16, in either byte order.
 fn as_utf8(mut reader: Box<dyn Read + Send>) -> io::Result<Box<dyn Read + Send>> {
     let mut head = Vec::new();
     reader.by_ref().take(1).read_to_end(&mut head)?;
@@ -175,8 +173,8 @@ fn as_utf8(mut reader: Box<dyn Read + Send>) -> io::Result<Box<dyn Read + Send>>
     Ok(if is_utf16 { Box::new(DecodeReaderBytes::new(whole)) } else { Box::new(whole) })
 }
 
-/// The name of the first file in an archive that begins with `magic`: behind 30 bytes, its length
-/// in the 27th and 28th (APPNOTE of PKWARE, 4.3.7).
+/// The name of the first file in an archive that begins with `magic`: it follows 30 bytes, with its
+/// length in the 27th and 28th (APPNOTE of PKWARE, 4.3.7).
 fn first_member(magic: Vec<u8>, reader: &mut impl Read) -> io::Result<String> {
     const NAMED_FROM: usize = 30;
     const LONGEST_NAME: usize = 256;
@@ -187,7 +185,7 @@ fn first_member(magic: Vec<u8>, reader: &mut impl Read) -> io::Result<String> {
     Ok(String::from_utf8_lossy(header.get(NAMED_FROM..).unwrap_or_default()).into_owned())
 }
 
-/// Where a file lies in an archive.
+/// The position of a file in an archive.
 struct Member {
     name: String,
     start: u64,
@@ -197,7 +195,7 @@ struct Member {
 }
 
 impl Member {
-    /// The only file, or the only one that by its name, or by its first bytes, may be a capture.
+    /// The only file, or the only file that may be a capture by its name or its first bytes.
     fn only(file: &File, holds_capture: IsCapture<'_>) -> Result<Self, ArchiveError> {
         let damaged = |error: zip::result::ZipError| ArchiveError::Damaged(error.to_string());
         let mut archive = ZipArchive::new(BufReader::new(file)).map_err(damaged)?;
@@ -246,7 +244,7 @@ impl Member {
         let name = legible(entry.name());
         let is_deflated = match (entry.encrypted(), entry.compression()) {
             (false, CompressionMethod::Stored) => false,
-            // the crate knows the method by this name where it is left to others
+            // the crate uses this name for the method if a caller must unpack it
             #[expect(deprecated, reason = "the number of a method that is unpacked here")]
             (false, CompressionMethod::Unsupported(8)) => true,
             (true, _) => return Err(ArchiveError::Unreadable { member: name, how: "encrypted".into() }),
@@ -292,7 +290,7 @@ impl<R: Read> Read for MemberReader<R> {
 
 /// Unpacks gzip data of one or more members, and ignores the zeros that pad the last block.
 struct Gunzip<R> {
-    /// `None` behind the last member.
+    /// `None` after the last member.
     member: Option<GzDecoder<BufReader<R>>>,
 }
 
@@ -317,7 +315,7 @@ impl<R: Read> Read for Gunzip<R> {
     }
 }
 
-/// Whether nothing but zeros was left.
+/// Skips zeros; whether nothing else was left.
 fn skip_zeros(packed: &mut impl BufRead) -> io::Result<bool> {
     loop {
         let waiting = packed.fill_buf()?;
@@ -353,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn members_and_zeros_behind_them_are_one_file() {
+    fn members_and_zeros_after_them_are_one_file() {
         let (one, two) = (packed(b"one "), packed(b"two"));
         for zeros in [0, 1, 511, 100_000] {
             let padding = vec![0; zeros];
@@ -363,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn other_bytes_behind_and_a_cut_are_errors() {
+    fn other_bytes_after_it_and_a_cut_are_errors() {
         let one = packed(b"one ");
         assert_eq!(unpacked(&[&one, &b"\0\0more"[..]].concat()), (b"one ".to_vec(), false));
         assert!(!unpacked(&one[..one.len() - 1]).1);
@@ -383,7 +381,7 @@ mod tests {
         assert_eq!((whole, outcome.is_ok()), (b"one one ".to_vec(), true));
     }
 
-    /// What is read of `bytes`, some of them at a time.
+    /// The text read from `bytes` in pieces of `step`.
     fn text(bytes: &[u8], step: usize) -> Vec<u8> {
         struct Slow(Cursor<Vec<u8>>, usize);
         impl Read for Slow {
@@ -397,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_begins_as_utf_16_stays_what_it_is() {
+    fn bytes_that_only_begin_as_utf_16_are_unchanged() {
         for bytes in
             [&b""[..], b"\xff", b"\xff\xfe", b"\xff\xfe\0", b"\xfe\xff\0\0\0\0", b"\xff\xfe$VNYMR,\x80\x01", b"$VN"]
         {

@@ -14,7 +14,7 @@ async fn main() -> Result<(), Box<dyn std::error::Error>> {
     let register = arguments.next().unwrap_or_else(|| "1".into()).parse()?;
     let (link, mut events) =
         open_link(SerialPorts::new(&port, Clock::start()), LinkOptions::default(), CancellationToken::new());
-    // a link hands out samples in any case; here nobody uses them
+    // a link sends samples in any case; here they are not used
     tokio::spawn(async move { while events.recv().await.is_some() {} });
     match link.read(Register(register)).await? {
         Some(contents) => println!("register {register}: {}", contents.fields),

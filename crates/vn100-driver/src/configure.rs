@@ -1,5 +1,5 @@
-//! Changes what a sensor sends, step by step: checked before it is written, read back after, and
-//! undone on request.
+//! Changes the output of a sensor step by step: settings are checked before the write, read back
+//! after it, and undone on request.
 
 use std::time::Duration;
 
@@ -16,51 +16,51 @@ use crate::{
     output_plan::{Change, OutputPlan, OutputSettings, PlanError, plan, to_second_port, writable},
 };
 
-/// How late the last frame may arrive after a pause: a long one at the lowest baud rate.
+/// The longest delay of the last frame after a pause: a long frame at the lowest baud rate.
 const DRAIN: Duration = Duration::from_millis(150);
 
-/// How long the output settles, at least, and how long its frames are counted.
+/// The shortest time for the output to settle, and the time in which its frames are counted.
 const SETTLE: Duration = Duration::from_millis(300);
 const MEASURE: Duration = Duration::from_secs(2);
 
-/// How many times they are counted, at most, while the rate is not as set: a busy machine or
-/// adapter may delay frames out of the first count, and into the second.
+/// The most counts while the rate differs from the setting: a busy machine or adapter may delay
+/// frames from the first count into the second.
 const COUNTS: u32 = 3;
 
-/// How long to wait for a frame, longer than a period of the slowest output; how often to check.
+/// The timeout for a frame, longer than a period of the slowest output; and the interval of checks.
 const LISTEN: Duration = Duration::from_millis(1200);
 const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// The attempts to set the sensor if the link is lost meanwhile, and the timeout of the
-/// reconnection: the longest delay of the back-off, the boot of the sensor and a baud scan.
+/// reconnection: the sum of the longest back-off, the boot of the sensor and a baud scan.
 const ATTEMPTS: u32 = 2;
 const RETURN: Duration = Duration::from_secs(10);
 
-/// What [`configure`] has changed.
+/// The changes that [`configure`] has made.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Configured {
     /// The registers in the order in which they were written; empty if none differed.
     pub changes: Vec<Change>,
     /// Frames per second of the message that the sensor is set to, counted for two seconds, up to
-    /// three times where they are not as set; 0 if the output is off.
+    /// three times if they differ from the setting; 0 if the output is off.
     pub measured_hz: f64,
     /// The rate that the sensor is set to, in hertz; 0 if its output is off.
     pub rate_hz: f64,
-    /// Whether the output was found paused, as a program that was killed leaves it. The output is
-    /// on now.
+    /// Whether the output was found paused, as left by a program that was killed. The output is on
+    /// now.
     pub was_paused: bool,
 }
 
 impl Configured {
-    /// Whether the measured rate is the one that the sensor is set to, to within one frame and 5 %.
+    /// Whether the measured rate agrees with the setting, within one frame and 5 %.
     #[must_use]
     pub fn rate_is_kept(&self) -> bool {
         (self.measured_hz - self.rate_hz).abs() <= 1.0 / MEASURE.as_secs_f64() + 0.05 * self.rate_hz
     }
 }
 
-/// Why a sensor is not set as requested. What was written before the error is restored, and the
-/// output resumed, as far as the link is up.
+/// The reason why a sensor is not set as requested. Registers written before the error are
+/// restored, and the output is resumed, if the link is up.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ConfigureError {
@@ -77,21 +77,21 @@ pub enum ConfigureError {
         register: Register,
         /// The fields that were written.
         asked: RegisterFields,
-        /// The fields that the register holds.
+        /// The fields in the register.
         got: String,
     },
     /// The change was stopped.
     #[error("interrupted{}", if undone.is_empty() { "" } else { ", and settings restored" })]
     Interrupted {
-        /// The changes that were made before, and are restored.
+        /// The changes that were made before and are restored.
         undone: Vec<Change>,
     },
-    /// What was written, or may have been, could not be restored; or the output may be paused.
+    /// A change that was made, or may have been made, could not be restored; or the output may be paused.
     #[error("{cause}; the sensor {} changed: {}", if *is_read { "stays" } else { "may stay" }, list(changes, *may_be_paused))]
     Left {
-        /// Why the sensor is not set as requested.
+        /// The reason why the sensor is not set as requested.
         cause: Box<ConfigureError>,
-        /// The changes that the sensor still has, or may have.
+        /// The changes that remain, or may remain, in the sensor.
         changes: Vec<Change>,
         /// Whether these changes were read from the sensor.
         is_read: bool,
@@ -107,19 +107,18 @@ fn list(changes: &[Change], may_be_paused: bool) -> String {
 }
 
 /// Sets the sensor: reads its settings, checks that the new output fits the baud rate, pauses the
-/// output, writes, reads back, resumes the output and measures its rate; does so a second time
-/// where the link was lost meanwhile.
+/// output, writes, reads back, resumes the output and measures its rate; does so a second time if
+/// the link was lost meanwhile.
 ///
-/// All or nothing: on a failure, or on `stop`, what was written is restored before this returns,
-/// and an output that was found paused is paused again. Only settings that were saved stay. On
-/// success the output is on, however it was found.
+/// On a failure, or on `stop`, all changes are restored before this returns, and an output that was
+/// found paused is paused again. Only saved settings stay. On success the output is on in any case.
 ///
-/// The events of the link must be received meanwhile. If the future is dropped, the sensor stays as
-/// it is at that moment, perhaps with its output paused: cancel `stop` instead.
+/// The events of the link must be received meanwhile. If the future is dropped, the sensor keeps
+/// its state of that moment, perhaps with its output paused: cancel `stop` instead.
 ///
 /// # Errors
-/// [`ConfigureError`]: when the settings are not possible, the sensor refuses them, or does not
-/// keep them, or on `stop`.
+/// [`ConfigureError`] if the settings are not possible, if the sensor refuses or does not keep
+/// them, or on `stop`.
 pub async fn configure(
     link: &LinkHandle,
     settings: &OutputSettings,
@@ -142,18 +141,18 @@ pub async fn configure(
     })
 }
 
-/// What has been done to a sensor so far.
+/// The changes made to a sensor so far.
 #[derive(Default)]
 struct Written {
     configured: Configured,
     /// Whether the changes may be saved in the flash of the sensor.
     kept: bool,
-    /// Whether a command to pause or resume the output was sent; the sensor may not have executed
-    /// it.
+    /// Whether a command to pause or resume the output was sent, even if the sensor has not
+    /// executed it.
     touched: bool,
 }
 
-/// Sets the sensor; a second time where the link was lost meanwhile.
+/// Sets the sensor; a second time if the link was lost meanwhile.
 async fn set(link: &LinkHandle, settings: &OutputSettings, written: &mut Written) -> Result<(), ConfigureError> {
     for _ in 1..ATTEMPTS {
         match attempt(link, settings, written).await {
@@ -172,7 +171,7 @@ async fn set(link: &LinkHandle, settings: &OutputSettings, written: &mut Written
 }
 
 /// Reads the settings, writes those that differ, and measures the rate. `false` if the link was
-/// lost or silent meanwhile: without power the sensor has lost what was written.
+/// lost or silent meanwhile: a sensor that lost its power has lost the written settings.
 async fn attempt(link: &LinkHandle, settings: &OutputSettings, written: &mut Written) -> Result<bool, ConfigureError> {
     let mut state = link.state();
     let up_since = |state: &LinkState| state.up().map(|up| up.since_ns);
@@ -216,18 +215,19 @@ async fn attempt(link: &LinkHandle, settings: &OutputSettings, written: &mut Wri
         let (before, began) = (link.frames(frames), Instant::now());
         tokio::time::sleep(MEASURE).await;
         written.configured.measured_hz = (link.frames(frames) - before) as f64 / began.elapsed().as_secs_f64();
-        // what was lost with the power is set once more
+        // settings that were lost with the power are written once more
         if written.configured.rate_is_kept() || state.has_changed().unwrap_or(true) {
             break;
         }
     }
-    // a loss of power that was too short for the link to notice shows in the registers
+    // a loss of power that was too short for the link to notice is visible in the registers
     Ok(is_same_link
         && !state.has_changed().unwrap_or(true)
         && read_all_back(link, &written.configured.changes).await.is_ok())
 }
 
-/// The period of the output before the change: the first frame of the new output may be as late.
+/// The period of the output before the change: the first frame of the new output may come as late
+/// as that.
 fn period(current: &[RegisterContents]) -> Duration {
     let rate = current.iter().find(|contents| contents.register == Register::ASYNC_RATE);
     let rate = rate.and_then(|contents| contents.value::<AsyncRate>().ok());
@@ -254,17 +254,17 @@ async fn until_back(link: &LinkHandle) {
     let _ = tokio::time::timeout(RETURN, answers).await;
 }
 
-/// Restores what [`configure`] changed, the last change first. An output that is paused stays
+/// Restores the changes of [`configure`], the last one first. An output that is paused stays
 /// paused.
 ///
 /// # Errors
-/// When a command fails or a register does not read back; [`ConfigureError::Left`] names the
-/// changes that stay.
+/// If a command fails or a register does not read back; [`ConfigureError::Left`] names the changes
+/// that stay.
 pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), ConfigureError> {
     if changes.is_empty() {
         return Ok(());
     }
-    // where the output cannot be read, no register can be restored either
+    // if the output cannot be read, no register can be restored either
     let was_paused = is_paused(link).await.unwrap_or(false);
     let back = write_back(link, changes).await;
     let output = link.request(SensorCommand::Async(!was_paused)).await;
@@ -273,7 +273,7 @@ pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), Config
     Err(with_left(link, cause, changes, may_be_paused).await)
 }
 
-/// Writes the former values where the registers differ from them, and leaves the output paused.
+/// Writes the former values if the registers differ from them, and leaves the output paused.
 async fn write_back(link: &LinkHandle, changes: &[Change]) -> Result<(), ConfigureError> {
     let mut written = Written::default();
     pause(link, &mut written).await?;
@@ -286,8 +286,7 @@ async fn write_back(link: &LinkHandle, changes: &[Change]) -> Result<(), Configu
     write(link, back, &mut written).await
 }
 
-/// The error with the changes that the sensor still has; with all of them where they cannot be
-/// read.
+/// The error with the changes that remain in the sensor; with all of them if they cannot be read.
 async fn with_left(
     link: &LinkHandle,
     cause: ConfigureError,
@@ -311,7 +310,7 @@ async fn with_left(
     ConfigureError::Left { cause: Box::new(cause), changes: left, is_read, may_be_paused }
 }
 
-/// Whether the output of the sensor is paused: it is set to send, and sends nothing.
+/// Whether the output of the sensor is paused: it is set to send, but sends nothing.
 async fn is_paused(link: &LinkHandle) -> Result<bool, ConfigureError> {
     let end = Instant::now() + LISTEN;
     // frames that arrived before a silence do not show the present state
@@ -325,7 +324,7 @@ async fn is_paused(link: &LinkHandle) -> Result<bool, ConfigureError> {
             let packets: Option<BinaryOutput> = value(link, Register::BINARY_OUTPUT_1).await?;
             let is_set = message.zip(rate).is_some_and(|(message, rate)| sends(message, rate))
                 || packets.is_some_and(|packets| packets.rate_hz() > 0.0);
-            // after a stall of this machine frames arrive before the replies
+            // after a stall of this machine, frames arrive before the replies
             return Ok(is_set && link.frames_of_all() == before);
         }
         tokio::time::sleep(CHECK_INTERVAL).await;
@@ -333,13 +332,13 @@ async fn is_paused(link: &LinkHandle) -> Result<bool, ConfigureError> {
     Ok(false)
 }
 
-/// What a register holds; `None` if the sensor does not have the register, or the fields are not
-/// understood.
+/// The value of a register; `None` if the sensor does not have the register, or the fields are
+/// malformed.
 async fn value<T: RegisterValue>(link: &LinkHandle, register: Register) -> Result<Option<T>, ConfigureError> {
     Ok(link.read(register).await?.and_then(|contents| contents.value().ok()))
 }
 
-/// Pauses the output. The caller resumes it, whatever happens.
+/// Pauses the output. The caller resumes it in any case.
 async fn pause(link: &LinkHandle, written: &mut Written) -> Result<(), ConfigureError> {
     written.touched = true;
     // commands lose bytes while the port is busy with frames
@@ -348,13 +347,13 @@ async fn pause(link: &LinkHandle, written: &mut Written) -> Result<(), Configure
     Ok(())
 }
 
-/// Writes what is `planned`, and adds each change to `written` before it is made.
+/// Writes the `planned` changes, and adds each to `written` before it is made.
 async fn write(link: &LinkHandle, planned: Vec<Change>, written: &mut Written) -> Result<(), ConfigureError> {
     for mut change in planned {
         let changes = &mut written.configured.changes;
         let place = changes.iter().position(|earlier| earlier.register == change.register);
         let earlier = place.map(|place| changes[place].clone());
-        // a write that is not answered may have been carried out
+        // a write that is not answered may have been executed
         match (place, &earlier) {
             (Some(place), Some(earlier)) => {
                 // written again: the first value is the one to restore

@@ -1,4 +1,4 @@
-//! The transport of a link, be it a port, a socket or a script, and why it cannot be opened.
+//! The transport of a link (a port, a socket or a script), and the errors of opening it.
 
 use std::{ffi::OsStr, fs, future::Future, io, path::Path};
 
@@ -10,23 +10,23 @@ use crate::ports::{LatencyTimer, PortEntry};
 
 /// Opens a connection, and opens it again after the link is lost.
 pub trait Connect: Send + 'static {
-    /// An open connection, as this connector opens them.
+    /// The connections of this connector.
     type Connection: Connection;
 
-    /// Whether the link has a baud rate that must be set to that of the sensor.
+    /// Whether the link has a baud rate that must equal that of the sensor.
     const HAS_BAUD: bool;
 
-    /// Opens the link at a baud rate, which links without one ignore.
+    /// Opens the link at a baud rate; links without one ignore it.
     ///
     /// # Errors
-    /// Why the link cannot be opened, and what to do about it.
+    /// The reason why the link cannot be opened, and the remedy.
     fn open(&mut self, baud: u32) -> impl Future<Output = Result<Self::Connection, ConnectError>> + Send;
 
-    /// The time now, in nanoseconds from the origin that the stamps of the connection's
-    /// [`Chunk`](vn100_protocol::stream::Chunk)s count from.
+    /// The time now, in nanoseconds from the origin of the times of the connection's
+    /// [`Chunk`](vn100_protocol::stream::Chunk)s.
     fn now_ns(&self) -> i64;
 
-    /// The name of the link, as the user gave it.
+    /// The name of the link as given by the user.
     fn name(&self) -> String;
 }
 
@@ -39,17 +39,17 @@ pub trait Connection: Source {
     /// Changes the baud rate. Bytes that were received at the old one may still come from it.
     ///
     /// # Errors
-    /// When the port does not support the baud rate.
+    /// If the port does not support the baud rate.
     fn set_baud(&mut self, baud: u32) -> io::Result<()>;
 
     /// Sends bytes.
     ///
     /// # Errors
-    /// When not all bytes can be passed to the system, as after an unplug.
+    /// If not all bytes can be passed to the system, as after an unplug.
     fn write(&mut self, bytes: &[u8]) -> impl Future<Output = io::Result<()>> + Send;
 
-    /// Closes the connection. Once this has returned, the port can be opened again. Returns the
-    /// inputs that were read and not taken, so that every byte is counted.
+    /// Closes the connection. When this has returned, the port can be opened again. Returns the
+    /// inputs that were read but not taken, so that every byte is counted.
     fn close(self) -> impl Future<Output = Vec<StreamInput>> + Send;
 
     /// The file by which other programs open the same port; `None` if there is no such file.
@@ -63,7 +63,7 @@ pub trait Connection: Source {
     }
 }
 
-/// Why a live source cannot be opened.
+/// The reason why a live source cannot be opened.
 #[derive(Debug, Error)]
 pub enum ConnectError {
     /// A serial port cannot be opened.
@@ -73,13 +73,13 @@ pub enum ConnectError {
         port: String,
         /// The baud rate requested.
         baud: u32,
-        /// Why the port cannot be opened.
+        /// The reason why the port cannot be opened.
         problem: PortProblem,
     },
-    /// `tcp://` is followed by something other than a host and a port.
+    /// `tcp://` is followed by anything other than a host and a port.
     #[error("{0} is not an address of the form tcp://host:port, such as tcp://192.168.1.20:2000")]
     Address(String),
-    /// The server behind the address cannot be reached.
+    /// The server at the address cannot be reached.
     #[error("cannot connect to {address}: {}", server_advice(error))]
     Server {
         /// The address.
@@ -89,18 +89,18 @@ pub enum ConnectError {
     },
 }
 
-/// Why a serial port cannot be opened. The candidates are the ports of this machine, the likely
-/// ones first.
+/// The reason why a serial port cannot be opened. The candidates are the ports of this machine, the
+/// likely ones first.
 #[derive(Debug, Error)]
 pub enum PortProblem {
-    /// A program has the port open: its name and the number of its process, where this user may see
+    /// A program has the port open: its name and the number of its process, if this user may see
     /// them.
     #[error("it is in use by {}; end that program first", .0.as_deref().unwrap_or("another program"))]
     Busy(Option<String>),
     /// There is no port of this name.
     #[error("there is no such port; check the cable; {}", candidate_advice(.0))]
     NotFound(Vec<PortEntry>),
-    /// The adapter was unplugged, and the name of the port leads to another adapter now.
+    /// The adapter was unplugged, and the name of the port now refers to another adapter.
     #[error("another adapter has that name now; plug in the one that had it; {}", candidate_advice(.0))]
     AnotherAdapter(Vec<PortEntry>),
     /// The user may not open the port, only members of this group may: `dialout` if the group is
@@ -116,14 +116,14 @@ pub enum PortProblem {
 }
 
 impl ConnectError {
-    /// The error of opening a port, `given` by the user, by its current `name`.
+    /// The error of opening a port under its current `name`; the user gave the name `given`.
     pub(crate) fn of_port(given: &str, name: &str, baud: u32, error: serialport::Error, ports: Vec<PortEntry>) -> Self {
         use serialport::ErrorKind::{Io, NoDevice};
         let path = Path::new(name);
         let problem = match error.kind {
             Io(io::ErrorKind::NotFound) => PortProblem::NotFound(ports),
             Io(io::ErrorKind::PermissionDenied) => PortProblem::Denied(group_of(path)),
-            // elsewhere the same kind says that there is none
+            // on other systems the same kind means that there is none
             NoDevice if cfg!(unix) => PortProblem::Busy(Holder::of(path).next().map(Holder::into_words)),
             NoDevice => PortProblem::NotFound(ports),
             _ if error.description == NOT_A_TERMINAL || !may_be_port(path) => PortProblem::NotASerialPort(ports),
@@ -134,15 +134,15 @@ impl ConnectError {
         Self::Port { port, baud, problem }
     }
 
-    /// Whether another attempt can help. A port that is missing returns when it is plugged in, and
-    /// udev sets its permissions a moment after it makes the node; a file that is not a serial port
+    /// Whether another attempt can help. A missing port returns when it is plugged in, and udev
+    /// sets its permissions a moment after it creates the node; a file that is not a serial port
     /// will not become one.
     pub(crate) fn is_passing(&self) -> bool {
         !matches!(self, Self::Port { problem: PortProblem::NotASerialPort(_), .. } | Self::Address { .. })
     }
 }
 
-/// The text of ENOTTY, as the system gives it.
+/// The text of the system for ENOTTY.
 const NOT_A_TERMINAL: &str = "Not a typewriter";
 
 #[cfg(unix)]
@@ -156,8 +156,8 @@ fn may_be_port(_path: &Path) -> bool {
     true
 }
 
-/// The group whose members may read and write the port, `dialout` if the group is not known. To
-/// join the group of root would give away far more than a port.
+/// The group whose members may read and write the port, `dialout` if the group is not known.
+/// Membership in the group of root would give access to far more than a port.
 #[cfg(unix)]
 fn group_of(path: &Path) -> Option<String> {
     use std::os::unix::fs::MetadataExt;
@@ -219,9 +219,9 @@ struct Holder {
 }
 
 impl Holder {
-    /// All programs that have the port open, as far as `/proc` shows them: those of other users are
-    /// not shown. The program that has the other side of a pseudo-terminal, such as an emulated
-    /// sensor, is what is behind the port and not its user.
+    /// All programs that have the port open, as far as `/proc` shows them: programs of other users
+    /// are not shown. The program on the other side of a pseudo-terminal, such as an emulated
+    /// sensor, is the device and not a user of the port.
     fn of(path: &Path) -> impl Iterator<Item = Self> {
         let port = fs::canonicalize(path).ok();
         let processes = port.is_some().then(|| fs::read_dir("/proc").ok()).flatten();
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn each_says_what_to_do() {
+    fn each_error_gives_a_remedy() {
         use serialport::ErrorKind::{Io, Unknown};
         let missing = message(Io(io::ErrorKind::NotFound), "", "/dev/ttyUSB9");
         assert_eq!(
@@ -306,7 +306,7 @@ mod tests {
     fn a_port_in_use_is_no_missing_port() {
         let busy = message(serialport::ErrorKind::NoDevice, "Device or resource busy", "/dev/null");
         assert!(busy.contains("in use"), "{busy}");
-        // a character device may be a port whatever its error says; a file is none
+        // a character device may be a port in spite of its error; a file is none
         assert!(may_be_port(Path::new("/dev/null")) && !may_be_port(Path::new("/")));
     }
 
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_writes_to_a_port_takes_no_bytes_from_it() {
+    fn a_program_that_only_writes_to_a_port_takes_no_bytes_from_it() {
         let process = tempfile::tempdir().unwrap();
         fs::create_dir(process.path().join("fdinfo")).unwrap();
         for (flags, expected) in
@@ -359,7 +359,7 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn joining_the_group_of_root_is_never_advised() {
-        // a group without rights to write gives none, that of others does
+        // a group without the right to write gives none, the rights of others do
         let file = tempfile::NamedTempFile::new().unwrap();
         let mode = |mode| fs::set_permissions(file.path(), std::os::unix::fs::PermissionsExt::from_mode(mode)).unwrap();
         mode(0o640);
@@ -368,7 +368,7 @@ mod tests {
         let own = std::os::unix::fs::MetadataExt::gid(&fs::metadata(file.path()).unwrap());
         assert_eq!(group_of(file.path()).is_some(), own != 0);
         assert_eq!(group_of(Path::new("/nowhere")).as_deref(), Some("dialout"));
-        // of root, and for no other
+        // the file belongs to root, and no group may write it
         assert_eq!(group_of(Path::new("/proc/kmsg")), None);
         assert!(!permission_advice(None).contains("usermod"));
     }

@@ -4,8 +4,8 @@
 //! sends [`Event`](vn100_capture::Event)s, and reconnects when the link is lost. [`LinkHandle`]
 //! sends commands to the sensor meanwhile; [`configure`](configure()) changes its output.
 //!
-//! The link itself is a state machine without I/O (`link_machine`) and a task that performs what it
-//! asks for (`link_task`).
+//! The link itself is a state machine without I/O (`link_machine`) and a task that performs its
+//! actions (`link_task`).
 //!
 //! ```no_run
 //! use tokio_util::sync::CancellationToken;

@@ -1,4 +1,4 @@
-//! A live link to a sensor, as its user sees it: options, commands, states, events.
+//! A live link to a sensor, as seen by its user: options, commands, states, events.
 
 use std::{
     collections::BTreeMap,
@@ -18,35 +18,35 @@ use vn100_protocol::{
 
 use crate::{link_error::LinkHint, output_plan::Change, ports::LatencyTimer};
 
-/// How a link is opened and read.
+/// Options for opening and reading a link.
 #[derive(Debug, Clone, Default)]
 pub struct LinkOptions {
     /// The baud rate; `None` to scan all rates of the sensor.
     pub baud: Option<u32>,
     /// Send nothing, as on a line with other listeners. The baud scan then takes up to 12 s.
     pub listen_only: bool,
-    /// How the bytes are read.
+    /// The options for reading the bytes.
     pub read: ReadOptions,
-    /// Where a copy of all received bytes is sent, in order; `None` for no recording. Recording
-    /// never delays measuring: what does not fit into the channel is dropped, and reported in the
-    /// recording as [`Overrun`](vn100_protocol::stream::LinkEventKind::Overrun).
+    /// The receiver of a copy of all received bytes, in order; `None` for no recording. Recording
+    /// never delays measuring: bytes that do not fit into the channel are dropped, and reported in
+    /// the recording as [`Overrun`](vn100_protocol::stream::LinkEventKind::Overrun).
     pub recording: Option<mpsc::Sender<StreamInput>>,
-    /// The interval between two reads of register 54, which holds the temperature; reads are
-    /// skipped if the line has no room for them, and `None` is for none. The answers are in
+    /// The interval between two reads of register 54, which contains the temperature; `None` for no
+    /// reads. Reads are skipped if the line has no room for them. The answers are in
     /// [`Batch::registers`](vn100_protocol::stream::Batch::registers).
     pub poll_temperature: Option<Duration>,
-    /// What [`configure`](crate::configure()) has changed. These registers are written again after
-    /// a reconnect, before the link is up, because the sensor may have lost its power; except for
-    /// the baud rate, which the baud scan finds. Ignored if the link only listens.
+    /// The changes made by [`configure`](crate::configure()). These registers are written again after
+    /// a reconnect, before the link is up, because the sensor may have lost its power. The baud rate
+    /// is not written again, because the baud scan finds it. Ignored if the link only listens.
     pub desired_settings: Vec<Change>,
     /// The serial number of the sensor, if it is known: another sensor on the port ends the
     /// link, during a reconnect as well. Ignored if the link only listens.
     pub known_serial: Option<String>,
-    /// The words of a hint in errors and states; `None` for those of [`LinkHint::text`].
+    /// The words of a hint in errors and states; `None` for the text of [`LinkHint::text`].
     pub hint_text: Option<fn(LinkHint) -> &'static str>,
 }
 
-/// What a link is doing.
+/// The state of a link.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LinkState {
@@ -56,18 +56,18 @@ pub enum LinkState {
     Probing {
         /// The port by its name.
         port: String,
-        /// The baud rate that is tried; `None` if the link has none.
+        /// The baud rate of this attempt; `None` if the link has none.
         baud: Option<u32>,
     },
     /// The sensor is connected.
     Up(Up),
-    /// The port is open, and the output of the sensor has been silent for several of its periods.
+    /// The port is open, but the output of the sensor has been silent for several of its periods.
     Silent(Up),
     /// The link is lost, or cannot be connected; another attempt follows.
     Down {
         /// Whether the sensor was connected before; if not, the link was never up.
         was_up: bool,
-        /// Why, in words.
+        /// The reason, in words.
         cause: String,
         /// Whether the next attempt will fail as well, unless the user does something.
         needs_help: bool,
@@ -76,7 +76,7 @@ pub enum LinkState {
         /// Failed attempts since the sensor was last connected, or since the link began.
         attempts: u32,
     },
-    /// The link has ended; the last event says why.
+    /// The link has ended; the last event gives the reason.
     Closed {
         /// Whether an output that was found paused by another program, and was resumed, is paused
         /// again; `None` if the output was not found paused.
@@ -85,7 +85,7 @@ pub enum LinkState {
 }
 
 impl LinkState {
-    /// What is known of the link while its port is open and the sensor is connected, silent or not;
+    /// The facts about the link while its port is open and the sensor is connected, silent or not;
     /// `None` in all other states.
     #[must_use]
     pub fn up(&self) -> Option<&Up> {
@@ -96,7 +96,7 @@ impl LinkState {
     }
 }
 
-/// What is known of a connected link.
+/// The facts about a connected link.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Up {
     /// The port by its name, such as `/dev/ttyUSB0`.
@@ -107,7 +107,7 @@ pub struct Up {
     pub since_ns: i64,
     /// The latency timer of the adapter; `None` if the adapter has none.
     pub latency_timer: Option<LatencyTimer>,
-    /// The error that the sensor reported at a restart, where the link is up again because of it;
+    /// The error that the sensor reported at a restart, if the link is up again because of it;
     /// `None` if the sensor did not restart.
     pub restarted: Option<DeviceError>,
     /// Whether the output was found paused by another program, and was resumed. The output is
@@ -115,7 +115,7 @@ pub struct Up {
     pub output_resumed: bool,
 }
 
-/// Why a command failed.
+/// The reason why a command failed.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum CommandError {
@@ -139,7 +139,7 @@ pub enum CommandError {
     /// The link was opened to send nothing.
     #[error("this link is listen-only: nothing is sent")]
     ListenOnly,
-    /// The link is closed for good.
+    /// The link is closed finally.
     #[error("the link to the sensor is closed; open it again")]
     LinkClosed,
 }
@@ -157,11 +157,11 @@ impl LinkHandle {
     /// Sends a command and waits for the reply. Samples keep arriving meanwhile, and the reply is
     /// also in their batches.
     ///
-    /// Commands are sent one at a time, in the order of the calls; a command that does no harm if
-    /// it is executed twice is sent up to three times. Commands wait during a baud scan.
+    /// Commands are sent one at a time, in the order of the calls; a command that may safely be
+    /// executed twice is sent up to three times. Commands wait during a baud scan.
     ///
     /// # Errors
-    /// When the sensor refuses or does not answer, or the link is lost, closed, or only listens.
+    /// If the sensor refuses or does not answer, or if the link is lost, closed, or only listens.
     pub async fn request(&self, command: SensorCommand) -> Result<Response, CommandError> {
         let (result, received) = oneshot::channel();
         let submitted = SubmittedCommand { command, result };
@@ -181,7 +181,7 @@ impl LinkHandle {
     /// and firmware.
     ///
     /// # Errors
-    /// As [`request`](Self::request).
+    /// As for [`request`](Self::request).
     pub async fn read(&self, register: Register) -> Result<Option<RegisterContents>, CommandError> {
         match self.request(SensorCommand::ReadRegister(register)).await {
             Ok(Response::Register(contents)) => Ok(Some(contents)),
@@ -191,8 +191,8 @@ impl LinkHandle {
         }
     }
 
-    /// Marks this place of the stream, and of the recording, with a text. Returns `false` where the
-    /// link does not accept the mark: the link is closed, or four marks wait.
+    /// Marks this place of the stream, and of the recording, with a text. Returns `false` if the
+    /// link does not accept the mark, because it is closed or four marks are waiting.
     #[must_use]
     pub fn mark(&self, text: String) -> bool {
         self.marks.try_send(text).is_ok()
@@ -214,20 +214,20 @@ impl LinkHandle {
         self.counters.frames().values().sum()
     }
 
-    /// What the link is doing; the receiver is notified of each change.
+    /// The state of the link; the receiver is notified of each change.
     #[must_use]
     pub fn state(&self) -> watch::Receiver<LinkState> {
         self.state.clone()
     }
 
-    /// Number of bytes that the recording did not take in time.
+    /// Number of bytes that were dropped because the recording was too slow.
     #[must_use]
     pub fn unrecorded_bytes(&self) -> u64 {
         self.counters.unrecorded_bytes.load(Ordering::Relaxed)
     }
 }
 
-/// A command of the user, and where its result goes.
+/// A command of the user, and the receiver of its result.
 #[derive(Debug)]
 pub(crate) struct SubmittedCommand {
     pub(crate) command: SensorCommand,
@@ -244,7 +244,7 @@ pub(crate) struct Counters {
 impl Counters {
     /// Valid frames so far, by their kind.
     pub(crate) fn frames(&self) -> MutexGuard<'_, BTreeMap<FrameKind, u64>> {
-        // a panic while the lock was held leaves consistent counts
+        // a panic with the lock held leaves consistent counts
         self.frames.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

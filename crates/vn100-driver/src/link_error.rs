@@ -1,4 +1,4 @@
-//! Why a link is lost or cannot be connected, in the words that its user reads.
+//! The reasons why a link is lost or cannot be connected, in words for its user.
 
 use std::io::{self, ErrorKind};
 
@@ -11,7 +11,7 @@ use crate::{
     question::without_echoes,
 };
 
-/// Why a link is lost or cannot be connected.
+/// The reason why a link is lost or cannot be connected.
 #[derive(Debug, Error)]
 pub(crate) enum LinkError {
     #[error(transparent)]
@@ -25,7 +25,7 @@ pub(crate) enum LinkError {
         bytes: u64,
         /// Copies of the question of the baud scan that are among the bytes.
         echoes: u64,
-        /// Whether the sensor was asked.
+        /// Whether a question was sent.
         asked: bool,
     },
     #[error("no sensor found on {port}{}, but {output}", at_speeds(baud.as_slice()))]
@@ -46,14 +46,14 @@ pub(crate) enum LinkError {
     NotSet(#[from] RequestFailure),
 }
 
-/// What the user can do if no sensor answers. An application puts each hint into words.
+/// The remedies for the user if no sensor answers. An application puts each hint into words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LinkHint {
-    /// Let the link ask the sensor, whose output may be paused: it only listens, and nothing is
-    /// received.
+    /// Let the link send a question, because the output of the sensor may be paused: the link only
+    /// listens, and receives nothing.
     AskSensor,
-    /// Find what connects the two directions of the line: it echoes.
+    /// Find the connection between the two directions of the line: it echoes.
     FindEcho,
     /// Check the cable, the power, and the baud rate at which the server has opened its port.
     CheckServerBaudRate,
@@ -92,7 +92,7 @@ impl LinkError {
         matches!(self, Self::Open(ConnectError::Port { problem: Busy(_) | Denied(_), .. }) | Self::NotSet(_))
     }
 
-    /// What the user can do, where the text of the error does not say so.
+    /// The remedy for the user, unless the text of the error contains it.
     pub(crate) fn hint(&self) -> Option<LinkHint> {
         Some(match self {
             Self::OtherDevice { baud: Some(_), .. } => LinkHint::ChoosePort,
@@ -130,8 +130,8 @@ fn at_speeds(tried: &[u32]) -> String {
     }
 }
 
-/// The words for `bytes` that were received in place of a sensor, of which `echoes` copies of the
-/// question are a part.
+/// The words for `bytes` that were received in place of a sensor, including `echoes` copies of the
+/// question.
 fn received_instead(bytes: u64, echoes: u64) -> String {
     let others = without_echoes(bytes, echoes);
     match (echoes, others) {
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn another_device_is_named_by_what_it_sends() {
+    fn another_device_is_named_by_its_output() {
         let error = |baud, sentences: &[&str]| {
             let output = OtherOutput::Sentences(sentences.iter().copied().map(String::from).collect());
             LinkError::OtherDevice { port: "x".into(), baud, output }.to_string()
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn the_hint_fits_what_was_received() {
+    fn the_hint_fits_the_received_bytes() {
         let no_sensor = |tried: &[u32], bytes, echoes, asked| {
             let tried = tried.into();
             LinkError::NoSensor { port: "x".into(), tried, bytes, echoes, asked }

@@ -10,17 +10,17 @@
 //!                           └── stopped, or not worth another attempt ──> Closed
 //! ```
 //!
-//! The owner performs what the machine asks for and reports the outcome. After each call of
+//! The owner performs the actions of the machine and reports their outcome. After each call of
 //! [`handle_input`](LinkMachine::handle_input) or [`handle_timeout`](LinkMachine::handle_timeout):
-//! perform what [`poll_port`](LinkMachine::poll_port) gives, send what
-//! [`poll_transmit`](LinkMachine::poll_transmit) gives, forward what
-//! [`poll_event`](LinkMachine::poll_event) and [`poll_answer`](LinkMachine::poll_answer) give, and
-//! wait for an input or until [`poll_timeout`](LinkMachine::poll_timeout). Every time is a duration
+//! perform the actions of [`poll_port`](LinkMachine::poll_port), send the bytes of
+//! [`poll_transmit`](LinkMachine::poll_transmit), forward the results of
+//! [`poll_event`](LinkMachine::poll_event) and [`poll_answer`](LinkMachine::poll_answer), and wait
+//! for an input or until [`poll_timeout`](LinkMachine::poll_timeout). Every time is a duration
 //! since the origin of the stamps of the stream; a late call does no harm.
 //!
-//! Every byte that is received, in any phase, is first pending and then either forwarded, so that
-//! it is recorded, counted and decoded, or discarded, so that it is recorded and counted as
-//! discarded. No phase ends with inputs pending: [`LinkMachine::disconnect`] discards them.
+//! In every phase a received byte is first pending. Then it is either forwarded, which records,
+//! counts and decodes it, or discarded, which records it and counts it as discarded. No phase ends
+//! with inputs pending: [`LinkMachine::disconnect`] discards them.
 
 mod baud_rates;
 mod baud_scan;
@@ -56,29 +56,28 @@ use crate::{
 /// nothing for 1.25 s.
 const FIRST_ATTEMPTS: u32 = 2;
 
-/// These attempts where bytes arrive at every baud rate and make no frame: the receiver of the host
+/// These attempts if bytes arrive at every baud rate but form no frame: the receiver of the host
 /// may flip bits until the port is opened again.
 const FIRST_ATTEMPTS_GARBLED: u32 = 5;
 
-/// What happens to a link.
 #[derive(Debug)]
 pub(crate) enum Input {
     /// The port is open.
     Opened(OpenPort),
     /// The port cannot be opened.
     OpenFailed(ConnectError),
-    /// The baud rate of the port was set, or could not be. What was received before this input was
+    /// The baud rate of the port was set, or could not be. Bytes received before this input were
     /// sent at the former rate.
     BaudSet { baud: u32, result: io::Result<()> },
     /// An input of the connection: the bytes of a read, or an event placed among them.
     Received(StreamInput),
     /// A read or write has failed, or the other end has closed the connection.
     Lost(LinkError),
-    /// The port is closed. `unread` is what was read from the port and not reported.
+    /// The port is closed. `unread` are the inputs that were read from the port but not reported.
     PortClosed { unread: Vec<StreamInput> },
     /// The user submits a command; its result is reported with this number.
     Command { id: u64, command: SensorCommand },
-    /// The link is to be closed for good.
+    /// The link must be closed finally.
     Stop,
 }
 
@@ -91,7 +90,6 @@ pub(crate) struct OpenPort {
     pub(crate) latency_timer: Option<LatencyTimer>,
 }
 
-/// What the owner is to do with the port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PortAction {
     /// Open the port at this baud rate; links without one ignore it.
@@ -102,7 +100,7 @@ pub(crate) enum PortAction {
     Close,
 }
 
-/// What the owner is to forward.
+/// An output that the owner must forward.
 #[derive(Debug)]
 pub(crate) enum LinkOutput {
     /// To the recording.
@@ -113,21 +111,20 @@ pub(crate) enum LinkOutput {
     State(LinkState),
 }
 
-/// The phase of a link.
 #[expect(clippy::large_enum_variant, reason = "there is one for each link")]
 enum Phase {
     /// Waits for the port.
     Opening,
     /// Searches the baud rate of the sensor.
     Scanning(BaudScan),
-    /// A sensor is found: it must be the known sensor, with its settings.
+    /// A sensor is found; it is verified to be the known sensor, with its settings.
     Identifying { baud: Option<u32>, verification: Verification },
     /// The output of the sensor is forwarded. If the sensor sends again after a silence, it is
     /// verified first: it must still be the known sensor, with its settings.
     Connected { connected: Connected, verification: Option<Verification> },
-    /// Switches the output on or off, as it was found or as it is to be, before the port is closed.
+    /// Switches the output on or off, as it was found or as requested, before the port is closed.
     RestoringOutput { on: bool },
-    /// Waits until the port is closed; `error` is why it is closed, `None` for a stop.
+    /// Waits until the port is closed; `error` is the reason, `None` for a stop.
     Closing { error: Option<LinkError> },
     /// Waits before the port is opened again.
     BackingOff { until: Duration },
@@ -135,7 +132,6 @@ enum Phase {
     Closed,
 }
 
-/// The state of a link.
 pub(crate) struct LinkMachine {
     phase: Phase,
     context: LinkContext,
@@ -157,7 +153,6 @@ impl LinkMachine {
         machine
     }
 
-    /// Handles an input.
     pub(crate) fn handle_input(&mut self, now: Duration, input: Input) {
         let mut handled = Ok(());
         match input {
@@ -188,7 +183,7 @@ impl LinkMachine {
         self.finish_call(now, handled);
     }
 
-    /// Handles what is due at `now`; does nothing before the time of
+    /// Handles events that are due at `now`; does nothing before the time of
     /// [`poll_timeout`](Self::poll_timeout).
     pub(crate) fn handle_timeout(&mut self, now: Duration) {
         let mut handled = Ok(());
@@ -211,7 +206,7 @@ impl LinkMachine {
         self.context.port_actions.pop_front()
     }
 
-    /// The bytes to send now. To be polled once [`poll_port`](Self::poll_port) gives nothing more.
+    /// The bytes to send now. Must be polled after [`poll_port`](Self::poll_port) has returned `None`.
     pub(crate) fn poll_transmit(&mut self, now: Duration) -> Option<Vec<u8>> {
         if !self.is_open() {
             return None;
@@ -229,14 +224,15 @@ impl LinkMachine {
         self.context.events.pop_front()
     }
 
-    /// The next result of a command of the user, with the number of the command. To be polled once
-    /// [`poll_event`](Self::poll_event) gives nothing more: the samples before a reply come first.
+    /// The next result of a command of the user, with the number of the command. Must be polled
+    /// after [`poll_event`](Self::poll_event) has returned `None`, because the samples before a
+    /// reply come first.
     pub(crate) fn poll_answer(&mut self) -> Option<(u64, Result<Response, CommandError>)> {
         self.context.requests.answers.pop_front()
     }
 
-    /// When to call [`handle_timeout`](Self::handle_timeout) and
-    /// [`poll_transmit`](Self::poll_transmit) again; `None` if only an input can have an effect.
+    /// The time for the next call of [`handle_timeout`](Self::handle_timeout) and
+    /// [`poll_transmit`](Self::poll_transmit); `None` if only an input can have an effect.
     pub(crate) fn poll_timeout(&self) -> Option<Duration> {
         match &self.phase {
             Phase::Scanning(scan) => scan.poll_timeout(),
@@ -264,7 +260,7 @@ impl LinkMachine {
         self.context.emit(now, LinkEventKind::Marked { text });
     }
 
-    /// Reports that another program has the port open too.
+    /// Reports that another program has the port open as well.
     pub(crate) fn report_shared_port(&mut self, now: Duration, program: String) {
         self.context.port_shared_with = Some(program.clone());
         self.context.emit(now, LinkEventKind::PortShared { program });
@@ -275,7 +271,7 @@ impl LinkMachine {
         self.context.reader.frames()
     }
 
-    /// Whether the sensor was connected before and is not now.
+    /// Whether the sensor was connected before but is not connected now.
     fn is_lost(&self) -> bool {
         match &self.phase {
             Phase::Connected { connected, .. } => connected.is_restarting(),
@@ -376,7 +372,7 @@ impl LinkMachine {
         }
     }
 
-    /// Handles what follows from replies and timeouts.
+    /// Handles the effects of replies and timeouts.
     fn handle_request_events(&mut self, now: Duration) -> Result<(), LinkError> {
         while let Some(event) = self.context.requests.poll_event() {
             match (&mut self.phase, event) {
@@ -387,7 +383,7 @@ impl LinkMachine {
                     verification.handle_answer(&mut self.context, now, result)?;
                     self.advance(now)?;
                 }
-                // the sensor sends, and so is there
+                // the sensor sends, so it is present
                 (Phase::Connected { verification: Some(_), .. }, RequestEvent::Absent) => {}
                 (Phase::Connected { connected, .. }, event) => {
                     connected.handle_request_event(&mut self.context, now, event)?;
@@ -399,7 +395,7 @@ impl LinkMachine {
                     }
                     self.close(now, None);
                 }
-                // of no concern before the link is connected
+                // without effect before the link is connected
                 _ => {}
             }
         }
@@ -413,7 +409,7 @@ impl LinkMachine {
         }
     }
 
-    /// The link is lost: closes the port and discards what is pending.
+    /// The link is lost: closes the port and discards pending inputs.
     fn disconnect(&mut self, now: Duration, error: LinkError) {
         self.context.discard_pending(now);
         match &self.phase {

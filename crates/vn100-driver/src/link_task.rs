@@ -1,4 +1,5 @@
-//! The task that owns a live link: it performs what the [`LinkMachine`] asks for, and reports back.
+//! The task that owns a live link: it performs the actions of the [`LinkMachine`], and reports
+//! their outcome.
 
 use std::{
     collections::BTreeMap,
@@ -26,24 +27,24 @@ use crate::{
     shared_port::SharedPort,
 };
 
-/// How long a full recording may take to make room for the last link events.
+/// The longest wait for a full recording to make room for the last link events.
 const LAST_EVENTS: Duration = Duration::from_secs(1);
 
-/// Commands that may wait for the link; then the callers wait.
+/// Commands that may wait for the link; further callers wait.
 const WAITING_COMMANDS: usize = 16;
 
-/// Opens a link and keeps it: scans the baud rates for the sensor, forwards what the sensor sends,
-/// and reconnects when the link is lost.
+/// Opens a link and keeps it: scans the baud rates for the sensor, forwards the output of the
+/// sensor, and reconnects when the link is lost.
 ///
 /// The events are those of [`read_samples`](vn100_capture::read_samples), with one
 /// [`Event::Link`](vn100_capture::Event::Link) for each change of the link. They end on `stop`, and
-/// with an error when the first connection fails: a link that was never connected is tried a few
-/// times only.
+/// with an error if the first connection fails: a link that was never connected is tried only a few
+/// times.
 ///
 /// While the events are not received, the link waits; a port then loses bytes, which are counted.
 ///
 /// # Panics
-/// Outside a tokio runtime.
+/// If called outside a tokio runtime.
 #[must_use]
 pub fn open_link<C: Connect>(
     connect: C,
@@ -71,7 +72,7 @@ pub fn open_link<C: Connect>(
         state: state_sender,
         closed: None,
     };
-    // ends on `stop`, when the receiver of the events is dropped, or when the link fails for good
+    // ends on `stop`, when the receiver of the events is dropped, or when the link fails finally
     tokio::spawn(task.run());
     (LinkHandle { state, commands: commands_sender, marks: marks_sender, counters }, events)
 }
@@ -84,19 +85,19 @@ struct LinkTask<C: Connect> {
     stop: CancellationToken,
     commands: mpsc::Receiver<SubmittedCommand>,
     marks: mpsc::Receiver<String>,
-    /// Where the results of the open commands go, by their numbers.
+    /// The receivers of the results of the open commands, by their numbers.
     open_commands: BTreeMap<u64, oneshot::Sender<Result<Response, CommandError>>>,
     command_count: u64,
     stream: mpsc::Sender<StreamEvent>,
     recording: Option<LossySender>,
     counters: Arc<Counters>,
     state: watch::Sender<LinkState>,
-    /// The last state, which is published when all else is done.
+    /// The last state, which is published after all else.
     closed: Option<LinkState>,
 }
 
 impl<C: Connect> LinkTask<C> {
-    /// Keeps the link until it is stopped or fails for good.
+    /// Keeps the link until it is stopped or fails finally.
     async fn run(mut self) {
         self.drive().await;
         drop(self.stream);
@@ -109,7 +110,7 @@ impl<C: Connect> LinkTask<C> {
     }
 
     async fn drive(&mut self) {
-        // one timer for all inputs: starting a wait costs more than checking the timer
+        // one timer for all inputs, because starting a wait costs more than checking the timer
         let stop = self.stop.clone();
         let mut stopped = pin!(stop.cancelled());
         let stream = self.stream.clone();
@@ -123,7 +124,7 @@ impl<C: Connect> LinkTask<C> {
             }
             if let Some(due) = self.machine.poll_timeout() {
                 let due = Instant::now() + due.saturating_sub(self.now());
-                // an early wake-up now and then costs less than setting the timer at each input
+                // an occasional early wake-up costs less than setting the timer at each input
                 if due < timer.deadline() || timer.is_elapsed() {
                     timer.as_mut().reset(due);
                 }
@@ -160,7 +161,7 @@ impl<C: Connect> LinkTask<C> {
         }
     }
 
-    /// Performs all that the machine asks for.
+    /// Performs all actions of the machine.
     async fn perform(&mut self) {
         loop {
             self.forward_events().await;
@@ -201,7 +202,7 @@ impl<C: Connect> LinkTask<C> {
     async fn set_baud(&mut self, baud: u32) {
         let Some(connection) = &mut self.connection else { return };
         let result = connection.set_baud(baud);
-        // what has arrived already was received at the former baud rate
+        // bytes that have arrived already were received at the former baud rate
         loop {
             let input = select! {
                 biased;
@@ -225,7 +226,7 @@ impl<C: Connect> LinkTask<C> {
         self.handle(Input::PortClosed { unread });
     }
 
-    /// Forwards all events of the machine. While a receiver does not take them, the link waits.
+    /// Forwards all events of the machine. If a receiver does not take them, the link waits.
     async fn forward_events(&mut self) {
         while let Some(event) = self.machine.poll_event() {
             match event {
@@ -241,8 +242,7 @@ impl<C: Connect> LinkTask<C> {
                         self.shared_port.handle_batch(batch, device_file);
                     }
                     self.counters.frames().extend(self.machine.frames());
-                    // where the receiver was dropped, the loop notices that while it waits for
-                    // inputs
+                    // if the receiver was dropped, the loop notices this while it waits for inputs
                     let _ = self.stream.send(event).await;
                 }
                 LinkOutput::State(state @ LinkState::Closed { .. }) => self.closed = Some(state),
@@ -260,7 +260,7 @@ impl<C: Connect> LinkTask<C> {
         self.machine.handle_input(now, input);
     }
 
-    /// The time since the origin of the stamps of the stream.
+    /// The time since the origin of the times of the stream.
     fn now(&self) -> Duration {
         Duration::from_nanos(self.connect.now_ns().try_into().unwrap_or_default())
     }
@@ -269,7 +269,7 @@ impl<C: Connect> LinkTask<C> {
 /// Marks that may wait; further ones are refused.
 const WAITING_MARKS: usize = 4;
 
-/// The next input from a connection; never without one.
+/// The next input from a connection; waits forever without one.
 async fn next_input(connection: &mut Option<impl Connection>) -> Input {
     let Some(connection) = connection else { return pending().await };
     match connection.next_input().await {

@@ -1,4 +1,4 @@
-//! A channel that never makes its sender wait: what does not fit is dropped, counted and reported.
+//! A channel that never makes its sender wait: inputs that do not fit are dropped, counted and reported.
 
 use std::collections::VecDeque;
 
@@ -6,7 +6,7 @@ use tokio::sync::mpsc;
 
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamInput};
 
-/// Link events that may wait for room; later ones are dropped. A reconnect brings two.
+/// Link events that may wait for room; later ones are dropped. A reconnect causes two.
 const WAITING_EVENTS: usize = 64;
 
 /// Sends [`StreamInput`]s without waiting. Bytes that do not fit into the channel become an
@@ -25,7 +25,7 @@ impl LossySender {
         Self { inputs, waiting: VecDeque::new(), lost_bytes: 0 }
     }
 
-    /// Sends an input, after all that are pending. `now_ns` is the time of an overrun.
+    /// Sends an input after all pending ones. `now_ns` is the time of an overrun.
     pub(crate) fn send(&mut self, input: StreamInput, now_ns: i64) {
         match input {
             StreamInput::Chunk(chunk) => {
@@ -43,7 +43,7 @@ impl LossySender {
         }
     }
 
-    /// Sends what is pending, as far as there is room. Returns whether nothing is pending any more.
+    /// Sends pending inputs, as far as there is room. Returns whether none is pending any more.
     pub(crate) fn send_waiting(&mut self) -> bool {
         while let Some(event) = self.waiting.front() {
             if self.inputs.try_send(StreamInput::Link(event.clone())).is_err() {
@@ -54,18 +54,18 @@ impl LossySender {
         true
     }
 
-    /// Sends what is pending, and blocks until there is room for it.
+    /// Sends pending inputs, and blocks until there is room for them.
     pub(crate) fn send_waiting_blocking(&mut self) {
         for event in self.waiting.drain(..) {
-            // a receiver that was dropped has no use for it
+            // a receiver that was dropped does not need it
             let _ = self.inputs.blocking_send(StreamInput::Link(event));
         }
     }
 
-    /// Sends what is pending, and waits until there is room for it.
+    /// Sends pending inputs, and waits until there is room for them.
     pub(crate) async fn send_waiting_async(&mut self) {
         for event in self.waiting.drain(..) {
-            // a receiver that was dropped has no use for it
+            // a receiver that was dropped does not need it
             let _ = self.inputs.send(StreamInput::Link(event)).await;
         }
     }
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn what_waits_is_bounded() {
+    fn pending_inputs_are_bounded() {
         let (sender, _inputs) = mpsc::channel(1);
         let mut sender = LossySender::new(sender);
         (0..10_000).for_each(|_| [down(), chunk(1)].into_iter().for_each(|input| sender.send(input, 7)));

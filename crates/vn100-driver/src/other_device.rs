@@ -1,30 +1,30 @@
-//! What another device sends, recognized by its sentences, its packets or its lines of text.
+//! The output of another device, recognised by its sentences, its packets or its lines of text.
 
 use std::{fmt, mem};
 
 use vn100_protocol::{Check, Sentence};
 
-/// How many sentences of another device are named.
+/// The number of sentences of another device that are named.
 const NAMED_SENTENCES: usize = 3;
 
 /// This many lines of text, or packets, are no noise.
 const SURE: u32 = 2;
 
-/// This many characters of text before a line end may be noise.
+/// Up to this many characters of text before a line end may be noise.
 const NOISE_CHARACTERS: usize = 8;
 
-/// A line is shown up to this length, in characters.
+/// The length of a line as shown, in characters.
 const SHOWN_CHARACTERS: usize = 40;
 
 /// A longer line of text or packet is noise, and is not examined.
 const LONGEST: usize = 1000;
 
-/// What another device sends.
+/// The output of another device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum OtherOutput {
-    /// Sentences with a right checksum, by the first few names.
+    /// Sentences with a correct checksum, by the first few names.
     Sentences(Vec<String>),
-    /// Packets of a known maker, by the words for who sends such.
+    /// Packets of a known maker, with the words for the devices that send such packets.
     Packets(&'static str),
     /// Lines of text; the last of them.
     Text(String),
@@ -37,13 +37,13 @@ struct PacketFormat {
     sync: [u8; 2],
     /// Bytes between the sync bytes and the payload.
     header: usize,
-    /// The length of the payload, from the bytes behind the sync bytes.
+    /// The length of the payload, from the bytes after the sync bytes.
     length: fn(&[u8]) -> usize,
     is_good: fn(&[u8]) -> bool,
     checksum: usize,
 }
 
-/// From the protocol manuals of u-blox (UBX), MicroStrain (MIP) and Xsens (Xbus).
+/// The formats are from the protocol manuals of u-blox (UBX), MicroStrain (MIP) and Xsens (Xbus).
 static PACKET_FORMATS: [PacketFormat; 3] = [
     PacketFormat {
         device: "a device that sends UBX packets, such as a u-blox GPS",
@@ -80,7 +80,7 @@ fn ends_with_fletcher(bytes: &[u8]) -> bool {
 }
 
 impl PacketFormat {
-    /// The length of the packet that begins here: 0 if none does, `None` before all of it is
+    /// The length of the packet that begins here: 0 if none does, `None` until all of it is
     /// received.
     fn packet_at(&self, bytes: &[u8]) -> Option<usize> {
         let sync = bytes.len().min(self.sync.len());
@@ -116,7 +116,7 @@ fn is_nmea(name: &str) -> bool {
     name.starts_with('P') || name.len() == 5 && !name.contains(|c: char| c.is_ascii_digit())
 }
 
-/// Gathers what shows another device, from bytes in any pieces.
+/// Collects evidence of another device, from bytes in any pieces.
 #[derive(Debug, Default)]
 pub(super) struct OtherDevice {
     sentences: Vec<String>,
@@ -158,8 +158,8 @@ impl OtherDevice {
         !self.sentences.is_empty() || self.packets.iter().any(|packets| *packets > 0)
     }
 
-    /// Whether a line of text arrived that is none of these copies of a question; only further ones
-    /// show another device.
+    /// Whether a line of text arrived that is not one of these copies of a question; only further
+    /// lines show another device.
     pub(super) fn has_text(&self, echoes: u64) -> bool {
         self.lines.ended > echoes
     }
@@ -177,14 +177,14 @@ impl OtherDevice {
 }
 
 /// The name of a sentence of another device: one with a checksum and a name of capital letters and
-/// digits, which damaged bytes do not make.
+/// digits, which does not result from damaged bytes.
 fn name_of_other(sentence: &Sentence<'_>) -> Option<String> {
     let name = sentence.header();
     let is_name = (3..=8).contains(&name.len()) && name.iter().all(|b| matches!(b, b'A'..=b'Z' | b'0'..=b'9'));
     (is_name && sentence.check != Check::None).then(|| String::from_utf8_lossy(name).into_owned())
 }
 
-/// Lines of nothing but text, of which a wrong baud rate and noise make none.
+/// Lines of text only, which a wrong baud rate and noise do not produce.
 #[derive(Debug, Default)]
 struct TextLines {
     count: u32,
@@ -195,7 +195,7 @@ struct TextLines {
     characters: usize,
     /// Lines of text that have ended since the last noise.
     ended: u64,
-    /// Whether a sentence of a sensor was among the lines, however damaged.
+    /// Whether a sentence of a sensor, even a damaged one, was among the lines.
     has_sensor: bool,
 }
 
@@ -241,7 +241,7 @@ mod tests {
         device.output().map(|output| output.to_string())
     }
 
-    /// Packets as the examples of the protocol manuals have them.
+    /// Packets from the examples of the protocol manuals.
     const UBX_POLL: &[u8] = &[0xb5, 0x62, 0x0a, 0x04, 0x00, 0x00, 0x0e, 0x34];
     const MIP_PING: &[u8] = &[0x75, 0x65, 0x01, 0x02, 0x02, 0x01, 0xe0, 0xc6];
     const XBUS_GO_TO_CONFIG: &[u8] = &[0xfa, 0xff, 0x30, 0x00, 0xd1];

@@ -1,4 +1,4 @@
-//! From what a sensor is set to send to what it shall send: which registers to write, and in which
+//! From the present output of a sensor to the requested one: the registers to write, and their
 //! order. Pure.
 
 use std::fmt;
@@ -10,28 +10,28 @@ use vn100_protocol::{
     SyncControl, ValueError, WritableValue, stream::FrameKind,
 };
 
-/// What the sensor is to send. `None` leaves a setting as it is.
+/// The requested output of the sensor. `None` leaves a setting unchanged.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct OutputSettings {
     /// Baud rate, in bit/s.
     pub baud: Option<u32>,
     /// The message: of sentences, such as `VNYMR` or `VNIMU`, or of packets, such as `BINARY`. For
-    /// packets the sentences are switched off, and the baud rate is raised where it must be.
+    /// packets the sentences are switched off, and the baud rate is raised if necessary.
     pub message: Option<String>,
-    /// Rate of the message in hertz. If `None`, packets that are not sent yet get 200 Hz.
+    /// Rate of the message in hertz. With `None`, packets that are not sent yet get 200 Hz.
     pub rate_hz: Option<u32>,
-    /// The averaging window: how many of its 800 samples of acceleration and angular rate a second
-    /// the sensor averages for one measurement (register 85).
+    /// The averaging window: the number of its samples of acceleration and angular rate, at 800 per
+    /// second, that the sensor averages for one measurement (register 85).
     pub window: Option<u32>,
     /// Whether each line carries the count of samples (registers 32 and 30), which shows dropped
     /// samples.
     pub count: Option<bool>,
-    /// Whether the sensor saves these and all its other settings, so that they outlast a loss of
+    /// Whether the sensor saves these and all its other settings, so that they survive a loss of
     /// power.
     pub save: bool,
 }
 
-/// A register that is written.
+/// A register that is changed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Change {
     /// The register.
@@ -59,7 +59,7 @@ impl fmt::Display for Change {
     }
 }
 
-/// Why a sensor cannot be set as requested.
+/// The reason why a sensor cannot be set as requested.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PlanError {
@@ -72,19 +72,19 @@ pub enum PlanError {
     DoesNotFit {
         /// The message.
         message: AsyncType,
-        /// The rate asked for.
+        /// The requested rate.
         rate: AsyncRate,
         /// The baud rate.
         baud: BaudRate,
         /// The load of the sentences.
         lines: LinkLoad,
-        /// The load of the binary outputs besides them, whichever port they go to: the sensor does
-        /// not report which port is this one.
+        /// The load of the binary outputs on any port, because the sensor does not report which
+        /// port is in use.
         packets: LinkLoad,
         /// The highest rate of the message that fits; `None` if none does.
         highest: Option<AsyncRate>,
     },
-    /// No baud rate is high enough for the packets, or the one asked for is not.
+    /// No baud rate is high enough for the packets, or the requested one is too low.
     #[error("{} packets a second need {:.0} bytes a second, and {} baud carry {}; {}", rate_hz, load.bytes_per_s,
         baud.bits_per_s(), baud.bytes_per_s(), way_out(None, *load))]
     PacketsDoNotFit {
@@ -100,7 +100,7 @@ pub enum PlanError {
     NotAllowed {
         /// The setting.
         setting: &'static str,
-        /// The value asked for.
+        /// The requested value.
         asked: String,
         /// The values that are allowed.
         allowed: String,
@@ -131,15 +131,15 @@ fn way_out(highest: Option<AsyncRate>, load: LinkLoad) -> String {
 /// Measurements of the sensor per second; every `800 / rate`th one is sent.
 const SAMPLES_PER_S: u16 = MEASUREMENTS_PER_S as u16;
 
-/// The rate of packets if none is asked for: the highest that the factory default of the baud
-/// rate has room for.
+/// The rate of packets if none is requested: the highest that fits the factory default of the baud
+/// rate.
 const PACKETS_HZ: u32 = 200;
 
-/// The first port of the sensor, as the packets are sent to it (register 75).
+/// The first port of the sensor, as a destination of packets (register 75).
 const FIRST_PORT: u16 = 1;
 const SECOND_PORT: u16 = 2;
 
-/// The value of register 30 by which sentences carry the count of SyncOut pulses.
+/// The value of register 30 for which sentences carry the count of SyncOut pulses.
 const COUNT_OF_SYNC_OUT: u8 = 3;
 
 /// The mode of SyncOut with a pulse at the start of each measurement.
@@ -155,7 +155,7 @@ impl OutputSettings {
     }
 }
 
-/// What the sensor sends, or is to send.
+/// The present or the requested output of the sensor.
 #[derive(Debug, Clone, PartialEq)]
 struct Output {
     baud: BaudRate,
@@ -170,7 +170,7 @@ struct Output {
     other_packets: LinkLoad,
 }
 
-/// How to set a sensor, and what it sends then.
+/// The writes that set a sensor, and its output after them.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OutputPlan {
     /// The registers to write, in order.
@@ -179,8 +179,8 @@ pub(crate) struct OutputPlan {
     pub(crate) rate_hz: f64,
 }
 
-/// The same packets on the second port, where the first port gets them: the sensor does not report
-/// on which of its ports it is asked.
+/// The change that sends packets to the second port in place of the first: the sensor does not
+/// report on which of its ports it receives a command.
 pub(crate) fn to_second_port(changes: &[Change]) -> Option<Change> {
     let change = changes.iter().find(|change| change.register == Register::BINARY_OUTPUT_1)?;
     let contents = RegisterContents { register: change.register, fields: change.after.clone() };
@@ -189,10 +189,10 @@ pub(crate) fn to_second_port(changes: &[Change]) -> Option<Change> {
     (output.async_mode == FIRST_PORT).then(|| Change { after: moved.fields(), ..change.clone() })
 }
 
-/// How to set the sensor to `settings`, from the registers it has.
+/// The writes that set the sensor to `settings`, from its present registers.
 ///
-/// At no step is more asked for than the line has room for: a higher baud rate is set before more
-/// output, less output before a lower baud rate.
+/// At each step the output fits the line: a higher baud rate is set before more output, less output
+/// before a lower baud rate.
 pub(crate) fn plan(current: &[RegisterContents], settings: &OutputSettings) -> Result<OutputPlan, PlanError> {
     let old = Output::from_registers(current, settings)?;
     let new = old.with(settings)?;
@@ -220,9 +220,9 @@ pub(crate) fn plan(current: &[RegisterContents], settings: &OutputSettings) -> R
     Ok(OutputPlan { changes: ordered.into_iter().flatten().collect(), frames, rate_hz })
 }
 
-/// The fields to write so that a register holds `fields` again. If packets are off, firmware 2
-/// reports no group of fields, and refuses such a value when it is written: what is written then
-/// for off is the time on request, the factory default of firmware 3.
+/// The fields to write so that a register contains `fields` again. If packets are off, firmware 2
+/// reports no group of fields, but refuses such a value in a write. For packets that are off, the
+/// time on request is written instead, the factory default of firmware 3.
 pub(crate) fn writable(register: Register, fields: &RegisterFields) -> RegisterFields {
     let output = RegisterContents { register, fields: fields.clone() }.value::<BinaryOutput>();
     match output {
@@ -238,8 +238,7 @@ impl Output {
     fn from_registers(current: &[RegisterContents], settings: &OutputSettings) -> Result<Self, PlanError> {
         let protocol: ProtocolControl = required(current)?;
         let counts = settings.count.is_some() || protocol.serial_count == COUNT_OF_SYNC_OUT;
-        // packets that are not understood have no known load: the sensor itself refuses what is too
-        // much
+        // malformed packet settings have no known load: the sensor itself refuses an excess
         let output = |contents: &RegisterContents| contents.value::<BinaryOutput>().ok();
         let is_first = |contents: &&RegisterContents| contents.register == Register::BINARY_OUTPUT_1;
         let others = current.iter().filter(|contents| !is_first(contents)).filter_map(output);
@@ -255,7 +254,7 @@ impl Output {
         })
     }
 
-    /// The output after `settings` are applied.
+    /// The output after applying `settings`.
     fn with(&self, settings: &OutputSettings) -> Result<Self, PlanError> {
         let mut new = self.clone();
         if let Some(bits_per_s) = settings.baud {
@@ -308,7 +307,7 @@ impl Output {
     fn set_packets(&mut self, packets: PacketMessage, rate_hz: Option<u32>) -> Result<(), PlanError> {
         let binary = self.binary.as_ref().ok_or(PlanError::Missing(Register::BINARY_OUTPUT_1))?;
         self.message = AsyncType::OFF;
-        // as it is where it is sent already
+        // unchanged if it is sent already
         if binary.rate_hz() > 0.0 && packets.is_of(binary) {
             return Ok(());
         }
@@ -338,8 +337,8 @@ impl Output {
     fn set_count(&mut self, count: Option<bool>, counted_lines: bool) -> Result<(), PlanError> {
         let Some(count) = count.or(counted_lines.then_some(true)) else { return Ok(()) };
         if !count && !counted_lines {
-            // an output pulse for another purpose, as for a camera, is left alone; that sentences
-            // carry its count is
+            // an output pulse for another purpose, such as a camera, is left unchanged, but
+            // sentences no longer carry its count
             if self.protocol.serial_count == COUNT_OF_SYNC_OUT {
                 self.protocol.serial_count = 0;
             }
@@ -366,7 +365,7 @@ impl Output {
         if let Some(binary) = self.binary.as_ref().filter(|_| self.sends_packets_alone() && !packets.fits(baud)) {
             return Err(PlanError::PacketsDoNotFit { rate_hz: binary.rate_hz() as u32, baud, load: packets });
         }
-        // a message of unknown length has no known load: the sensor itself refuses what is too much
+        // a message of unknown length has no known load: the sensor itself refuses an excess
         let Some(length) = message.line_length(LineForm::from(&self.protocol)) else { return Ok(()) };
         let lines = LinkLoad::of_lines(length, rate);
         if (lines + packets).fits(baud) {
@@ -386,8 +385,8 @@ fn required<T: RegisterValue>(current: &[RegisterContents]) -> Result<T, PlanErr
     value(current)?.ok_or(PlanError::Missing(T::REGISTERS[0]))
 }
 
-/// The write that makes `after` of `before`, `None` if they are equal: values are compared, not
-/// how the sensor prints them.
+/// The write that changes `before` to `after`, `None` if they are equal. Values are compared, not
+/// their printed form.
 fn change<T: WritableValue + PartialEq>(before: Option<&T>, after: Option<&T>) -> Option<Change> {
     let (before, after) = before.zip(after).filter(|(before, after)| before != after)?;
     Some(Change { register: after.register(), before: before.fields(), after: after.fields() })

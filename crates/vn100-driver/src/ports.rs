@@ -1,4 +1,4 @@
-//! The serial ports of this machine: which of them a VN-100 may be on, how a named port is found
+//! The serial ports of this machine: the likely ports of a VN-100, the search for a named port
 //! after its adapter was plugged in under another name, and the latency timer of an adapter.
 
 use std::{
@@ -8,8 +8,8 @@ use std::{
 
 use serialport::{SerialPortInfo, SerialPortType};
 
-/// The folder in which udev keeps names that follow an adapter from one socket, and one boot, to
-/// the next.
+/// The folder in which udev keeps names that stay the same for an adapter after a change of its
+/// socket and after a boot.
 const STABLE_NAMES: &str = "/dev/serial/by-id";
 
 /// The USB vendor of the chip in VN-100 cables, and its products: FT232, FT2232-family and FT-X
@@ -27,7 +27,7 @@ pub struct PortEntry {
     pub stable_name: Option<PathBuf>,
     /// The description of the USB adapter; `None` for a port that is not on USB.
     pub usb: Option<UsbAdapter>,
-    /// Whether the adapter is of a kind that VN-100 cables have.
+    /// Whether the adapter is of the kind in VN-100 cables.
     pub likely: bool,
 }
 
@@ -40,9 +40,9 @@ pub struct UsbAdapter {
     pub product_id: u16,
     /// Serial number of the adapter, not of the sensor; `None` if it has none.
     pub serial_number: Option<String>,
-    /// Name of the maker, as the adapter reports it.
+    /// Name of the maker, as reported by the adapter.
     pub manufacturer: Option<String>,
-    /// Name of the product, as the adapter reports it.
+    /// Name of the product, as reported by the adapter.
     pub product: Option<String>,
 }
 
@@ -99,15 +99,15 @@ fn entries(found: Vec<SerialPortInfo>, stable_names: &[(PathBuf, PathBuf)]) -> V
             PortEntry { stable_name: stable_name.map(|(link, _)| link.clone()), name, usb, likely }
         })
         .collect();
-    // a number at the end of a name orders by its value: ttyUSB10 comes after ttyUSB9
+    // a number at the end of a name sorts by its value: ttyUSB10 comes after ttyUSB9
     entries.sort_by_key(|entry| (!entry.likely, entry.name.len(), entry.name.clone()));
     entries
 }
 
-/// A port, by everything that is known to lead to it.
+/// A port, with all known ways to find it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct PortAddress {
-    /// The name that the user gave.
+    /// The name given by the user.
     pub(crate) given: String,
     stable_name: Option<PathBuf>,
     usb: Option<UsbAdapter>,
@@ -125,8 +125,7 @@ impl PortAddress {
         self.usb = port.usb.clone();
     }
 
-    /// The names to try, the most reliable first: another adapter may have taken the name that was
-    /// given.
+    /// The names to try, the most reliable first: another adapter may have taken the given name.
     pub(crate) fn candidates(&self, ports: &[PortEntry]) -> Vec<String> {
         let stable = self.stable_name.as_ref().map(|name| name.to_string_lossy().into_owned());
         let known =
@@ -141,13 +140,14 @@ impl PortAddress {
         names
     }
 
-    /// Compares the serial numbers of the adapters: without one, two of a kind look the same.
+    /// Compares the serial numbers of the adapters: without them, two adapters of the same kind
+    /// cannot be distinguished.
     fn is_same_adapter(&self, port: &PortEntry) -> bool {
         self.usb.as_ref().is_some_and(|usb| usb.serial_number.is_some()) && port.usb == self.usb
     }
 
-    /// Whether `name` leads to another adapter now; `false` for a port that is not on USB, of which
-    /// nothing is known that could differ.
+    /// Whether `name` now refers to another adapter; `false` for a port that is not on USB, because
+    /// it has no known properties that could differ.
     pub(crate) fn belongs_to_another_port(&self, name: &str, ports: &[PortEntry]) -> bool {
         self.usb.is_some() && find(ports, name).is_some_and(|port| port.usb != self.usb)
     }
@@ -162,20 +162,20 @@ fn find<'a>(ports: &'a [PortEntry], name: &str) -> Option<&'a PortEntry> {
 /// The shortest time of a latency timer, in milliseconds.
 const SHORTEST_MS: u32 = 1;
 
-/// The latency timer of an FTDI adapter: how long the chip may keep bytes before it sends them to
-/// the host. Its default of 16 ms is why sentences arrive in bursts (FTDI application note
-/// AN232B-04).
+/// The latency timer of an FTDI adapter: the longest time that the chip keeps bytes before it sends
+/// them to the host. Because of its default of 16 ms, sentences arrive in bursts (FTDI application
+/// note AN232B-04).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LatencyTimer {
     /// The present time of the timer, in milliseconds.
     pub ms: u32,
-    /// How to shorten the time, where this program was not allowed to; `None` if it is at its
-    /// shortest.
+    /// The advice for shortening the time, if this program was not allowed to; `None` if it is at
+    /// its shortest.
     pub advice: Option<String>,
 }
 
-/// Sets the latency timer behind `port`, which may be a symlink, to 1 ms if that is allowed, and
-/// returns the timer as it is then. `None` if there is no such timer: another adapter,
+/// Sets the latency timer of `port`, which may be a symlink, to 1 ms if that is allowed, and
+/// returns its state after that. `None` if there is no such timer, as for another adapter,
 /// pseudo-terminal or system.
 pub(crate) fn shorten_latency(port: &Path) -> Option<LatencyTimer> {
     let device = fs::canonicalize(port).ok()?;
@@ -316,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn where_nothing_can_be_written_the_command_is_named() {
+    fn the_command_is_named_if_the_timer_cannot_be_written() {
         let advice = advice(Path::new("/sys/bus/usb-serial/devices/ttyUSB3/latency_timer"), 16);
         assert!(advice.contains("up to 16 ms"));
         assert!(advice.contains("`echo 1 | sudo tee /sys/bus/usb-serial/devices/ttyUSB3/latency_timer`"));

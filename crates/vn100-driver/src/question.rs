@@ -1,4 +1,4 @@
-//! The question of the baud scan, and its copies where the line echoes.
+//! The question of the baud scan, and its copies on a line that echoes.
 
 use vn100_protocol::{Register, SensorCommand};
 

@@ -26,22 +26,22 @@ use vn100_protocol::{
 };
 
 /// The timeout of a read, after which the thread checks whether to stop; this takes 0.01 % of a
-/// core. A part of a frame that is not continued in this time is forwarded incomplete.
+/// core. If a frame is not continued in this time, its part is forwarded.
 const READ_TIMEOUT: Duration = Duration::from_millis(50);
 
-/// Bytes that are forwarded together, more than the longest packet has, and how many such pieces
-/// may wait: 2.5 s of 800 packets a second. Later bytes are dropped and counted: a port cannot
-/// wait.
+/// The most bytes that are forwarded together, more than the longest packet has, and the number of
+/// such pieces that may wait: 2.5 s of 800 packets per second. Further bytes are dropped and
+/// counted, because a port cannot wait.
 const READ_BYTES: usize = 1024;
 const WAITING_INPUTS: usize = 2048;
 
-/// How long closing waits for the reading thread, which checks for a stop every [`READ_TIMEOUT`].
+/// The longest wait of closing for the reading thread, which checks for a stop every [`READ_TIMEOUT`].
 const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// A serial port, by name. It is opened for this program alone, with 8N1 and without flow control.
+/// A serial port, by name. It is opened exclusively, with 8N1 and without flow control.
 ///
 /// When the port is opened again, it is found by its stable name, by its own name, and by the
-/// serial number of its USB adapter. Clones share what was learned of the adapter.
+/// serial number of its USB adapter. Clones share the knowledge about the adapter.
 #[derive(Clone)]
 pub struct SerialPorts {
     address: Arc<Mutex<PortAddress>>,
@@ -69,7 +69,7 @@ impl SerialPorts {
         self.address.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Opens the first port that one of its names leads to.
+    /// Opens the first port that one of its names refers to.
     fn open_now(&self, baud: u32) -> Result<SerialConnection, ConnectError> {
         let (mut address, ports) = (self.address(), (self.list)());
         let given = address.given.clone();
@@ -83,7 +83,7 @@ impl SerialPorts {
                 }
                 Err(error) => ConnectError::of_port(&given, &name, baud, error, ports.clone()),
             };
-            // the error of a port that exists and cannot be opened explains more than that of a
+            // the error of an existing port that cannot be opened explains more than that of a
             // dangling name
             if failure.as_ref().is_none_or(is_not_found) {
                 failure = Some(error);
@@ -138,7 +138,7 @@ pub struct SerialConnection {
     name: String,
     port: Box<dyn SerialPort>,
     inputs: mpsc::Receiver<StreamInput>,
-    /// Receives why the inputs ended.
+    /// Receives the reason of the end of the inputs.
     end: oneshot::Receiver<io::Error>,
     /// Stops the reading thread when the connection is dropped.
     stop: DropGuard,
@@ -183,8 +183,8 @@ impl Connection for SerialConnection {
         Ok(self.port.clear(ClearBuffer::Input)?)
     }
 
-    // a command is far shorter than the buffer of the system, so that the write does not wait;
-    // where the buffer is full, the write fails after 50 ms
+    // a command is far shorter than the buffer of the system, so the write does not wait; if the
+    // buffer is full, the write fails after 50 ms
     async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.port.write_all(bytes)
     }
@@ -225,9 +225,9 @@ impl Reader {
     /// when the channel ends, the receiver knows that the port is closed.
     ///
     /// An adapter delivers a line or a packet in up to a dozen pieces, and waking the reading task
-    /// for each costs far more than the pieces are worth. So pieces are kept until a frame or a
-    /// line of other text ends, which is when the first of them can be used. Their time is that of
-    /// the last read, where the frame ended.
+    /// for each costs far more than processing them. So pieces are kept until a frame or a line of
+    /// other text ends, because they cannot be used before. Their time is that of the last read, in
+    /// which the frame ended.
     fn run(mut self, mut port: impl Read) {
         let mut buffer = [0; READ_BYTES];
         let mut length = 0;
@@ -276,8 +276,8 @@ impl Reader {
     }
 }
 
-/// How many bytes at the head of `input` end with a whole frame and the end of its line, or with a
-/// line that is no frame; zero if nothing has ended yet.
+/// The number of bytes at the head of `input` up to the end of a whole frame with its line end, or
+/// of a line that is no frame; zero if nothing has ended yet.
 fn ended_frames(framer: &mut Framer, input: &[u8]) -> usize {
     let (mut at, mut ended) = (0, 0);
     loop {
@@ -299,7 +299,7 @@ mod tests {
     use super::*;
     use vn100_protocol::stream::{LinkEvent, LinkEventKind};
 
-    /// Gives its pieces one by one, then hangs up.
+    /// Returns its pieces one by one, then hangs up.
     struct Port(VecDeque<Result<&'static [u8], ErrorKind>>);
 
     impl Read for Port {
@@ -322,7 +322,7 @@ mod tests {
         (Reader { inputs: LossySender::new(sender), end: end_sender, clock: Clock::start(), stop }, inputs, end)
     }
 
-    /// Bytes forwarded, each time so many, and bytes reported lost.
+    /// The lengths of forwarded inputs, and the number of bytes reported lost.
     fn received(mut inputs: mpsc::Receiver<StreamInput>) -> (Vec<usize>, u64) {
         let (mut lengths, mut lost) = (Vec::new(), 0);
         while let Some(input) = inputs.blocking_recv() {
@@ -335,7 +335,7 @@ mod tests {
         (lengths, lost)
     }
 
-    /// The lengths of what is forwarded of these pieces.
+    /// The lengths of the inputs forwarded for these pieces.
     fn forwarded(pieces: impl IntoIterator<Item = Result<&'static [u8], ErrorKind>>) -> Vec<usize> {
         let (reader, inputs, mut end) = reader(100);
         reader.run(Port(pieces.into_iter().collect()));
@@ -356,7 +356,7 @@ mod tests {
             Ok(b"$VNYMR\r\n$VN"),
             Ok(b"YMR"),
             Err(ErrorKind::TimedOut),
-            // the end of a line alone waits for the next frame
+            // a line end without a line waits for the next frame
             Ok(b"\r"),
             Ok(b"\n"),
             Ok(b"starting\r\n$VN"),
@@ -367,7 +367,7 @@ mod tests {
         assert_eq!(forwarded(pieces), [8, 8, 6, 12, 3, READ_BYTES, 3]);
     }
 
-    /// Whatever bytes it holds, the end of a line among them, and however it is cut.
+    /// The packet may contain any bytes, including a line end, and be cut in any way.
     #[test]
     fn a_packet_is_forwarded_when_it_is_whole() {
         let packet = |number: u8| {
@@ -379,7 +379,7 @@ mod tests {
         for cut in 1..=18 {
             assert_eq!(forwarded(stream.chunks(cut).map(Ok)), [18; 9], "pieces of {cut} bytes");
         }
-        // with what may be the beginning of a sentence of another device, printable to its end
+        // with bytes that may be the beginning of a sentence of another device, printable to its end
         for at in 5..16 {
             let packet = |first: u8| {
                 let mut packet = [&[0xFA, 0x01, 0x08, 0x00, first][..], &[b'B'; 11]].concat();
@@ -421,9 +421,9 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_dropped_and_counted() {
+    fn bytes_that_do_not_fit_are_dropped_and_counted() {
         let (reader, mut inputs, _end) = reader(5);
-        // it ends only when the news of the loss is taken, and drops the rest before
+        // it ends only when the report of the loss is taken, and drops the rest before
         let thread = thread::spawn(move || reader.run(Port([Ok(&b"$VNYMR..\r\n"[..]); 32].into())));
         while inputs.len() < 5 {
             thread::yield_now();

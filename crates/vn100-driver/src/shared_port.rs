@@ -1,5 +1,5 @@
 //! The search for another program on the port. The system refuses the port only to programs that
-//! ask for a lock; others read a part of the bytes unnoticed.
+//! request a lock; others read a part of the bytes unnoticed.
 
 use std::{collections::BTreeSet, future::pending, path::Path, time::Duration};
 
@@ -17,7 +17,7 @@ const PERIOD: Duration = Duration::from_secs(60);
 pub(crate) struct SharedPort {
     search: Option<JoinHandle<Option<String>>>,
     searched: Option<Instant>,
-    /// Rejected lines, and bytes without a frame as those of damaged packets, at the last search.
+    /// Rejected lines, and bytes without a frame (such as damaged packets), at the last search.
     damage: u64,
     reported: BTreeSet<String>,
 }
@@ -41,7 +41,7 @@ impl SharedPort {
         }
     }
 
-    /// The next program to report, each once; waits for ever while no search is running.
+    /// The next program to report, each once; waits forever while no search is running.
     pub(crate) async fn found(&mut self) -> Option<String> {
         let found = match &mut self.search {
             Some(search) => search.await.ok().flatten(),
@@ -61,12 +61,12 @@ mod tests {
 
     use super::*;
 
-    /// Whether a search begins after so many rejected lines.
+    /// Whether a search begins after this many rejected lines.
     async fn searches(port: &mut SharedPort, rejected: u64) -> bool {
         searches_after(port, rejected, 0).await
     }
 
-    /// Whether a search begins after so many rejected lines, and so many bytes without a frame.
+    /// Whether a search begins after this many rejected lines and bytes without a frame.
     async fn searches_after(port: &mut SharedPort, rejected: u64, skipped_bytes: u64) -> bool {
         let rejected = RejectedCounts { checksum: rejected, ..RejectedCounts::default() };
         let tally = Tally { rejected, skipped_bytes, ..Tally::default() };
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn frames_that_are_damaged_anew_are_searched_for_once_a_minute() {
+    async fn newly_damaged_frames_start_one_search_per_minute() {
         let mut port = SharedPort::default();
         assert!(!searches(&mut port, 0).await);
         assert!(searches(&mut port, 2).await);

@@ -1,4 +1,4 @@
-//! A sensor behind a serial server, reached over TCP.
+//! A sensor on a serial server, reached over TCP.
 
 use std::{
     io::{self, ErrorKind},
@@ -16,10 +16,10 @@ use crate::connect::{Connect, ConnectError, Connection};
 use vn100_capture::{Clock, Source};
 use vn100_protocol::stream::{Chunk, StreamInput};
 
-/// Bytes of one read at most.
+/// The most bytes of one read.
 const READ_BYTES: usize = 4096;
 
-/// How long a server may take to answer: the system alone would wait for minutes.
+/// The timeout for an answer of the server: the system alone would wait for minutes.
 const ANSWER_TIME: Duration = Duration::from_secs(5);
 
 /// A byte stream at `tcp://host:port`. The serial server sets the baud rate of its port.
@@ -33,7 +33,7 @@ impl TcpServer {
     /// The server at `address`, written `tcp://host:port`; nothing is opened yet.
     ///
     /// # Errors
-    /// [`ConnectError::Address`] when the address is not written in this form.
+    /// [`ConnectError::Address`] if the address is not written in this form.
     pub fn new(address: &str, clock: Clock) -> Result<Self, ConnectError> {
         let host_and_port = address.strip_prefix("tcp://").filter(|rest| {
             // an IPv6 address has colons of its own, in brackets
@@ -84,7 +84,7 @@ async fn in_answer_time<T>(connecting: impl Future<Output = io::Result<T>>) -> i
     timeout(ANSWER_TIME, connecting).await.unwrap_or_else(|_| Err(ErrorKind::TimedOut.into()))
 }
 
-/// An open connection. While its bytes are not read, the server has to wait.
+/// An open connection. While its bytes are not read, the server must wait.
 #[derive(Debug)]
 pub struct TcpConnection {
     name: String,
@@ -113,7 +113,7 @@ impl Connection for TcpConnection {
 
     async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.stream.write_all(bytes).await.map_err(|error| match error.kind() {
-            // of a socket the error means that the server has hung up; of a port, that it was
+            // for a socket the error means that the server has hung up; for a port, that it was
             // unplugged
             ErrorKind::BrokenPipe => ErrorKind::ConnectionReset.into(),
             _ => error,
@@ -123,7 +123,7 @@ impl Connection for TcpConnection {
     async fn close(mut self) -> Vec<StreamInput> {
         // the socket is closed when it is dropped, with or without a shutdown
         let _ = self.stream.shutdown().await;
-        // no input waits: each read is forwarded at once
+        // no input waits, because each read is forwarded at once
         Vec::new()
     }
 }
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn bytes_go_both_ways_and_the_end_is_reported() {
+    async fn bytes_pass_in_both_directions_and_the_end_is_reported() {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = format!("tcp://{}", listener.local_addr().unwrap());
         let mut server = TcpServer::new(&address, Clock::start()).unwrap();

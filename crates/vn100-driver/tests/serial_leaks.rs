@@ -1,5 +1,5 @@
-//! A thousand times opened and closed, a port leaves no thread and no open file behind. Alone in
-//! its process, to count them.
+//! A port that is opened and closed a thousand times leaves no thread and no open file. The test is
+//! alone in its process, in order to count them.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -17,7 +17,7 @@ fn count(folder: &str) -> usize {
 
 #[test]
 fn a_thousand_openings_leave_nothing_behind() {
-    // one thread that opens ports, and it stays
+    // one thread opens ports, and it stays
     let mut runtime = tokio::runtime::Builder::new_current_thread();
     let runtime = runtime.enable_all().max_blocking_threads(1).thread_keep_alive(Duration::from_secs(3600));
     let runtime = runtime.build().unwrap();
@@ -35,7 +35,7 @@ async fn open_and_close() {
             connections.push(SerialPorts::new(name, Clock::start()).open(115_200).await.unwrap());
         }
         assert_eq!(count("/proc/self/task"), threads + AT_ONCE);
-        // together: each takes up to the time that a read waits
+        // together, because each takes up to the time that a read waits
         let closing: Vec<_> = connections.into_iter().map(|connection| tokio::spawn(connection.close())).collect();
         for closed in closing {
             closed.await.unwrap();

@@ -1,5 +1,5 @@
-//! A thousand times unplugged and plugged in again, a link that is recorded leaves no thread, no
-//! open file and no memory behind. Alone in its process, to count them.
+//! A recorded link that is unplugged and plugged in again a thousand times leaves no thread, no
+//! open file and no memory. The test is alone in its process, in order to count them.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -28,8 +28,8 @@ use vn100_driver::{LinkHandle, LinkOptions, LinkState, SerialPorts, open_link};
 use vn100_protocol::stream::{Chunk, LinkEventKind};
 
 const PORTS: usize = 50;
-/// The first of them bring everything to its usual size, later ones must leave it there; on a busy
-/// machine that may take longer, which a leak does not end.
+/// The first rounds bring everything to its usual size, later ones must not increase it. On a busy
+/// machine this may take longer, but with a leak the growth does not end.
 const ROUNDS: usize = 10;
 const MOST_ROUNDS: usize = 50;
 const ROUNDS_IN_MEMORY: usize = 5_000;
@@ -48,12 +48,12 @@ fn memory() -> usize {
 #[test]
 fn a_thousand_unplugs_leave_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
-    // one thread that opens ports, and it stays
+    // one thread opens ports, and it stays
     let runtime = |builder: &mut Builder| -> Runtime {
         let builder = builder.enable_all().max_blocking_threads(1).thread_keep_alive(Duration::from_secs(3600));
         builder.build().unwrap()
     };
-    // before the ports, which leave free memory behind that would hide growth
+    // before the ports, because they leave free memory that would hide growth
     for (sensor, frame_length) in sensors() {
         let unplugged = unplug_in_memory(folder.path(), sensor, frame_length);
         runtime(Builder::new_current_thread().start_paused(true)).block_on(unplugged);
@@ -86,12 +86,12 @@ async fn unplug_in_memory(folder: &Path, sensor: Sensor, frame_length: usize) {
         sensor.world().cut_at = Some(round % frame_length);
         link.until_down().await;
         sensor.world().plugged = true;
-        // what the test keeps grows as well
+        // the log of the test grows as well
         sensor.world().written.clear();
         sensor.world().opened.clear();
         link.told.link.clear();
         link.told.registers.clear();
-        // the thread that writes is slower than virtual time: its queue would grow, too
+        // the thread that writes is slower than virtual time, so its queue would grow as well
         while waiting.capacity() < waiting.max_capacity() {
             std::thread::yield_now();
         }
@@ -104,7 +104,7 @@ async fn unplug_in_memory(folder: &Path, sensor: Sensor, frame_length: usize) {
     drop(waiting);
     let told = link.stop().await;
     assert_eq!(told.counts.connects, ROUNDS_IN_MEMORY as u64);
-    // all that was sent whole is a row; so is a sentence that lacks its line end alone
+    // every complete line is a row; so is a sentence that only lacks its line end
     let whole = sensor.world().lines;
     assert!((whole..whole + ROUNDS_IN_MEMORY as u64 / 50).contains(&told.rows), "{} rows of {whole}", told.rows);
     recorder.finish("stopped").await;
@@ -145,8 +145,8 @@ async fn unplug_ports(folder: &Path) {
     settle(files_before, threads_before).await;
 }
 
-/// Waits for what is left behind for a moment only: a thread is done with everything before the
-/// system takes it off its list, and the search for other programs on a port reads folders.
+/// Waits for threads and files that remain only for a moment: a thread is done with everything before
+/// the system takes it off its list, and the search for other programs on a port reads folders.
 async fn settle(files: usize, threads: usize) {
     while count("/proc/self/fd") > files || count("/proc/self/task") > threads {
         tokio::task::yield_now().await;
@@ -160,7 +160,7 @@ struct Port {
     state: watch::Receiver<LinkState>,
     stop: CancellationToken,
     recorder: Recorder,
-    /// How often the link came up.
+    /// The number of connects.
     ups: JoinHandle<usize>,
 }
 
@@ -169,7 +169,7 @@ impl Port {
         let name = folder.join(format!("imu-{number}"));
         let sensor = plug_in(&name);
         let recorder = Recorder::create(folder.join(format!("{number}.mcap")), &BTreeMap::new()).unwrap();
-        // its buffers take their full size with the first 64 KiB
+        // its buffers reach their full size with the first 64 KiB
         for _ in 0..100 {
             recorder.inputs().send(Chunk { bytes: vec![b'x'; 1024].into(), at_ns: Some(0) }.into()).await.unwrap();
         }
@@ -189,17 +189,16 @@ impl Port {
                     up.unwrap();
                     break;
                 }
-                // until the port is opened there is nobody to write to
+                // until the port is opened there is no receiver
                 _ = lines.tick() => drop(self.sensor.write_all(LINE.as_bytes())),
             }
         }
-        // the back-off begins anew with a good line
+        // the back-off is reset by a good line
         self.sensor.write_all(LINE.as_bytes()).unwrap();
         self
     }
 
-    /// Takes the port away and puts another of its name in its place, which the link then looks
-    /// for.
+    /// Removes the port and creates another of the same name, for which the link then searches.
     async fn unplug(mut self) -> Self {
         self.sensor = plug_in(&self.name);
         self.state.wait_for(|state| matches!(state, LinkState::Down { .. })).await.unwrap();
@@ -209,7 +208,7 @@ impl Port {
     async fn close(self) -> usize {
         let Self { mut state, stop, recorder, ups, .. } = self;
         stop.cancel();
-        // a link that is gone has no state any more
+        // a link that has ended has no state any more
         let _ = state.wait_for(|state| matches!(state, LinkState::Closed { .. })).await;
         let ended = recorder.finish("stopped").await;
         assert!(ended.error.is_none(), "{ended:?}");

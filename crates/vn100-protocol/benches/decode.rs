@@ -1,7 +1,7 @@
-//! What a line costs, in nanoseconds of this thread and in ratio to a loop over nom's `double`.
+//! The cost of a line, in nanoseconds of this thread and relative to a loop over nom's `double`.
 //!
-//! The kernels take turns, so that whatever slows the machine down slows all of them; the median of
-//! the rounds counts.
+//! The kernels take turns, so that a slow machine slows all of them; the median of the rounds
+//! counts.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 #[path = "../../../benches/figures.rs"]
@@ -22,8 +22,8 @@ use vn100_protocol::{
 const LINES: usize = 4_000;
 const ROUNDS: usize = 41;
 
-/// Does its work over a buffer of lines and returns a number that depends on all of it: for a
-/// parser, the sum of its counts or values.
+/// Processes a buffer of lines and returns a number that depends on all of it: for a parser, the
+/// sum of its counts or values.
 type Kernel = fn(&[u8]) -> f64;
 
 fn main() {
@@ -137,7 +137,7 @@ fn frames(bytes: &[u8]) -> f64 {
     length as f64
 }
 
-/// As a capture is read: batches of counts and device times.
+/// The path of a capture: batches of counts and device times.
 fn rows(bytes: &[u8]) -> f64 {
     let mut reader = SampleReader::new(ReadOptions::default());
     reader.push(bytes, None);

@@ -1,5 +1,5 @@
-//! The serial protocol of the VectorNav VN-100: bytes to typed messages and back, without I/O and
-//! clock, and without the standard library but for the feature `std`.
+//! The serial protocol of the VectorNav VN-100: bytes to typed messages and back, without I/O or
+//! clock, and without the standard library unless the feature `std` is on.
 //!
 //! ```
 //! use vn100_protocol::{Decoder, Item, Options};
@@ -22,16 +22,16 @@
 //! [`Framer`] finds [`Sentence`]s and [`Packet`]s in any bytes and checks their checksums. The
 //! [`MESSAGES`] that are measured are a table of [`Layout`]s, and a [`Sample`] is the content of
 //! one sentence or packet of such a message. [`Decoder`] combines them and counts every byte in a
-//! [`Tally`]. A rejected sentence is an item with its evidence and never an error of the stream.
+//! [`Tally`]. A rejected sentence is an item with its evidence, and not an error of the stream.
 //!
 //! A number never passes through a float: it becomes the integer of its digits, so that sums of
 //! samples are exact.
 //!
 //! # Asking the sensor
 //!
-//! A [`RequestQueue`] sends one [`SensorCommand`] after the other and finds each [`Reply`] among
-//! the frames that keep arriving; it has neither link nor clock. [`LinkLoad`] says whether
-//! sentences and packets fit the baud rate.
+//! A [`RequestQueue`] sends one [`SensorCommand`] at a time and finds each [`Reply`] among the
+//! arriving frames; it has neither link nor clock. [`LinkLoad`] tells whether sentences and packets
+//! fit the baud rate.
 //!
 //! ```
 //! use std::time::Duration;
@@ -69,25 +69,25 @@
 //!
 //! # Features
 //!
-//! `std`, on by default, reads packets faster where the processor has what that takes, which is
-//! known at run time with the standard library alone. What is read is the same without it.
+//! `std`, on by default, reads packets faster on processors with the needed instructions, which
+//! only the standard library can detect at run time. The decoded values are the same without it.
 //!
-//! # Where this reader departs from the maker's manual
+//! # Differences from the maker's manual
 //!
 //! - The manual (UM001, revision 2.43) prints the polynomial of the 16-bit checksum as 0x07. It is
-//!   0x1021, as in the manual's own code and in every line of a sensor.
+//!   0x1021, as in the manual's own code and in every line of real sensors.
 //! - Some of its sample lines carry wrong digits, such as `$VNRRG,01,VN-310*58` (59 is right), and
-//!   its `*XX` in place of a checksum is for commands to the sensor alone. Both are
+//!   its `*XX` in place of a checksum is only for commands to the sensor. Both are
 //!   [`RejectReason::Checksum`].
-//! - It puts the status before the count in text and behind it in an example; [`Suffix`] takes
+//! - It puts the status before the count in text and after it in an example; [`Suffix`] takes
 //!   either order.
-//! - A sensor ends a line with CR LF. Any byte that is no check digit ends it here: the checksum
-//!   decides.
+//! - A sensor ends a line with CR LF. Here any byte that is no check digit ends it, and the
+//!   checksum decides.
 //! - Some editions list the last error codes as decimal numbers. All are hexadecimal here, as
 //!   firmware 3 sends them.
 //! - Register numbers of replies are compared as numbers, with a leading zero or without.
 //! - Editions disagree on the checksum numbers 0 and 2 of register 30; [`ProtocolControl::check`]
-//!   knows 1 and 3 alone.
+//!   knows only 1 and 3.
 //! - Packets with groups that a VN-100 does not have (satellite and inertial navigation) or with
 //!   extension words have no known length; their bytes are searched like any others.
 #![cfg_attr(not(test), no_std)]

@@ -29,7 +29,7 @@ pub struct LinkLoad {
     pub bytes_per_s: f64,
 }
 
-/// What register 30 adds to every sentence; the default, no suffix and XOR-8, is the factory
+/// The additions of register 30 to every sentence; the default, no suffix and XOR-8, is the factory
 /// default.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LineForm {
@@ -41,7 +41,7 @@ pub struct LineForm {
     pub check: Check,
 }
 
-/// An unknown kind of check is taken for the longer one.
+/// An unknown kind of check is counted as the longer one.
 impl From<&ProtocolControl> for LineForm {
     fn from(control: &ProtocolControl) -> Self {
         Self {
@@ -54,7 +54,7 @@ impl From<&ProtocolControl> for LineForm {
 
 impl AsyncType {
     /// The usual length of a sentence of this form in bytes, CR and LF included; 0 for
-    /// [`OFF`](Self::OFF), `None` where the length is not known.
+    /// [`OFF`](Self::OFF), `None` if the length is not known.
     #[must_use]
     pub fn line_length(self, form: LineForm) -> Option<u32> {
         let check = match form.check {
@@ -79,8 +79,8 @@ impl LinkLoad {
         Self { bytes_per_s: f64::from(length) * f64::from(rate.hz()) }
     }
 
-    /// The load of the packets of a binary output on a port to which they go; `None` where packets
-    /// are sent whose length is not known.
+    /// The load of the packets of a binary output on its port; `None` if packets of unknown length
+    /// are sent.
     #[must_use]
     pub fn of_packets(output: &BinaryOutput) -> Option<Self> {
         match output.rate_hz() {
@@ -95,14 +95,14 @@ impl LinkLoad {
         self.bytes_per_s * 10.0 <= f64::from(baud_rate.bits_per_s())
     }
 
-    /// The lowest baud rate that has room for this load; `None` when none has.
+    /// The lowest baud rate with room for this load; `None` if there is none.
     #[must_use]
     pub fn lowest_baud_rate(self) -> Option<BaudRate> {
         BaudRate::ALL.into_iter().find(|&baud_rate| self.fits(baud_rate))
     }
 
     /// The highest rate at which sentences of `length` bytes fit in addition to this load; `None`
-    /// when not even 1 Hz does.
+    /// if not even 1 Hz does.
     #[must_use]
     pub fn highest_rate_beside(self, length: u32, baud_rate: BaudRate) -> Option<AsyncRate> {
         let fits = |rate: &AsyncRate| (self + Self::of_lines(length, *rate)).fits(baud_rate);

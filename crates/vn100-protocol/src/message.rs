@@ -1,4 +1,4 @@
-//! The messages that are measured: a table of what they hold, and how their sentences are read.
+//! The messages that are measured: a table of their contents, and the readers of their sentences.
 
 pub(crate) mod decimal;
 pub(crate) mod decoder;
@@ -15,14 +15,14 @@ use thiserror::Error;
 
 use crate::message::{decimal::DecimalError, layout::Channel};
 
-/// Why a sentence with the header of a measured message is malformed.
+/// The reason why a sentence with the header of a measured message is malformed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum GrammarError {
     /// The text before the first comma is no name of a message.
     #[error("the sentence has no name of a message")]
     Name,
-    /// The number of fields is not that of the message.
+    /// The number of fields differs from that of the message.
     #[error("the sentence has {found} fields, {expected} are expected")]
     FieldCount {
         /// Number of values of the message.
@@ -35,10 +35,10 @@ pub enum GrammarError {
     Number {
         /// The channel of the field.
         channel: &'static str,
-        /// Why the field is no number.
+        /// The reason why the field is no number.
         error: DecimalError,
     },
-    /// The number of decimals is that of no print format.
+    /// The number of decimals fits no print format.
     #[error("{channel} has {found} decimals, {expected} are expected from the first number of the sentence")]
     Decimals {
         /// The first channel with other decimals.
@@ -55,7 +55,7 @@ pub enum GrammarError {
     Suffix,
 }
 
-/// A value beyond the limit of its channel, in a sentence with a right checksum.
+/// A value beyond the limit of its channel, in a sentence with a correct checksum.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("{} of {count} counts is beyond ±{} counts ({} {})", .channel.name, .channel.limit_counts,
     .channel.value(.channel.limit_counts), .channel.unit)]

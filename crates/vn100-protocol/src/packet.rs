@@ -1,4 +1,4 @@
-//! Binary packets that are measured: what their fields are, and how their floats become counts.
+//! Binary packets that are measured: their fields, and the conversion of their floats to counts.
 
 pub(crate) mod field;
 pub(crate) mod form;

@@ -1,4 +1,4 @@
-//! The registers of the sensor: their numbers, and what is common to their values.
+//! The registers of the sensor: their numbers, and the common properties of their values.
 
 pub(crate) mod fields;
 mod port;
@@ -31,7 +31,7 @@ pub struct RegisterContents {
     pub fields: RegisterFields,
 }
 
-/// A value that one register, or several of a kind, contain.
+/// A value contained in one register, or in several of a kind.
 pub trait RegisterValue: Sized {
     /// The registers that contain such a value.
     const REGISTERS: &'static [Register];
@@ -54,7 +54,7 @@ pub trait WritableValue: RegisterValue + fmt::Display {
     }
 }
 
-/// Why the contents of a register are not the expected value.
+/// The reason why the contents of a register are not the expected value.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ValueError {
@@ -103,7 +103,7 @@ macro_rules! registers {
             $(#[doc = concat!("Register ", $number, ", ", $name, ": ", $meaning, ".")]
             pub const $constant: Self = Self($number);)*
 
-            /// The name of the register; `None` where it is not known here.
+            /// The name of the register; `None` if it is not known here.
             #[must_use]
             pub fn name(self) -> Option<&'static str> {
                 match self.0 {
@@ -174,7 +174,7 @@ impl RegisterContents {
         Ok(value)
     }
 
-    /// Whether these are the contents after a write of `fields`: the sensor may print numbers
+    /// Whether these can be the contents after a write of `fields`: the sensor may print numbers
     /// differently, and registers 5 to 7 may name their port.
     #[must_use]
     pub fn is_as_written(&self, fields: &RegisterFields) -> bool {

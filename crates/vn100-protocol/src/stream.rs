@@ -1,7 +1,7 @@
-//! What a stream of samples is made of, as plain data, and the one place where rows become batches.
+//! The parts of a stream of samples, as plain data, and the only place that turns rows into batches.
 //!
 //! A source delivers [`StreamInput`]s; a [`SampleReader`] decodes them and collects the samples in
-//! [`Batch`]es, with [`StreamCounts`] of everything the stream has carried.
+//! [`Batch`]es, with the [`StreamCounts`] of its whole content.
 
 mod bag_report;
 mod batch;

@@ -4,10 +4,9 @@ use std::{mem, sync::Arc};
 
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::{exceptions::PyValueError, prelude::*};
-use vn100_analysis::{Analysis, Assessment, Settings, SourceFacts};
+use vn100_analysis::{Analysis, Assessment, Parts, Settings, SourceFacts, SourceResult};
 use vn100_protocol::stream::{AbsentCell, Batch};
 use vn100_protocol::{Channel, Layout, Quantity};
-use vn100_report::Measured;
 
 use crate::{
     measured,
@@ -139,16 +138,19 @@ impl Sums {
         self.analysis.timing().samples
     }
 
-    /// The document `vn100.analysis/1`.
+    /// The document `vn100.analysis/2`.
     fn document(&mut self, py: Python<'_>) -> PyResult<String> {
         let evaluation = measured::evaluation()?;
-        let measured = py.detach(|| {
-            let snapshot = self.analysis.final_snapshot();
-            let assessment = Assessment::new(&snapshot, self.confidence);
+        let result = py.detach(|| {
+            let snapshot = Arc::new(self.analysis.final_snapshot());
+            let assessment = Arc::new(Assessment::new(&snapshot, self.confidence));
             let facts = SourceFacts { name: "array".into(), ..SourceFacts::default() };
-            evaluation.complete(Measured::so_far(facts, snapshot.into(), assessment))
+            let mut result = SourceResult::new(facts, snapshot, assessment, Parts::All);
+            // the caller names what is missing
+            result.timing.missing = Some(result.timing.missing_at_least);
+            evaluation.complete(result)
         });
-        measured::document(&measured)
+        measured::document(&result)
     }
 }
 

@@ -36,7 +36,7 @@ pub(crate) fn archive_rows(
         let name = spec.name_with_folder();
         let result = session(py, spec)?;
         let mut measured = py.detach(|| evaluation.complete(measured::of_session(result)));
-        measured.facts.name = name;
+        measured.source.name = name;
         recordings.push(measured);
     }
     let rows = py.detach(|| ArchiveRow::of_file(&file, &recordings));

@@ -1,12 +1,13 @@
-//! Results as documents, and what went wrong as exceptions, in the words of the command line.
+//! Results as documents, and what went wrong as exceptions, in words for Python.
 
 use pyo3::{
     create_exception,
     exceptions::{PyException, PyOSError, PyRuntimeError},
     prelude::*,
 };
+use vn100_analysis::SourceResult;
 use vn100_capture::OpenError;
-use vn100_report::{Asked, Completion, Document, Evaluation, Measured, words};
+use vn100_report::{Asked, Document, Ended, Evaluation, remedies::python_words, warnings::headline};
 use vn100_session::{EndReason, SessionResult, StartError};
 
 create_exception!(vn100, CaptureError, PyException, "A capture could not be read, or holds no sample.");
@@ -18,37 +19,31 @@ pub(crate) fn evaluation() -> PyResult<Evaluation> {
 }
 
 /// A replay that ended.
-pub(crate) fn of_session(result: SessionResult) -> Measured {
-    let SessionResult { mut facts, snapshot, assessment, end, unmet, shortfall, .. } = result;
-    let plain = end.plain();
-    let early = words::ended_early(&plain, shortfall.as_ref(), !unmet.is_empty(), &snapshot);
-    facts.error = words::end(&facts.name, &plain, &snapshot);
-    let mut measured = Measured::ended(facts, snapshot, assessment, &unmet);
-    if matches!(*end, EndReason::NotStarted(StartError::RateUnknown { .. })) {
-        measured.completion = Completion::NotGiven;
-    }
-    early.into_iter().for_each(|(text, details)| measured.note_ended_early(text, details, false));
-    measured
+pub(crate) fn of_session(result: SessionResult) -> SourceResult {
+    let SessionResult { measured, end, unmet, shortfall, .. } = result;
+    let end = end.plain();
+    Ended { end: &end, shortfall: shortfall.as_ref(), unmet: &unmet, is_live: false, words: python_words }
+        .complete(measured)
 }
 
 /// Adds the gravest warning to the error of a capture without samples: what was wrong with its
 /// bytes.
-pub(crate) fn explain(measured: &mut Measured) {
-    let gravest = measured.warnings().first().map(|warning| warning.headline.clone());
-    if let (0, Some(error), Some(gravest)) = (measured.snapshot.timing.samples, &mut measured.facts.error, gravest) {
-        *error = format!("{error}; {gravest}");
+pub(crate) fn explain(result: &mut SourceResult) {
+    if let (0, Some(error), Some(gravest)) = (result.timing.samples, &mut result.source.error, result.warnings.first())
+    {
+        *error = format!("{error}; {}", headline(gravest));
     }
 }
 
 /// The exception of a capture of which nothing could be measured; `None` where anything was.
-pub(crate) fn failure(end: &EndReason, measured: &Measured) -> Option<PyErr> {
-    let text = measured.facts.error.clone()?;
+pub(crate) fn failure(end: &EndReason, result: &SourceResult) -> Option<PyErr> {
+    let text = result.source.error.clone()?;
     if let EndReason::NotStarted(StartError::Capture(error @ OpenError::Io { source, .. })) = end
         && source.raw_os_error().is_some()
     {
         return Some(not_opened(error));
     }
-    (measured.snapshot.timing.samples == 0).then(|| CaptureError::new_err(text))
+    (result.timing.samples == 0).then(|| CaptureError::new_err(text))
 }
 
 /// The exception of a capture that cannot be opened: for an error of the operating system the
@@ -65,8 +60,8 @@ pub(crate) fn not_opened(error: &OpenError) -> PyErr {
     }
 }
 
-/// The document `vn100.analysis/1`.
-pub(crate) fn document(measured: &Measured) -> PyResult<String> {
-    let document = Document::new(measured, true, words::remedy_words);
+/// The document `vn100.analysis/2`.
+pub(crate) fn document(result: &SourceResult) -> PyResult<String> {
+    let document = Document::new(result, python_words);
     serde_json::to_string(&document).map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }

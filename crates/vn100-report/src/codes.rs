@@ -1,8 +1,10 @@
 //! The codes of documents: the word for each code in text and pages, and its meaning, as
 //! `docs/words.md` lists them.
 
+use serde::Serialize;
+use serde_json::Value;
 use vn100_analysis::noise::{Grade, NoCoefficient, Status, Term, Verdict};
-use vn100_analysis::{AxisTemperature, EndKind, MissingFrom, RateFrom, WhyNoCoefficient, WindowFrom, Withheld};
+use vn100_analysis::{DecidedBy, EndKind, MissingFrom, RateFrom, WhyNoCoefficient, WindowFrom, Withheld};
 
 /// A code of documents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +23,7 @@ pub struct Code {
 #[must_use]
 pub fn all_codes() -> Vec<Code> {
     let verdicts = Verdict::ALL.map(code_of_verdict).into_iter();
+    let decided = DecidedBy::ALL.map(code_of_decided).into_iter();
     let statuses = Status::ALL.map(code_of_status).into_iter();
     let grades = Grade::ALL.map(code_of_grade).into_iter();
     let rates = RateFrom::ALL.map(code_of_rate).into_iter();
@@ -30,16 +33,7 @@ pub fn all_codes() -> Vec<Code> {
     let no_coefficients = WhyNoCoefficient::ALL.map(code_of_no_coefficient).into_iter();
     let ends = EndKind::ALL.map(code_of_end).into_iter();
     let origins = rates.chain(missing).chain(windows).chain(withheld).chain(no_coefficients);
-    verdicts.chain(statuses).chain(grades).chain(origins).chain(ends).collect()
-}
-
-/// What is known of a temperature coefficient.
-pub(crate) const fn status_of_temperature(temperature: &AxisTemperature) -> Status {
-    match temperature.coefficient {
-        Ok(_) => Status::Estimated,
-        Err(WhyNoCoefficient::BiasNotInStream) => Status::NotMeasurable,
-        Err(_) => Status::NotObservable,
-    }
+    verdicts.chain(decided).chain(statuses).chain(grades).chain(origins).chain(ends).collect()
 }
 
 /// Why the slow terms of an axis are no more than bounded.
@@ -68,22 +62,19 @@ pub(crate) const fn code_of_withheld(why: Withheld) -> Code {
 /// Why there is no temperature coefficient.
 #[must_use]
 pub(crate) const fn code_of_no_coefficient(why: WhyNoCoefficient) -> Code {
-    let (name, meaning) = match why {
-        WhyNoCoefficient::Moved => ("moved", "the sensor was moved"),
-        WhyNoCoefficient::BiasNotInStream => {
-            ("bias-not-in-stream", "a filter removes the bias before the sensor sends the samples")
-        }
-        WhyNoCoefficient::Constant => ("constant", "the values do not vary"),
+    let meaning = match why {
+        WhyNoCoefficient::Moved => "the sensor was moved",
+        WhyNoCoefficient::BiasNotInStream => "a filter removes the bias before the sensor sends the samples",
+        WhyNoCoefficient::Constant => "the values do not vary",
         WhyNoCoefficient::Temperature(NoCoefficient::TooShort { .. }) => {
-            ("too-short", "fewer than 32 consecutive blocks have samples and a temperature")
+            "fewer than 32 consecutive blocks have samples and a temperature"
         }
-        WhyNoCoefficient::Temperature(NoCoefficient::Excursion { .. }) => {
-            ("excursion", "the temperature changed by less than 1 °C")
-        }
+        WhyNoCoefficient::Temperature(NoCoefficient::Excursion { .. }) => "the temperature changed by less than 1 °C",
         WhyNoCoefficient::Temperature(NoCoefficient::OneDirection { .. }) => {
-            ("one-direction", "the temperature only rose or only fell, so that any other drift would look the same")
+            "the temperature only rose or only fell, so that any other drift would look the same"
         }
     };
+    let name = why.code();
     code("temperature.reason", name, name, meaning)
 }
 
@@ -93,45 +84,51 @@ const fn code(key: &'static str, code: &'static str, word: &'static str, meaning
 
 /// A verdict on a figure of a data sheet.
 #[must_use]
-pub fn code_of_verdict(verdict: Verdict) -> Code {
+pub(crate) fn code_of_verdict(verdict: Verdict) -> Code {
     let of = |name, word, meaning| code("verdict", name, word, meaning);
     match verdict {
         Verdict::Pass => {
-            of("pass", "pass", "the whole interval lies within the limit, even with the uncertainty of aliasing")
+            of("pass", "pass", "the whole interval lies within the limit, even with all that is not known of it")
         }
-        Verdict::Fail => of("fail", "fail", "the whole interval lies beyond the limit, and aliasing cannot explain it"),
-        Verdict::Typical => of(
-            "typical",
-            "within typical",
-            "the upper end of the interval lies within the typical range, which is no guarantee",
-        ),
-        Verdict::AboveTypical => of(
-            "above-typical",
-            "above typical",
-            "the whole interval lies above the typical range, which is no guarantee and no limit",
-        ),
-        Verdict::BelowTypical => of(
-            "below-typical",
-            "below typical",
-            "the whole interval lies below the typical range: better than many sensors",
-        ),
-        Verdict::Inconclusive => of(
-            "inconclusive",
-            "inconclusive",
-            "the interval spans the limit, or the upper end of the typical range; a longer record may decide",
-        ),
-        Verdict::Consistent => of(
-            "consistent",
-            "undecidable",
-            "the interval agrees with the figure, or its value does, and no longer record decides: that needs what is unknown, the averaging window, the sample rate, or whether the density is one-sided or two-sided",
-        ),
+        Verdict::Fail => {
+            of("fail", "fail", "the whole interval lies beyond the limit, even with all that is not known of it")
+        }
         Verdict::Undecided => of(
             "undecided",
-            "undecidable",
-            "there is no interval, or it lies beyond the figure and the effect of aliasing is unknown",
+            "undecided",
+            "the interval spans the limit, or what is not known; decided_by names what would decide",
         ),
         Verdict::NotComparable => of("not-comparable", "not comparable", "the message does not carry the parameter"),
     }
+}
+
+/// What would decide an open verdict.
+#[must_use]
+pub(crate) const fn code_of_decided(by: DecidedBy) -> Code {
+    let (name, word, meaning) = match by {
+        DecidedBy::Rate => ("rate", "a known sample rate", "the sample rate is assumed"),
+        DecidedBy::Window => (
+            "window",
+            "a known averaging window",
+            "the stream does not contain how the sensor averages, and so how much aliases",
+        ),
+        DecidedBy::Convention => (
+            "convention",
+            "a sheet that says whether its density is one-sided",
+            "a one-sided density is √2 times the two-sided one, and the value lies between both readings",
+        ),
+        DecidedBy::Unaliased => (
+            "unaliased",
+            "a stream without aliasing",
+            "how much aliasing raises the value is known to 10 %, and the value lies within that of the limit",
+        ),
+        DecidedBy::LongerRecord => (
+            "longer-record",
+            "a longer record",
+            "the interval spans the limit, or there is none; it narrows with the record",
+        ),
+    };
+    code("decided_by", name, word, meaning)
 }
 
 /// What is known of a parameter.
@@ -182,7 +179,7 @@ pub(crate) fn code_of_grade(grade: Grade) -> Code {
 
 /// The code for the source of the sample rate.
 #[must_use]
-pub fn code_of_rate(from: RateFrom) -> Code {
+pub(crate) fn code_of_rate(from: RateFrom) -> Code {
     let of = |name, word, meaning| code("rate_from", name, word, meaning);
     match from {
         RateFrom::Option => of("option", "as given", "given by the user"),
@@ -201,7 +198,7 @@ pub fn code_of_rate(from: RateFrom) -> Code {
 
 /// The code for the evidence of dropped samples.
 #[must_use]
-pub fn code_of_missing(from: MissingFrom) -> Code {
+pub(crate) fn code_of_missing(from: MissingFrom) -> Code {
     let of = |name, word, meaning| code("missing_from", name, word, meaning);
     match from {
         MissingFrom::DeviceTime => of(
@@ -218,6 +215,14 @@ pub fn code_of_missing(from: MissingFrom) -> Code {
             "rejected lines",
             "each rejected line counts as one dropped sample; entirely missing lines are not detected",
         ),
+    }
+}
+
+/// The code of a value of a kind that documents write as a code.
+pub(crate) fn name_of(value: impl Serialize) -> String {
+    match serde_json::to_value(value) {
+        Ok(Value::String(code)) => code,
+        _ => String::new(),
     }
 }
 

@@ -16,14 +16,14 @@ mod svg;
 mod text_width;
 
 use vn100_analysis::protocol::Quantity;
-use vn100_analysis::{SENSORS, axes_name};
+use vn100_analysis::{ChannelResult, SENSORS, SourceResult, axes_name};
 
 pub use allan::{allan_in_unit, id_of};
 pub use axes::{PlotAxis, Scale};
 pub use drawing::Rectangle;
 pub use last_minutes::last_minutes;
 
-use crate::{measured::Record, names::names_of, units::ChannelValues};
+use crate::names::names_of;
 use allan::{allan_of_axes, allan_of_each, allan_of_records};
 use drawing::{Anchor, Colour, Dash, Drawing, Marker, Primitive, Stroke};
 use graphical::graphical;
@@ -56,16 +56,16 @@ pub struct Figures {
 impl Figures {
     /// The figures of one record; `prefix` makes their names unique in a report of several.
     #[must_use]
-    pub fn of(record: &Record<'_>, prefix: &str) -> Self {
+    pub fn of(record: &SourceResult, prefix: &str) -> Self {
         let mut all = Self::of_deviation_and_spectrum(record);
-        let deviation = record.measured.snapshot.deviation;
+        let deviation = record.deviation();
         for (quantity, _) in SENSORS {
             let axes = record.of(quantity).into_iter().map(|channel| shown_with(channel, record));
             let y = axes.into_iter().find(|channel| channel.name.ends_with("_y"));
             all.graphical.extend(y.and_then(|y| graphical(&y, deviation)));
         }
         // what was read between the lines has no such figure
-        for channel in record.channels.iter().take(record.measured.snapshot.channels.len()) {
+        for channel in record.streamed() {
             all.times.extend(envelope(channel));
             all.histograms.extend(histogram(channel));
         }
@@ -75,19 +75,19 @@ impl Figures {
     /// The figures that say something while the record is measured: deviations, spectra and
     /// segments. `prefix` makes their names unique on a page of several sources.
     #[must_use]
-    pub fn live(record: &Record<'_>, prefix: &str) -> Self {
+    pub fn live(record: &SourceResult, prefix: &str) -> Self {
         Self::of_deviation_and_spectrum(record).named(prefix)
     }
 
-    fn of_deviation_and_spectrum(record: &Record<'_>) -> Self {
-        let deviation = record.measured.snapshot.deviation;
+    fn of_deviation_and_spectrum(record: &SourceResult) -> Self {
+        let deviation = record.deviation();
         let mut all = Self::default();
         for (quantity, sensor) in SENSORS {
             let (id, name) = (axes_name(sensor), names_of(quantity).title);
-            let axes: Vec<ChannelValues> =
+            let axes: Vec<ChannelResult> =
                 record.of(quantity).into_iter().map(|channel| shown_with(channel, record)).collect();
-            let axes: Vec<&ChannelValues> = axes.iter().collect();
-            let sheet = axes.first().map_or(&[][..], |channel| record.verdicts(channel));
+            let axes: Vec<&ChannelResult> = axes.iter().collect();
+            let sheet = axes.first().map_or(&[][..], |channel| channel.verdicts());
             all.allan_sensors.extend(allan_of_axes(id, name, &axes, sheet, deviation));
             all.allan_axes.extend(allan_of_each(&axes, deviation));
             all.spectra.extend(spectrum(id, name, &axes));
@@ -115,7 +115,7 @@ impl Figures {
 
     /// The curves of each channel of all records in one plot.
     #[must_use]
-    pub fn together(records: &[Record<'_>], names: &[String]) -> Self {
+    pub fn together(records: &[SourceResult], names: &[String]) -> Self {
         let mut all = Self::default();
         for (quantity, _) in SENSORS {
             let mut done: Vec<&str> = Vec::new();
@@ -127,12 +127,12 @@ impl Figures {
                 let same: Vec<_> = (records.iter().zip(names))
                     .filter_map(|(record, name)| {
                         let is_same =
-                            |other: &&ChannelValues| (&other.name, &other.unit) == (&channel.name, &channel.unit);
+                            |other: &&ChannelResult| (&other.name, &other.unit) == (&channel.name, &channel.unit);
                         Some((name.clone(), record.channels.iter().find(is_same)?))
                     })
                     .collect();
                 let Some(first) = records.first() else { continue };
-                all.allan_axes.extend(allan_of_records(&channel.name, &same, first.measured.snapshot.deviation));
+                all.allan_axes.extend(allan_of_records(&channel.name, &same, first.deviation()));
             }
         }
         all
@@ -147,9 +147,10 @@ impl Figures {
 
 /// The channel, without noise parameters where the sensor was moved: they would be those of the
 /// motion.
-fn shown_with(channel: &ChannelValues, record: &Record<'_>) -> ChannelValues {
-    let noise = channel.noise.clone().filter(|_| record.measured.assessment.motion.is_none());
-    ChannelValues { noise, ..channel.clone() }
+fn shown_with(channel: &ChannelResult, record: &SourceResult) -> ChannelResult {
+    let mut channel = channel.clone();
+    channel.noise = channel.noise.filter(|_| record.motion.is_none());
+    channel
 }
 
 /// A figure, with the numbers that it shows.

@@ -2,17 +2,13 @@
 //! to do, and where it is defined.
 
 mod codes;
+mod filters;
 mod parameters;
 mod summary;
-mod warnings;
 
-use vn100_analysis::noise::Verdict;
-use vn100_analysis::{Remedy, Text};
+use vn100_analysis::{Remedy, RemedyWords, WarningKind};
 
-use crate::{
-    codes::{Code, code_of_verdict},
-    summary::parameters::verdict_word,
-};
+use crate::warnings::{WarningWords, actions, warning_words};
 
 /// The entry of the glossary for one code.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,39 +26,42 @@ pub struct Explanation {
     pub meaning: String,
     /// Why it matters, in sentences.
     pub why: &'static str,
-    /// What to do, in sentences.
-    pub advice: Text,
+    /// What to do, in sentences; may be empty.
+    pub advice: &'static str,
+    /// What this program has for it.
+    pub remedies: &'static [Remedy],
     /// The standard or manual that defines the code; empty for codes of this program alone.
     pub source: &'static str,
 }
 
-/// All entries: parameters, warnings, the codes of documents, then the words and messages of the
-/// summary.
+impl Explanation {
+    /// What to do, with the remedies in the words of a face.
+    #[must_use]
+    pub fn advice(&self, words: RemedyWords) -> String {
+        let advice = (!self.advice.is_empty()).then(|| self.advice.to_owned());
+        advice.into_iter().chain(actions(self.remedies, words)).collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// All entries: parameters, warnings, the codes of documents, the words and messages of the summary,
+/// then programs that take N and K, and data sheets.
 #[must_use]
 pub fn glossary() -> Vec<Explanation> {
     let mut all = parameters::explanations();
-    all.extend(warnings::explanations());
+    all.extend(WarningKind::ALL.map(of_warning));
     all.extend(codes::explanations());
     all.extend(summary::explanations());
+    all.extend(filters::explanations());
     all
 }
 
-/// The entries for a code or a name, or for a word for a verdict in the summary, in any letter
-/// case. A code of several groups, and a word for several verdicts, have several entries; an
-/// unknown one has none.
+/// The entries for a code or a name, in any letter case. A code of several groups has several
+/// entries; an unknown one has none.
 #[must_use]
 pub fn explain(code: &str) -> Vec<Explanation> {
     let wanted = plain(code);
-    let is_verdict = |code: &str| {
-        let of = |verdict: Verdict| (code_of_verdict(verdict), verdict_word(verdict));
-        let means = |(code, short): &(Code, &str)| [code.word, short].iter().any(|word| plain(word) == wanted);
-        Verdict::ALL.into_iter().map(of).filter(means).any(|(meant, _)| meant.code == code)
-    };
     let mut found = glossary();
-    found.retain(|entry| {
-        let is_named = std::iter::once(&entry.code).chain(&entry.aliases).any(|name| plain(name) == wanted);
-        is_named || entry.group == codes::VERDICTS && is_verdict(entry.code)
-    });
+    found.retain(|entry| std::iter::once(&entry.code).chain(&entry.aliases).any(|name| plain(name) == wanted));
     found
 }
 
@@ -71,15 +70,20 @@ fn plain(code: &str) -> String {
     code.trim().to_lowercase().replace([' ', '_'], "-")
 }
 
-/// Sentences in which each `{}` stands for the next remedy.
-fn advice(template: &str, remedies: &[Remedy]) -> Text {
-    let mut remedies = remedies.iter();
-    let mut pieces = template.split("{}");
-    let first = Text::from(pieces.next().unwrap_or_default());
-    pieces.fold(first, |text, piece| match remedies.next() {
-        Some(remedy) => text.remedy(remedy.clone()).then(piece),
-        None => text.then(piece),
-    })
+fn of_warning(kind: WarningKind) -> Explanation {
+    let WarningWords { meaning, why, advice, remedies, source } = warning_words(kind);
+    let (code, title) = (kind.name(), kind.severity().name().into());
+    Explanation {
+        group: "Warnings",
+        code,
+        aliases: Vec::new(),
+        title,
+        meaning: meaning.into(),
+        why,
+        advice,
+        remedies,
+        source,
+    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use vn100_analysis::{Assessment, Goal, LinkStatus, Settings, Snapshot};
+use vn100_analysis::{Goal, LinkStatus, Settings, SourceResult, TimeBase};
 
 use crate::numbers::plain::{digits_trimmed, span, time};
 
@@ -34,34 +34,29 @@ impl Goals {
     /// One text for each goal, the times first; `elapsed` is the time by the clock. While nothing is
     /// received from the link of the source, no text foretells how much more data time a goal takes.
     #[must_use]
-    pub fn texts(
-        &self,
-        snapshot: &Snapshot,
-        assessment: &Assessment,
-        elapsed: Duration,
-        link: Option<LinkStatus>,
-    ) -> Vec<String> {
-        let is_receiving = link.is_none_or(|status| status == LinkStatus::Connected);
-        let duration = self.duration.map(|duration| progress(data_time_s(snapshot), duration, is_receiving));
+    pub fn texts(&self, result: &SourceResult, elapsed: Duration) -> Vec<String> {
+        let link = result.source.link.as_ref();
+        let is_receiving = link.is_none_or(|link| link.status == LinkStatus::Connected);
+        let duration = self.duration.map(|duration| progress(data_time_s(&result.timing), duration, is_receiving));
         let wall = self.wall.map(|wall| format!("by the clock {}", progress(elapsed.as_secs_f64(), wall, true)));
-        let until = self.until.iter().map(|goal| of_goal(snapshot, assessment, goal, is_receiving));
+        let until = self.until.iter().map(|goal| of_goal(result, goal, is_receiving));
         duration.into_iter().chain(wall).chain(until).collect()
     }
 }
 
-/// How far the warm-up is, where all data so far lie in it: `17 s of 20 s`; `None` elsewhere.
+/// How far the warm-up is, if all data so far lie in it: `17 s of 20 s`; else `None`.
 #[must_use]
-pub fn warm_up(snapshot: &Snapshot) -> Option<String> {
-    let skip_s = snapshot.skipped.as_secs_f64();
-    snapshot.is_in_warm_up().then(|| format!("{} of {}", time(data_time_s(snapshot).min(skip_s)), span(skip_s, " ")))
+pub fn warm_up(timing: &TimeBase) -> Option<String> {
+    let skip_s = timing.skipped_s;
+    timing.is_in_warm_up().then(|| format!("{} of {}", time(data_time_s(timing).min(skip_s)), span(skip_s, " ")))
 }
 
 /// Data time so far, with what is excluded as warm-up.
-fn data_time_s(snapshot: &Snapshot) -> f64 {
-    let (timing, skipped) = (&snapshot.timing, snapshot.skipped);
-    match timing.samples {
-        0 => timing.excluded as f64 / timing.rate_hz,
-        _ => timing.duration_s() + skipped.as_secs_f64(),
+fn data_time_s(timing: &TimeBase) -> f64 {
+    match (timing.samples, timing.rate_hz) {
+        (0, Some(hz)) => timing.excluded as f64 / hz,
+        (0, None) => 0.0,
+        _ => timing.duration_s + timing.skipped_s,
     }
 }
 
@@ -78,12 +73,12 @@ fn progress(passed_s: f64, whole: Duration, goes_on: bool) -> String {
     format!("{} of {}{more}", time(passed_s), span(whole_s, " "))
 }
 
-fn of_goal(snapshot: &Snapshot, assessment: &Assessment, goal: &Goal, is_receiving: bool) -> String {
+fn of_goal(result: &SourceResult, goal: &Goal, is_receiving: bool) -> String {
     let asked = 100.0 * goal.relative_half_width;
-    if let Some(why) = goal.out_of_reach(snapshot) {
+    if let Some(why) = result.out_of_reach(goal) {
         return format!("{goal}: out of reach, {why}");
     }
-    let widths = goal.relative_half_widths(snapshot, assessment);
+    let widths = result.half_widths(goal);
     let widest = widths.iter().map(|(_, width)| *width).try_fold(0.0, |widest: f64, width| Some(widest.max(width?)));
     let Some(widest) = widest.filter(|_| !widths.is_empty()) else {
         return format!("{goal}: not estimated yet");
@@ -98,7 +93,7 @@ fn of_goal(snapshot: &Snapshot, assessment: &Assessment, goal: &Goal, is_receivi
     }
     // an interval narrows as the root of the time
     let ratio = widest / goal.relative_half_width;
-    let more_s = snapshot.timing.duration_s() * (ratio * ratio - 1.0);
+    let more_s = result.timing.duration_s * (ratio * ratio - 1.0);
     format!("{known}, about {} more", about(more_s))
 }
 
@@ -117,29 +112,33 @@ fn about(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use vn100_analysis::Analysis;
+    use vn100_analysis::{Analysis, LinkFacts};
 
     use super::*;
+    use crate::tests::fixture::{facts, nothing, result};
 
     #[test]
     fn a_warm_up_is_as_far_as_its_samples() {
         let skip = Duration::from_secs(20);
-        let mut snapshot = Analysis::new(Settings { skip, ..Settings::default() }).snapshot();
-        assert_eq!(warm_up(&snapshot), None, "nothing arrived");
-        snapshot.timing.excluded = 17 * 40;
-        assert_eq!(warm_up(&snapshot).as_deref(), Some("17 s of 20 s"));
-        snapshot.timing.samples = 1;
-        assert_eq!(warm_up(&snapshot), None, "the measurement has begun");
-        (snapshot.timing.samples, snapshot.skipped) = (0, Duration::ZERO);
-        assert_eq!(warm_up(&snapshot), None, "excluded for another reason");
+        let snapshot = Analysis::new(Settings { skip, ..Settings::default() }).snapshot();
+        let mut timing = result(facts("a"), snapshot).timing;
+        assert_eq!(warm_up(&timing), None, "nothing arrived");
+        (timing.excluded, timing.rate_hz) = (17 * 40, Some(40.0));
+        assert_eq!(warm_up(&timing).as_deref(), Some("17 s of 20 s"));
+        timing.samples = 1;
+        assert_eq!(warm_up(&timing), None, "the measurement has begun");
+        (timing.samples, timing.skipped_s) = (0, 0.0);
+        assert_eq!(warm_up(&timing), None, "excluded for another reason");
     }
 
     #[test]
     fn no_time_is_foretold_while_nothing_is_received() {
         let goals = Goals { duration: Some(Duration::from_secs(60)), ..Goals::default() };
-        let snapshot = Analysis::new(Settings::default()).snapshot();
-        let assessment = Assessment::new(&snapshot, 0.95);
-        let texts = |link| goals.texts(&snapshot, &assessment, Duration::ZERO, link).concat();
+        let mut result = result(facts("a"), nothing());
+        let mut texts = |status: Option<LinkStatus>| {
+            result.source.link = status.map(|status| LinkFacts { status, ..LinkFacts::default() });
+            goals.texts(&result, Duration::ZERO).concat()
+        };
         assert_eq!(texts(None), "0 s of 1 min, 1 min more");
         assert_eq!(texts(Some(LinkStatus::Connected)), "0 s of 1 min, 1 min more");
         assert_eq!(texts(Some(LinkStatus::Lost)), "0 s of 1 min, nothing is received now");

@@ -2,11 +2,11 @@
 //! as on a terminal, see [`plain`](crate::numbers::plain).
 
 use vn100_analysis::noise::Deviation;
-use vn100_analysis::{LinkFacts, LinkStatus, PlaybackFacts, RateFrom, Snapshot, SourceFacts};
+use vn100_analysis::{LinkFacts, LinkStatus, PlaybackFacts, RateFrom, SourceFacts, SourceResult};
 
 use crate::{numbers::plain::time, printable::printable};
 
-/// What a link is doing, or its baud rate where it is connected.
+/// What a link is doing, or its baud rate if it is connected.
 ///
 /// # Examples
 /// ```
@@ -130,13 +130,14 @@ pub const fn rate_from_word(from: RateFrom) -> &'static str {
 /// The part of the baud rate in use, 0 to 1 and above, at ten bits per byte; `None` without a baud
 /// rate or without a sentence.
 #[must_use]
-pub fn line_load(link: Option<&LinkFacts>, snapshot: &Snapshot) -> Option<f64> {
+pub fn line_load(result: &SourceResult) -> Option<f64> {
+    let link = result.source.link.as_ref();
     let baud = link.filter(|link| matches!(link.status, LinkStatus::Connected | LinkStatus::Silent))?.baud?;
-    let (timing, tally) = (&snapshot.timing, &snapshot.link.tally);
-    let lines = timing.samples + timing.excluded + timing.missing;
-    let bytes_per_line = tally.bytes() as f64 / lines as f64;
+    let timing = &result.timing;
+    let lines = timing.samples + timing.excluded + timing.missing_at_least;
+    let bytes_per_line = result.link.framed_bytes as f64 / lines as f64;
     // a sensor that reconnected without its settings sends at its own rate
-    let rate_hz = snapshot.rate_change.map_or(timing.rate_hz, |change| change.to_hz);
+    let rate_hz = timing.rate_change.map(|change| change.to_hz).or(timing.rate_hz)?;
     (lines > 0).then(|| bytes_per_line * rate_hz * 10.0 / f64::from(baud))
 }
 
@@ -163,17 +164,18 @@ impl NextOctave {
 
 /// The next octave that the record will show; `None` before the first sample.
 #[must_use]
-pub fn next_octave(snapshot: &Snapshot) -> Option<NextOctave> {
-    let longest = snapshot.channels.iter().filter_map(|channel| channel.octaves.last()).map(|octave| octave.m).max();
+pub fn next_octave(result: &SourceResult) -> Option<NextOctave> {
+    let timing = &result.timing;
+    let interval_s = 1.0 / timing.rate_hz.filter(|_| timing.samples > 0)?;
+    let longest = result.streamed().filter_map(|channel| channel.octaves().last()).map(|octave| octave.m).max();
     let m = longest.map_or(1, |m| 2 * m);
-    let windows = match snapshot.deviation {
+    let windows = match result.deviation() {
         Deviation::Allan => 2,
         Deviation::Hadamard => 3,
     };
-    let shape = snapshot.shape();
     let needed = m * windows;
-    let lacking = needed.saturating_sub(shape.samples);
+    let lacking = needed.saturating_sub(timing.samples + timing.missing_at_least);
     let broken = lacking == 0;
-    let wait_s = if broken { needed } else { lacking } as f64 * shape.interval_s;
-    (snapshot.timing.samples > 0).then_some(NextOctave { tau_s: m as f64 * shape.interval_s, wait_s, broken })
+    let wait_s = if broken { needed } else { lacking } as f64 * interval_s;
+    Some(NextOctave { tau_s: m as f64 * interval_s, wait_s, broken })
 }

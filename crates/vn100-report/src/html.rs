@@ -18,14 +18,12 @@
 //! | `statistics.rs` | means and standard deviations |
 //! | `several.rs` | the comparison of several records |
 //! | `facts.rs` | the capture, the sensor's settings and the method |
-//! | `findings.rs`, `words.rs` | what is found in a record, and the conclusions from it in sentences |
 //! | `caption.rs`, `elements.rs` | captions with their numbers; what all pages are made of |
 
 mod caption;
 mod elements;
 mod facts;
 mod figures;
-mod findings;
 mod glance;
 mod lab;
 mod live;
@@ -36,7 +34,6 @@ mod several;
 mod statistics;
 #[cfg(test)]
 mod tests;
-mod words;
 
 pub use live::{
     LiveStage, PagePart, PageSource, live_icon, live_page, live_script, live_style, now_part, result_parts,

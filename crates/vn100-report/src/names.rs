@@ -1,15 +1,16 @@
 //! Names of quantities and results in words, the same in text, documents and reports.
 
-use vn100_analysis::noise::{Claim, Deviation, Grade, Parameter, Sensor, Status, Term, Verdict, conventions};
-use vn100_analysis::protocol::{Quantity, Tally};
+use vn100_analysis::noise::{Deviation, Grade, Parameter, Sensor, Status, Term, Verdict};
+use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
-    Aliasing, ChannelNoise, Comparison, FigureVerdict, NoGrade, Onboard, Ranking, RateFrom, StreamUnknown, Untested,
-    WhiteBudget, WhyNone, WhyUse, WindowFrom,
+    Aliasing, Budget, Comparison, DecidedBy, FigureVerdict, Graded, LinkCounts, NoGrade, Onboard, Ranking, RateFrom,
+    Ratio, TimeBase, Untested, WhyNone, WhyUse, WindowFrom,
 };
 
 use crate::{
-    codes::{code_of_grade, code_of_status, code_of_verdict},
-    numbers::plain::{counted, digits, four_digits},
+    codes::{code_of_decided, code_of_grade, code_of_status, code_of_verdict},
+    numbers::plain::{counted, digits, four_digits, grouped},
+    units::parameter_unit,
 };
 
 /// The quantities, in the order of results.
@@ -99,19 +100,12 @@ pub fn parameter_names(sensor: Sensor, term: Term) -> ParameterNames {
 pub const TERMS: [Term; 5] =
     [Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
 
-/// The probability that noise without that parameter would show as much of it. White noise is in
-/// every record: that it may be absent is not tested.
-#[must_use]
-pub fn p_without(term: Term, parameter: &Parameter) -> Option<f64> {
-    parameter.p.filter(|_| term != Term::White)
-}
-
 /// Why the budget of N has no share of the scale factor.
 pub(crate) const NO_SCALE_FACTOR: &str = "not verified: a record at rest does not show it";
 
 /// The rows of the budget of N that all axes of a sensor share: the name and the amount of each.
 #[must_use]
-pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, String); 3] {
+pub fn budget_rows(budget: &Budget, nominal_hz: f64) -> [(&'static str, String); 3] {
     let rate = match (budget.rate.relative, budget.rate.from) {
         (Some(relative), _) => {
             let off = match 100.0 * relative {
@@ -132,10 +126,10 @@ pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, Str
         Some(Aliasing { factor, window_from: WindowFrom::Default, most, .. }) => format!(
             "N is {factor:.2} times the sensor's own at the factory default of register 85, 1 to {most:.2} times at others: not known"
         ),
-        Some(Aliasing { factor, uncertainty: 0.0, .. }) => {
+        Some(Aliasing { factor, relative: None | Some(0.0), .. }) => {
             format!("none: N is {factor:.2} times the sensor's own")
         }
-        Some(Aliasing { factor, uncertainty, .. }) => {
+        Some(Aliasing { factor, relative: Some(uncertainty), .. }) => {
             format!("N is {factor:.2} times the sensor's own, ±{:.0} %", 100.0 * uncertainty)
         }
     };
@@ -150,8 +144,8 @@ pub fn in_words(status: Status) -> &'static str {
 
 /// How many sentences were rejected, and for which reasons.
 #[must_use]
-pub fn rejected_lines(tally: &Tally) -> String {
-    let rejected = &tally.rejected;
+pub fn rejected_lines(link: &LinkCounts) -> String {
+    let rejected = &link.rejected;
     let kinds = [
         ("checksum", rejected.checksum),
         ("unchecked", rejected.unchecked),
@@ -165,12 +159,28 @@ pub fn rejected_lines(tally: &Tally) -> String {
     if present.is_empty() { "0".into() } else { format!("{} ({})", rejected.total(), present.join(", ")) }
 }
 
-/// How many packets fail their checksum, behind the rejected lines; empty for none.
+/// How many packets fail their checksum, after the rejected lines; empty for none.
 #[must_use]
-pub fn damaged_packets(tally: &Tally) -> String {
-    match tally.damaged_packets {
+pub fn damaged_packets(link: &LinkCounts) -> String {
+    match link.damaged_packets {
         0 => String::new(),
         count => format!(", {}", counted(count, "damaged packet")),
+    }
+}
+
+/// The outages of a link; `None` for none.
+#[must_use]
+pub fn outages(link: &LinkCounts) -> Option<String> {
+    (link.outages.times > 0).then(|| link.outages.to_string())
+}
+
+/// The samples known to be missing, or that they are not known.
+#[must_use]
+pub fn missing_text(timing: &TimeBase) -> String {
+    match (timing.missing, timing.missing_at_least) {
+        (Some(missing), _) => grouped(missing),
+        (None, 0) => "unknown".into(),
+        (None, at_least) => format!("at least {}", grouped(at_least)),
     }
 }
 
@@ -180,10 +190,43 @@ pub fn echoes(count: u64) -> String {
     if count == 0 { String::new() } else { format!("{count} echoed questions, ") }
 }
 
-/// A verdict in words.
+/// The verdict in words, or how a typical figure compares: `pass`, `1.05 x typical`.
 #[must_use]
-pub fn verdict_name(verdict: Verdict) -> &'static str {
-    code_of_verdict(verdict).word
+pub fn verdict_name(judged: &FigureVerdict) -> String {
+    match judged.verdict {
+        Some(verdict) => code_of_verdict(verdict).word.into(),
+        None => ratio(&judged.ratio).map_or_else(|| "not known".into(), |ratio| format!("{ratio} x typical")),
+    }
+}
+
+/// The same in a narrow column: `pass`, `1.05 x typ`, `0.49-2.70 x`.
+#[must_use]
+pub fn short_verdict(judged: &FigureVerdict) -> String {
+    match (judged.verdict, ratio(&judged.ratio)) {
+        (Some(Verdict::Fail), _) => "FAIL".into(),
+        (Some(Verdict::NotComparable), _) => "n/a".into(),
+        (Some(verdict), _) => code_of_verdict(verdict).word.into(),
+        (None, None) => "-".into(),
+        (None, Some(ratio)) if judged.ratio.value.is_some() => format!("{ratio} x typ"),
+        (None, Some(ratio)) => format!("{ratio} x"),
+    }
+}
+
+/// What would decide an open verdict, as a noun.
+#[must_use]
+pub fn decided_by(by: DecidedBy) -> &'static str {
+    code_of_decided(by).word
+}
+
+/// The number of a ratio, or its ends if it has more than one reading; `None` if it is not known.
+fn ratio(ratio: &Ratio) -> Option<String> {
+    let digits = |value: f64| if value < 0.1 { digits(value, 1) } else { format!("{value:.2}") };
+    match *ratio {
+        Ratio { value: Some(value), .. } => Some(digits(value)),
+        Ratio { lower: Some(lower), upper: Some(upper), .. } => Some(format!("{}-{}", digits(lower), digits(upper))),
+        Ratio { upper: Some(upper), .. } => Some(format!("≤ {}", digits(upper))),
+        Ratio { .. } => None,
+    }
 }
 
 /// Why a gyroscope has no grade, in words.
@@ -197,15 +240,15 @@ pub(crate) fn no_grade(reason: NoGrade) -> &'static str {
     }
 }
 
-/// The grades that a gyroscope may have, or why no grade can be given; `None` for any other sensor.
+/// The grades that a gyroscope may have, or why no grade can be given.
 #[must_use]
-pub fn grade_text(noise: &ChannelNoise) -> Option<String> {
-    Some(match noise.grade()? {
-        Ok((best, worst)) if best == worst => grade_name(best).to_owned(),
-        Ok((_, Grade::Consumer)) => "not known to be better than consumer".into(),
-        Ok((_, worst)) => format!("at least {}", grade_name(worst)),
-        Err(reason) => format!("none, {}", no_grade(reason)),
-    })
+pub fn grade_text(graded: &Graded) -> String {
+    match (graded.best, graded.worst, graded.reason) {
+        (_, _, Some(reason)) => format!("none, {}", no_grade(reason)),
+        (best, Some(worst), None) if best == Some(worst) => grade_name(worst).to_owned(),
+        (_, Some(Grade::Consumer) | None, None) => "not known to be better than consumer".into(),
+        (_, Some(worst), None) => format!("at least {}", grade_name(worst)),
+    }
 }
 
 /// How grades are defined, in words.
@@ -235,7 +278,7 @@ pub(crate) fn grade_name(grade: Grade) -> &'static str {
 #[must_use]
 pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     let figure = &verdict.figure;
-    let shown = shown_in(sensor, figure.term);
+    let shown = parameter_unit(sensor, figure.term);
     let number = |value: f64| four_digits(value * shown.1);
     let Parameter { value, lower, upper, .. } = verdict.measured;
     let minimum = if figure.is_curve_minimum() { " as the minimum of the curve" } else { "" };
@@ -248,83 +291,31 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
         }
         (_, _, Some(upper)) => format!("measured: upper bound {} {}{minimum}", number(upper), shown.0),
         (_, Some(lower), None) => format!("measured: lower bound {} {}{minimum}", number(lower), shown.0),
-        _ if verdict.verdict == Verdict::NotComparable => "not measurable in this stream".into(),
+        _ if verdict.verdict == Some(Verdict::NotComparable) => "not measurable in this stream".into(),
         _ => "unknown from this record".into(),
     };
-    let window = if verdict.unknown == Some(StreamUnknown::Window) { "the default window" } else { "window" };
-    let range = |(low, high): (f64, f64)| {
-        let (middle, half) = ((low + high) / 2.0 * shown.1, (high - low) / 2.0 * shown.1);
-        if half == 0.0 {
-            return format!("{} {}", four_digits(middle), shown.0);
-        }
-        let decimals = (-half.log10().floor()).clamp(0.0, 9.0) as usize;
-        format!("{middle:.decimals$} ± {half:.decimals$} {}", shown.0)
-    };
-    let expected = match (&verdict.readings[..], verdict.stream.factor) {
-        ([two, one, ..], _) => format!(
-            "expected at this rate and {window}: {} if the data sheet's figure ({}) is two-sided, {} if one-sided, which it does not say",
-            range(two.expected),
-            figure.printed,
-            range(one.expected)
-        ),
-        (_, 1.0) => format!("data sheet: {}", figure.printed),
-        _ => {
-            format!("expected at this rate and {window}: {} (data sheet: {})", range(verdict.expected), figure.printed)
+    let expected = match (verdict.expected, figure.claim.ends()) {
+        ((low, high), ends) if (low, high) == ends => format!("data sheet: {}", figure.printed),
+        ((low, high), _) => {
+            format!(
+                "expected in this stream: {} to {} {} (data sheet: {})",
+                number(low),
+                number(high),
+                shown.0,
+                figure.printed
+            )
         }
     };
-    format!("{measured}; {expected}{}", why(verdict))
-}
-
-/// Why a figure that the measurement agrees with does not pass.
-pub const WHY_UNDECIDABLE: &str = "a verdict needs what is unknown: the averaging window (register 85), the sample rate, or \
-     whether the density is one-sided or two-sided";
-
-/// What is unknown that a verdict on this figure needs; `None` if it is the interval.
-#[must_use]
-pub fn undecided_by(verdict: &FigureVerdict) -> Option<&'static str> {
-    match verdict.unknown {
-        Some(StreamUnknown::Window) => Some("averaging window (register 85) unknown"),
-        Some(StreamUnknown::Rate) => Some("the sample rate is assumed"),
-        None if !verdict.readings.is_empty() => Some("the sheet's density may be one-sided"),
-        None => None,
-    }
-}
-
-fn why(verdict: &FigureVerdict) -> &'static str {
-    match (verdict.verdict, verdict.figure.claim) {
-        (Verdict::AboveTypical, _) => ": above the typical range, which is no guarantee",
-        (Verdict::Fail, Claim::Typical { .. }) => ": above the typical range, treated as a limit",
-        (Verdict::Undecided, _) if verdict.measured.lower.is_some() => match verdict.unknown {
-            Some(StreamUnknown::Window) => ": higher than on-board decimation can explain",
-            Some(StreamUnknown::Rate) => ": above the figure; not a failure, because the rate is assumed",
-            None => "",
-        },
-        (Verdict::Inconclusive, _) => ": the interval spans the figure",
-        _ => "",
-    }
-}
-
-/// The unit in which a parameter of a sensor is usually given, and how many of these units are one
-/// SI unit.
-fn shown_in(sensor: Sensor, term: Term) -> (&'static str, f64) {
-    let unit = match (sensor, term) {
-        (Sensor::Gyroscope, Term::White) => "deg/sqrt(h)",
-        (Sensor::Gyroscope, Term::BiasInstability) => "deg/h",
-        (Sensor::Gyroscope, Term::RateRandomWalk) => "deg/h^1.5",
-        (Sensor::Accelerometer, Term::White) => "mg/sqrt(Hz)",
-        (Sensor::Accelerometer, Term::BiasInstability) => "mg",
-        _ => "",
+    let interval = match verdict.ratio {
+        Ratio { value: Some(_), lower: Some(lower), upper: Some(upper) } => format!(" ({lower:.2} to {upper:.2})"),
+        _ => String::new(),
     };
-    in_unit(sensor, term, unit)
-}
-
-/// The unit with this name of a parameter of a sensor, and how many of these units are one SI unit;
-/// the SI unit and 1 if the parameter is not given in such a unit.
-#[must_use]
-pub fn in_unit(sensor: Sensor, term: Term, unit: &str) -> (&'static str, f64) {
-    let all = conventions(sensor, term);
-    let convention = all.iter().find(|convention| convention.unit == unit).or(all.first());
-    convention.map_or(("", 1.0), |convention| (convention.unit, convention.factor))
+    let times = match (verdict.verdict, ratio(&verdict.ratio)) {
+        (None, Some(ratio)) => format!(": {ratio} x typical{interval}, which is no guarantee"),
+        _ => String::new(),
+    };
+    let open = verdict.decided_by.map_or_else(String::new, |by| format!(": {} would decide", decided_by(by)));
+    format!("{measured}; {expected}{times}{open}")
 }
 
 /// Which record to use and why, by the names that `name` gives to places from 0; without a full
@@ -401,7 +392,7 @@ pub fn untested(why: Untested) -> &'static str {
     }
 }
 
-/// Why N is not compared where white noise aliases differently, by the names that `name` gives to
+/// Why N is not compared if white noise aliases differently, by the names that `name` gives to
 /// places from 0.
 #[must_use]
 pub fn folding(ranking: &Ranking, name: fn(usize) -> String) -> String {

@@ -1,19 +1,15 @@
-//! The summary of a result: which sensor, whether the record can be trusted, its noise parameters
-//! beside the data sheet, and what to do about problems. Faces lay it out.
+//! The summary of a result: which sensor, its noise parameters beside the data sheet, whether the
+//! record can be trusted, and what to do about problems. Faces lay it out.
 
 pub(crate) mod parameters;
 mod statistics;
 pub(crate) mod status;
 
-pub use parameters::parameter_unit;
-pub use statistics::mean_temperature;
-use vn100_analysis::{RateFrom, RemedyWords, Severity, SourceFacts, Timing};
+use vn100_analysis::{RemedyWords, Severity, SourceFacts, SourceResult, TimeBase};
 
-use crate::{
-    document::source::RecordingDocument,
-    measured::{Measured, Record},
-    numbers::plain::{grouped, short, time},
-};
+use crate::numbers::plain::{grouped, short, time};
+pub use statistics::mean_temperature;
+pub use status::StatusWord;
 
 /// The number of axes beside each other in a table; further ones are in another table.
 pub const AXES: usize = 3;
@@ -41,8 +37,8 @@ pub struct AspectStatus {
     pub aspect: &'static str,
     /// The gravest severity among its warnings; `None` without a warning.
     pub severity: Option<Severity>,
-    /// The status in one word.
-    pub word: &'static str,
+    /// The status.
+    pub word: StatusWord,
     /// What was found, the gravest first; each with the places of its notes, from 0.
     pub findings: Vec<(String, Vec<usize>)>,
 }
@@ -67,65 +63,66 @@ pub struct SensorTable {
 pub struct ParameterRow {
     /// The parameter, or the detail that the row adds to the one before.
     pub label: String,
-    /// The unit; empty if the row has none.
+    /// The label if there is little room.
+    pub short_label: &'static str,
+    /// The unit; empty if it is that of the row before.
     pub unit: &'static str,
     /// Whether the row is a detail of the parameter above.
     pub is_detail: bool,
-    /// The cells of the axes.
-    pub cells: Cells,
+    /// The cells of the axes; a single one of several axes is for all.
+    pub cells: Vec<String>,
     /// The figure of the data sheet, in the same unit, and the verdict; `None` if there is no
     /// figure.
     pub figure: Option<(String, VerdictWord)>,
 }
 
-/// The cells of a row.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Cells {
-    /// One cell for each axis.
-    Axes(Vec<String>),
-    /// One text for all axes.
-    All(&'static str),
-}
-
 /// A verdict in one word.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VerdictWord {
-    /// The word, with the letters of the axes where it does not apply to all.
+    /// The word, with the letters of the axes if it does not apply to all.
     pub word: String,
     /// Whether the parameter fails a limit.
     pub is_failed: bool,
 }
 
-/// Mean or standard deviation of the axes of a sensor.
+/// Mean and standard deviation of the axes of a sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StatisticsRow {
-    /// The label, such as `gyro mean`.
+    /// The label, such as `gyro`.
     pub label: String,
     /// The unit of the cells.
     pub unit: &'static str,
-    /// One cell for each axis.
-    pub cells: Vec<String>,
-    /// A remark on the row; may be empty.
+    /// The mean of each axis; empty texts for angles, whose direction says nothing of the sensor.
+    pub means: Vec<String>,
+    /// The standard deviation of each axis.
+    pub stds: Vec<String>,
+    /// The length of the mean vector; empty without one.
     pub remark: String,
 }
 
 impl Summary {
     /// The summary of a result, with remedies in the words of a face.
     #[must_use]
-    pub fn new(record: &Record<'_>, words: RemedyWords) -> Self {
+    pub fn new(result: &SourceResult, words: RemedyWords) -> Self {
         let mut notes = Notes { words, texts: Vec::new() };
-        let statuses = status::statuses(record, &mut notes);
-        let sensors = match record.measured.assessment.motion {
+        // what to do about the record before what the data sheet cannot decide
+        let statuses = status::statuses(result).into_iter().map(|status| AspectStatus {
+            aspect: status.aspect,
+            severity: status.severity,
+            word: status.word,
+            findings: (status.findings.into_iter())
+                .map(|(text, warning)| {
+                    let remedies = warning.map_or(&[][..], |warning| &warning.remedies);
+                    (text, remedies.iter().map(|remedy| notes.place(words(remedy))).collect())
+                })
+                .collect(),
+        });
+        let statuses = statuses.collect();
+        let sensors = match result.motion {
             Some(_) => Vec::new(),
-            None => parameters::tables(record, &mut notes),
+            None => parameters::tables(result, &mut notes),
         };
-        Self {
-            identity: identity(record.measured),
-            statuses,
-            sensors,
-            statistics: statistics::rows(record),
-            notes: notes.texts,
-        }
+        Self { identity: identity(result), statuses, sensors, statistics: statistics::rows(result), notes: notes.texts }
     }
 }
 
@@ -145,35 +142,38 @@ impl Notes {
     }
 }
 
-fn identity(measured: &Measured) -> Vec<String> {
-    let Measured { facts, snapshot, .. } = measured;
-    let SourceFacts { name, stream, recording, .. } = facts;
+fn identity(result: &SourceResult) -> Vec<String> {
+    let SourceFacts { name, stream, recording, device, message, .. } = &result.source;
     let mut parts = vec![match stream {
         Some(stream) => format!("{name} {stream}"),
         None => name.clone(),
     }];
-    let register = |number: u8| snapshot.registers.get(&number).map(|text| text.trim().to_owned());
-    parts.extend(match (register(1), register(3)) {
+    let device = device.as_ref();
+    let (model, serial) =
+        (device.and_then(|device| device.model.as_ref()), device.and_then(|device| device.serial_number.as_ref()));
+    parts.extend(match (model, serial) {
         (Some(model), Some(serial)) => Some(format!("{model} s/n {serial}")),
-        (model, serial) => model.or(serial.map(|serial| format!("s/n {serial}"))),
+        (model, serial) => model.cloned().or(serial.map(|serial| format!("s/n {serial}"))),
     });
-    let timing = &snapshot.timing;
-    parts.push(match &snapshot.layout {
-        Some(layout) => format!("{} {}", layout.message, rate(timing)),
+    let timing = &result.timing;
+    parts.push(match message {
+        Some(message) => format!("{message} {}", rate_text(timing)),
         None => "no message".into(),
     });
-    parts.push(match timing.duration_s() {
+    parts.push(match timing.duration_s {
         seconds @ 60.0.. => time(seconds),
         seconds => format!("{} s", short((seconds * 1000.0).round() / 1000.0)),
     });
     parts.push(format!("{} samples", grouped(timing.samples)));
-    let started = recording.as_ref().and_then(|recording| RecordingDocument::new(recording).started);
+    let started = recording.as_ref().and_then(|recording| recording.started());
     parts.extend(started.map(|started| format!("started {started}")));
-    parts.extend(mean_temperature(snapshot));
+    parts.extend(mean_temperature(result));
     parts
 }
 
-fn rate(timing: &Timing) -> String {
-    let assumed = if timing.rate_from == RateFrom::Assumed { " (assumed)" } else { "" };
-    format!("{} Hz{assumed}", short(timing.rate_hz))
+/// The nominal rate, as `40 Hz`, `40 Hz (assumed)` or `rate unknown`.
+#[must_use]
+pub fn rate_text(timing: &TimeBase) -> String {
+    let assumed = if timing.is_rate_assumed() { " (assumed)" } else { "" };
+    timing.rate_hz.map_or_else(|| "rate unknown".into(), |hz| format!("{} Hz{assumed}", short(hz)))
 }

@@ -1,29 +1,29 @@
-//! Why a result is not whole, and what can be done, in the terms of the command line: the one
-//! module of a library that names options and commands. The program says these words in text, in the
-//! live view and in documents; the exceptions of the Python package have them too, since its options
-//! have the same names.
+//! Why a result is not whole.
 
 use std::time::Duration;
 
-use vn100_analysis::{End, RateChange, Remedy, Setting, Shortfall, Snapshot, StartCure};
+use vn100_analysis::{End, RateChange, Remedy, RemedyWords, Shortfall, StartCure};
 
 use crate::numbers::plain::{tau, time};
 
-/// The text, with the source it is about before it where it does not name that itself.
+/// The text, with the source it is about before it unless it names that itself.
 #[must_use]
 pub fn about(name: &str, text: &str) -> String {
     let mut words = text.split_whitespace().map(|word| word.trim_end_matches([':', ';', ',']));
     if words.any(|word| word == name) { text.to_owned() } else { format!("{name}: {text}") }
 }
 
-/// Why the result of that source is not whole; `None` if it is.
+/// Why the result of that source is not complete, after so many bytes of sentences and packets, with
+/// remedies in the words of a face; `None` if it is.
 #[must_use]
-pub fn end(name: &str, end: &End, snapshot: &Snapshot) -> Option<String> {
+pub fn end(name: &str, end: &End, framed_bytes: u64, words: RemedyWords) -> Option<String> {
     const LOST: &str =
         ", as after a restart that lost settings that were not saved; the result holds what came before. ";
     match end {
-        End::NotStarted { text, names_source, cure } => Some(not_started(name, text, *names_source, cure.as_ref())),
-        End::SourceFailed(error) => Some(match snapshot.link.tally.bytes() {
+        End::NotStarted { text, names_source, cure, .. } => {
+            Some(not_started(name, text, *names_source, cure.as_ref(), words))
+        }
+        End::SourceFailed(error) => Some(match framed_bytes {
             // no sensor was found: nothing was cut short
             0 => about(name, error),
             bytes => format!("{name}: reading failed after {bytes} bytes, the result holds what came before: {error}"),
@@ -51,18 +51,18 @@ pub fn end(name: &str, end: &End, snapshot: &Snapshot) -> Option<String> {
     }
 }
 
-/// How much shorter a result is than was asked for, and what was wrong with the link; `None` where
+/// How much shorter a result is than was asked for, and what was wrong with the link; `None` if
 /// it is not.
 #[must_use]
 pub fn ended_early(
     end: &End,
     shortfall: Option<&Shortfall>,
     has_unmet: bool,
-    snapshot: &Snapshot,
+    duration_s: f64,
 ) -> Option<(String, String)> {
     let when = match shortfall {
         Some(shortfall) => shortfall_words(shortfall),
-        None => format!("after {} of data", seconds(Duration::from_secs_f64(snapshot.timing.duration_s()))),
+        None => format!("after {} of data", seconds(Duration::from_secs_f64(duration_s))),
     };
     let why = match end {
         // nothing of it was measured
@@ -83,7 +83,7 @@ pub fn ended_early(
     Some((format!("{why} {when}"), details))
 }
 
-/// When the data ended; the difference itself where both times would read the same.
+/// When the data ended; the difference itself if both times would read the same.
 fn shortfall_words(&Shortfall { wanted, measured }: &Shortfall) -> String {
     let (data, goal) = (seconds(measured), seconds(wanted));
     match wanted.saturating_sub(measured) {
@@ -104,79 +104,36 @@ fn seconds(duration: Duration) -> String {
     }
 }
 
-fn not_started(name: &str, text: &str, names_source: bool, cure: Option<&StartCure>) -> String {
-    let text = format!("{text}{}", cure.map_or_else(String::new, cure_words));
+fn not_started(name: &str, text: &str, names_source: bool, cure: Option<&StartCure>, words: RemedyWords) -> String {
+    let text = format!("{text}{}", cure.map_or_else(String::new, |cure| cure_words(cure, words)));
     if names_source { text } else { about(name, &text) }
 }
 
-/// The option that would make the source readable; on a line of its own after a list of topics.
-fn cure_words(cure: &StartCure) -> String {
+/// What would make the source readable; on a line of its own after a list of topics.
+fn cure_words(cure: &StartCure, words: RemedyWords) -> String {
+    let columns = || words(&Remedy::MapColumns(None));
+    let topic = || words(&Remedy::GiveTopic);
     match cure {
-        StartCure::Columns(Some(map)) => format!(
-            "; by names and magnitudes this fits: {} (vn100 replay --help lists channels, units and forms of time)",
-            map_option(map)
-        ),
-        StartCure::Columns(None) => {
-            "; name them and their units with --columns, as in gyro_x=NAME:rad/s,accel_x=NAME:m/s^2,t=NAME:s, with a name or a \
-             number from 1 for each column (vn100 replay --help lists channels, units and forms of time)"
-                .into()
+        StartCure::Columns(Some(map)) => {
+            format!("; by names and magnitudes this fits: {}", words(&Remedy::MapColumns(Some(map.clone()))))
         }
-        StartCure::DateOrder(map) => format!("; name the order, as in {} (or mdy)", map_option(map)),
-        StartCure::StampUnit(map) => format!("; name the unit, as in {} (or s, us, ns)", map_option(map)),
-        StartCure::Topic => "\nName one of them with --topic".into(),
+        StartCure::Columns(None) | StartCure::ColumnsOfTopic => {
+            format!("; if some are those of a sensor, {}", columns())
+        }
+        StartCure::DateOrder(map) => {
+            format!("; name the order (dmy or mdy): {}", words(&Remedy::MapColumns(Some(map.clone()))))
+        }
+        StartCure::StampUnit(map) => {
+            format!("; name the unit (s, ms, us or ns): {}", words(&Remedy::MapColumns(Some(map.clone()))))
+        }
+        StartCure::Topic => format!("\nOne of them is to be chosen: {}", topic()),
         StartCure::TopicAndColumns => {
-            "\nIf one of them has the numbers of a sensor, name it with --topic, and the numbers with --columns".into()
-        }
-        StartCure::ColumnsOfTopic => {
-            "; if some are those of a sensor, name them with --columns, as in gyro_x=PATH:rad/s,accel_x=PATH:m/s^2"
-                .into()
+            format!("\nIf one of them has the numbers of a sensor, {}, and {}", topic(), columns())
         }
         StartCure::Rate { has_times } => {
-            let times = if *has_times { "a better one" } else { "one" };
-            format!(
-                "; give it with --rate HZ, or name the column of its times, where it has {times}, as in --columns t=NAME:s"
-            )
+            let times = if *has_times { "a better one for its times" } else { "one for its times" };
+            format!("; {}; if the file has {times}, {}", words(&Remedy::GiveRate(None)), columns())
         }
-    }
-}
-
-/// The option with a map of columns, as a shell takes it. A line of text may end after a comma.
-fn map_option(map: &str) -> String {
-    let quoted = map.replace('\'', "'\\''").replace(',', ", ");
-    format!("--columns '{quoted}'")
-}
-
-/// The option or the command.
-#[must_use]
-pub fn remedy_words(remedy: &Remedy) -> String {
-    let setting = |setting: &Setting| match setting {
-        Setting::Message(header) => format!("PORT --set-message {header}"),
-        Setting::Window(refreshes) => format!("PORT --window {refreshes}"),
-    };
-    match remedy {
-        Remedy::GiveRate(None) => "--rate".into(),
-        Remedy::GiveRate(Some(hz)) => format!("--rate {hz:.4}"),
-        Remedy::Skip(None) => "--skip".into(),
-        Remedy::Skip(Some(minutes)) => format!("--skip {minutes}min"),
-        Remedy::EndEarlier => "--duration".into(),
-        Remedy::AcceptUnchecked => "--accept-unchecked".into(),
-        Remedy::MapColumns(None) => "--columns".into(),
-        Remedy::MapColumns(Some(map)) => map_option(map),
-        Remedy::SayCompensated => "--compensated".into(),
-        Remedy::GiveDatasheet => "--datasheet".into(),
-        Remedy::GiveWindow => "--window".into(),
-        Remedy::MeasurePackets => "--measure packets".into(),
-        Remedy::TypicalIsLimit => "--typical-is-limit".into(),
-        Remedy::Configure(what) => format!("vn100 configure {}", setting(what)),
-        Remedy::MeasureWith(what) => format!("vn100 attach {}", setting(what)),
-        Remedy::MeasureLive => "`vn100 attach`".into(),
-        Remedy::ReadTemperature => "vn100 attach --temperature".into(),
-        Remedy::Record => "vn100 attach PORT --record FILE.mcap --temperature --meta CONDITIONS.toml".into(),
-        Remedy::Plan => "vn100 plan".into(),
-        Remedy::ExportKalibr => "--export kalibr".into(),
-        Remedy::SayStayedOn => "`vn100 compare --stayed-on`".into(),
-        // one that is new there has no option here yet
-        other => other.to_string(),
     }
 }
 

@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use vn100_analysis::{Analysis, Assessment, Snapshot};
 
-/// The assessment of one source, made on the thread of the reader that first asks for it, and again
-/// when the record has grown by a twentieth: an assessment takes as long as the measurement of many
-/// seconds of data, and the measurement never waits for it. Clones share it.
+/// The assessment of one source, made on the thread of the first reader that requests it, and made
+/// again after the record has grown by a twentieth. An assessment takes as long as the measurement
+/// of many seconds of data, and the measurement never waits for it. Clones share it.
 #[derive(Debug, Clone)]
 pub struct Assessor {
     confidence: f64,
@@ -20,7 +20,7 @@ impl Assessor {
     }
 
     /// The assessment of this snapshot, or of an earlier one with more than nineteen twentieths of
-    /// its samples. The call takes milliseconds where the assessment is made anew.
+    /// its samples. The call takes milliseconds if a new assessment is made.
     pub(crate) fn latest(&self, snapshot: &Snapshot) -> Arc<Assessment> {
         // an assessment that panicked was not kept
         let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
@@ -36,7 +36,7 @@ impl Assessor {
         assessment
     }
 
-    /// The assessment of this very snapshot, as for a final result.
+    /// The assessment of exactly this snapshot, for a final result.
     #[must_use]
     pub fn exact(&self, snapshot: &Snapshot) -> Assessment {
         Assessment::new(snapshot, self.confidence)
@@ -45,7 +45,7 @@ impl Assessor {
 
 /// Checks whether the goals are met or out of reach: at every second of data time at first, later
 /// whenever the record has grown by a twentieth. It always assesses the samples of that moment, so
-/// that where the measurement ends depends on the samples alone.
+/// that the end of the measurement depends only on the samples.
 #[derive(Debug, Default)]
 pub(crate) struct GoalCheck {
     next_second: u64,
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn goals_are_looked_at_every_second_and_later_every_twentieth() {
+    fn goals_are_checked_every_second_and_later_every_twentieth() {
         let (mut analysis, mut state) = (analysis(Some("gyro N ±0.0001%")), 1);
         let mut goals = GoalCheck::default();
         let mut looked = Vec::new();

@@ -13,17 +13,17 @@ use crate::{
     state::{SourceState, Stage},
 };
 
-/// Commands that may wait; behind them `try_send` refuses and `send` waits.
+/// Commands that may wait; beyond them `try_send` fails and `send` waits.
 const WAITING_COMMANDS: usize = 8;
 
 /// Session events that may wait to be taken; further ones are dropped.
 const WAITING_EVENTS: usize = 64;
 
-/// States of every second that may wait to be taken; then the measurement waits.
+/// States of every second that may wait to be taken; when they are full, the measurement waits.
 const WAITING_SECONDS: usize = 4;
 
-/// Called with every event of a source before the event is measured, as by a log. It must not
-/// block.
+/// Called with every event of a source before the event is measured, for example by a log. It must
+/// not block.
 pub type EventObserver = Arc<dyn Fn(&Event) + Send + Sync>;
 
 /// The session's ends of its channels.
@@ -33,7 +33,7 @@ pub(crate) struct Channels {
     pub(crate) events: mpsc::Sender<SessionEvent>,
     /// The states of every second of data time; while the channel is full the measurement waits.
     pub(crate) seconds: Option<mpsc::Sender<SourceState>>,
-    /// Also receives the samples. While it is full, a capture or a stream waits.
+    /// Receives the samples as well. While it is full, a capture or a stream waits.
     pub(crate) samples: Option<SampleTap>,
     pub(crate) observer: Option<EventObserver>,
     /// Ends the session.
@@ -41,7 +41,7 @@ pub(crate) struct Channels {
 }
 
 impl Channels {
-    /// Reports an event. It is dropped where 64 events wait already: events change no result.
+    /// Reports an event. It is dropped if 64 events are waiting, because events do not affect the result.
     pub(crate) fn report(&self, event: SessionEvent) {
         let _ = self.events.try_send(event);
     }

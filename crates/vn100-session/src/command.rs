@@ -1,6 +1,6 @@
-//! What a face can ask of a session.
+//! The commands that a face can send to a session.
 
-/// A command to a session. Those for a playback have no effect on a live source.
+/// A command to a session. Commands for a playback have no effect on a live source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Command {
     /// Exclude everything so far from the result, as warm-up.
@@ -9,7 +9,7 @@ pub enum Command {
     StartOver,
     /// Mark this place of a live stream, and of its recording, with this text.
     Mark(String),
-    /// End the session. What was measured so far is the result.
+    /// End the session. The measurement so far is the result.
     Stop,
     /// Pause the playback, or resume it.
     TogglePause,
@@ -19,7 +19,7 @@ pub enum Command {
     Slower,
 }
 
-/// Why a command had no effect.
+/// The reason why a command had no effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CommandRefusal {
     /// The capture was replayed to its end.

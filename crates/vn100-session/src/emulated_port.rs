@@ -1,6 +1,6 @@
 //! An emulated sensor on a port in memory, on tokio's clock. A session opens it by the same link as a
-//! serial port, on every system; with a paused clock a session of hours takes seconds, and a test
-//! decides what the host and the sensor do at which moment.
+//! serial port, on every system. With a paused clock a session of hours takes seconds, and a test
+//! controls the host and the sensor at each moment.
 
 use std::{
     io,
@@ -20,8 +20,8 @@ const TICK: Duration = Duration::from_millis(1);
 /// The port of an emulated sensor; clones are the same port. The sensor is switched on when the port
 /// is made, and runs as long as a clone is kept.
 ///
-/// One connection at a time is open. Bytes that come while the host does not read wait for it: unlike
-/// the buffer of a system, that of the port has no end.
+/// One connection at a time is open. Bytes that come while the host does not read are kept: unlike
+/// the buffer of a system, the buffer of the port is unbounded.
 #[derive(Debug, Clone)]
 pub struct EmulatedPort(Arc<Mutex<Cable>>);
 
@@ -32,7 +32,7 @@ struct Cable {
     on_for: Duration,
     origin_ns: i64,
     is_plugged_in: bool,
-    /// How often it was plugged in; a connection ends with the time it was opened in.
+    /// Number of times that it was plugged in; a connection is valid only for the count at its opening.
     plug_ins: u64,
     is_open: bool,
     /// Whether it returned as another port.
@@ -45,7 +45,7 @@ impl EmulatedPort {
     /// such as 1970.
     ///
     /// # Panics
-    /// With a paused clock, outside a tokio runtime.
+    /// With a paused clock, if called outside a tokio runtime.
     #[must_use]
     pub fn new(wire: Wire, on_for: Duration, origin_ns: i64) -> Self {
         Self(Arc::new(Mutex::new(Cable {
@@ -61,7 +61,7 @@ impl EmulatedPort {
     }
 
     fn cable(&self) -> MutexGuard<'_, Cable> {
-        // a panic while the lock was held leaves a wire that can be polled again
+        // after a panic with the lock held, the wire can be polled again
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -81,7 +81,7 @@ impl Cable {
         self.origin_ns.saturating_add(elapsed)
     }
 
-    /// Does what the fault plan has done to the whole link by now.
+    /// Applies the changes of the fault plan to the link up to now.
     fn follow_plug(&mut self) {
         let now = self.now();
         while let Some(event) = self.wire.poll_plug(now) {
@@ -151,12 +151,12 @@ pub struct EmulatedConnection {
     port: EmulatedPort,
     name: &'static str,
     plug_in: u64,
-    /// Bytes that lay in the adapter when it was opened.
+    /// Bytes that were in the adapter when it was opened.
     old: Vec<u8>,
 }
 
 impl EmulatedConnection {
-    /// The cable, if the port is still the one that was opened.
+    /// The cable, if the port has not been replaced since it was opened.
     fn cable(&self) -> io::Result<MutexGuard<'_, Cable>> {
         let mut cable = self.port.cable();
         cable.follow_plug();
@@ -166,7 +166,7 @@ impl EmulatedConnection {
         }
     }
 
-    /// What has come by now.
+    /// The bytes received by now.
     fn received(&mut self) -> io::Result<Option<StreamInput>> {
         let mut bytes = std::mem::take(&mut self.old);
         let mut cable = self.cable()?;
@@ -202,7 +202,7 @@ impl Connection for EmulatedConnection {
         self.old.clear();
         let mut cable = self.cable()?;
         let now = cable.now();
-        // as a serial port: what came at the former speed is not read
+        // as for a serial port, bytes at the former speed are not read
         _ = cable.wire.poll(now);
         cable.wire.set_host_baud(speed);
         Ok(())
@@ -216,7 +216,7 @@ impl Connection for EmulatedConnection {
     }
 
     async fn close(mut self) -> Vec<StreamInput> {
-        // of a port that is gone nothing is left
+        // a port that has disappeared leaves no bytes
         self.received().ok().flatten().into_iter().collect()
     }
 }

@@ -1,4 +1,4 @@
-//! Why a session ended.
+//! The reasons for the end of a session.
 
 use std::{error::Error, fmt, io, path::PathBuf, time::Duration};
 
@@ -10,47 +10,47 @@ use vn100_capture::{BagError, MapHint, OpenError, RecordError};
 use crate::{live_error::LiveError, setup_error::SetupError};
 
 /// A sensor that sends no measurement for this time, or none at the rate of the record, was set to
-/// other output. A burst of bytes that were delayed on the way is shorter; so is the time in which
-/// the link finds a paused output, and the slowest sensor then sends a frame.
+/// other output. A burst of delayed bytes is shorter than this. So is the time in which the link
+/// detects a paused output, including the first frame of the slowest sensor after that.
 pub(crate) const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(5);
 
-/// Why a session is over.
+/// The reason for the end of a session.
 #[derive(Debug)]
 pub enum EndReason {
     /// The source could not be opened: nothing was measured.
     NotStarted(StartError),
     /// The source was read to its end.
     SourceEnded,
-    /// The data time asked for has passed.
+    /// The requested data time has passed.
     DurationReached,
     /// All goals are met, or one is out of reach.
     GoalsDecided,
     /// The session was stopped by [`Command::Stop`](crate::Command::Stop) or by its token.
     Stopped,
-    /// Reading failed; the result holds what came before.
+    /// Reading failed; the result contains the samples before that.
     SourceFailed(io::Error),
-    /// The sensor sends other messages, and not the one that was measured.
+    /// The sensor sends other messages, and no longer the measured one.
     OtherMessages {
-        /// The message that was measured.
+        /// The measured message.
         message: String,
-        /// The latest of the other messages; `None` where these are binary packets.
+        /// The latest of the other messages; `None` if these are binary packets.
         other: Option<MessageName>,
-        /// The rate of the record in hertz, where the sensor sends at another one now; `None` where
-        /// it does not.
+        /// The rate of the record in hertz, if the sensor now sends at another one; otherwise
+        /// `None`.
         rate_hz: Option<f64>,
     },
     /// The sensor sends at another rate than that of the record.
     OtherRate(RateChange),
-    /// The sensor sends, and never sent a measurement.
+    /// The sensor sends, but never sent a measurement.
     NoMeasurement,
     /// No sample has arrived for the time after which the source is given up.
     GaveUp {
         /// That time.
         after: Duration,
-        /// Why the link is down; `None` where it is up, or where the cause is not known.
+        /// The reason why the link is down; `None` if it is up, or if the cause is not known.
         cause: Option<String>,
     },
-    /// The session has lasted as long by the clock as it may, which is this long.
+    /// The session has reached its limit by the clock, which is this duration.
     WallTime(Duration),
 }
 
@@ -62,6 +62,7 @@ impl EndReason {
             Self::NotStarted(error) => End::NotStarted {
                 text: with_causes(error),
                 names_source: matches!(error, StartError::Capture(_)),
+                is_of_recording: matches!(error, StartError::Recording(_) | StartError::OtherMessage { .. }),
                 cure: error.cure(),
             },
             Self::SourceEnded => End::SourceEnded,
@@ -101,7 +102,7 @@ impl EndReason {
     }
 }
 
-/// Why a source could not be opened.
+/// The reason why a source could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
     /// The capture could not be opened.
@@ -110,7 +111,7 @@ pub enum StartError {
     /// No recording could be made.
     #[error(transparent)]
     Recording(#[from] RecordError),
-    /// The recording to be resumed holds another message.
+    /// The recording to be resumed contains another message.
     #[error(
         "{} holds {recorded}, and a replay would not measure {asked} behind it: record {asked} to another file",
         path.display()
@@ -135,7 +136,7 @@ pub enum StartError {
     /// The capture holds values of any sensor, their rate cannot be found, and none was given.
     #[error("its sample rate is unknown{}", .refusal.map_or_else(String::new, |refusal| format!(": {refusal}")))]
     RateUnknown {
-        /// Why the times of the capture do not show the rate; `None` where it has none.
+        /// The reason why the times of the capture do not show the rate; `None` if it has none.
         refusal: Option<Refusal>,
     },
     /// The session was stopped before the source was opened.
@@ -172,7 +173,7 @@ pub fn with_causes(error: &dyn Error) -> String {
 }
 
 impl fmt::Display for EndReason {
-    /// The reason as a word, the one that recordings hold.
+    /// The reason as a word, as written in recordings.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotStarted(error) => error.fmt(f),
@@ -194,7 +195,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_recording_says_why_it_ended() {
+    fn a_recording_contains_its_end_reason() {
         let change = RateChange { after_samples: 1, from_hz: 200.0, to_hz: 40.0 };
         let other = EndReason::OtherMessages { message: "VNYMR".into(), other: None, rate_hz: None };
         for (reason, text) in [

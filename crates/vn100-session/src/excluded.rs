@@ -1,10 +1,10 @@
-//! What was excluded from a measurement by command. Pure.
+//! The data time excluded from a measurement by command. Pure.
 
 use std::time::Duration;
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Excluded {
-    /// Data time up to where the measurement was last started over.
+    /// Data time up to the last restart of the measurement.
     before: Duration,
     /// Data time after that, excluded as warm-up.
     warm_up: Duration,

@@ -2,8 +2,8 @@
 //!
 //! [`Session::live`] measures a sensor, [`Session::replay`] a capture. Both run the same loop in a
 //! task of their own: they publish one [`SourceState`], take one kind of [`Command`], report
-//! [`SessionEvent`]s and end with a [`SessionResult`], which says by an [`EndReason`] why. A face
-//! (a view, a page, a script) puts these into words.
+//! [`SessionEvent`]s and end with a [`SessionResult`], which contains the [`EndReason`]. A face (a
+//! view, a page, a script) puts these into words.
 //!
 //! ```
 //! use vn100_analysis::{Settings, SourceFacts};
@@ -17,7 +17,7 @@
 //! let events = capture.read(ReadOptions::default(), Default::default())?;
 //! let session = Session::of_events(SourceFacts::default(), events, Settings::default());
 //! let result = session.result.await?;
-//! assert_eq!(result.snapshot.timing.samples, 1);
+//! assert_eq!(result.measured.timing.samples, 1);
 //! assert!(matches!(*result.end, EndReason::SourceEnded));
 //! # Ok(()) }
 //! ```

@@ -22,10 +22,10 @@ use crate::{
     wall_limits::{Deadlines, WallLimits},
 };
 
-/// The interval between two reads of register 54, where the temperature is polled.
+/// The interval between two reads of register 54, if the temperature is polled.
 const TEMPERATURE_PERIOD: Duration = Duration::from_secs(10);
 
-/// A live source, and how it is measured.
+/// A live source, and the options of its measurement.
 pub struct LiveSpec {
     /// The name of the source in results.
     pub name: String,
@@ -34,13 +34,13 @@ pub struct LiveSpec {
     /// The source; an error ends the session at once, with
     /// [`StartError::StreamInput`](crate::StartError).
     pub source: Result<LiveSource, Box<dyn Error + Send + Sync>>,
-    /// How the samples are measured.
+    /// The settings of the measurement.
     pub settings: Settings,
     /// Whether the temperature is polled between the samples (register 54).
     pub temperature: bool,
-    /// What the sensor is set to for the measurement; `None` to leave it as it is.
+    /// The settings of the sensor for the measurement; `None` to leave it unchanged.
     pub output: Option<OutputSettings>,
-    /// The conditions of the measurement, as the user wrote them down: name and text.
+    /// The conditions of the measurement, as written by the user: name and text.
     pub conditions: BTreeMap<String, String>,
     /// The recording to make; `None` for none.
     pub recording: Option<RecordingSpec>,
@@ -48,9 +48,9 @@ pub struct LiveSpec {
     /// [`Session::seconds`](crate::Session::seconds). A stream waits until each state is taken; of
     /// a link, states that are not taken in time are dropped.
     pub each_second: bool,
-    /// Also receives the samples; `None` for no such receiver.
+    /// Receives the samples as well; `None` for no such receiver.
     pub samples: Option<SampleTap>,
-    /// What ends the session by the clock.
+    /// The limits that end the session by the clock.
     pub limits: WallLimits,
     /// Ends the session.
     pub stop: CancellationToken,
@@ -88,8 +88,8 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
         Ok(setup) => {
             let keep = setup.changes.clone();
             if keep.iter().any(|change| change.register == Register::BAUD_RATE) {
-                // the sensor is searched at its present baud rate; without power it is back at the
-                // former one
+                // the sensor is searched at its present baud rate; after a power loss it has the
+                // former one again
                 source.options.baud = None;
             }
             let result = measure_and_record(&source, keep, recorder, &spec, start, &mut channels).await;
@@ -101,7 +101,7 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
     channels.end(result)
 }
 
-/// The result of a source that is not measured; a recording that was begun and is empty is removed.
+/// The result of a source that is not measured; an empty recording is removed.
 async fn not_measured(
     error: StartError,
     recorder: Option<Recorder>,
@@ -160,7 +160,7 @@ async fn measure_and_record(
 /// Waits until the link has closed its port. Returns whether an output that was found paused is
 /// paused again.
 async fn closed(link: &LinkHandle) -> Option<bool> {
-    // where the task of the link has ended, its state is not known
+    // if the task of the link has ended, its state is not known
     match link.state().wait_for(|state| matches!(state, LinkState::Closed { .. })).await.as_deref() {
         Ok(LinkState::Closed { paused_again }) => *paused_again,
         _ => None,

@@ -17,9 +17,8 @@ use crate::{channels::EventObserver, live_error::LiveError};
 /// A source that can be opened: more than once if it is a link, once if it is a stream.
 pub struct LiveSource {
     input: LiveInput,
-    /// How the source is opened and read. A session itself sets what it needs: that bytes are read
-    /// line by line, the recording, the poll of the temperature, the desired settings and the
-    /// serial number.
+    /// The options for opening and reading the source. A session itself sets line-by-line reading,
+    /// the recording, the poll of the temperature, the desired settings and the serial number.
     pub options: LinkOptions,
     /// Called with every event; `None` for no observer.
     pub observer: Option<EventObserver>,
@@ -27,12 +26,12 @@ pub struct LiveSource {
 
 enum LiveInput {
     Link(Box<dyn OpenLink>),
-    /// A stream that nothing can be sent on; `None` once it is taken.
+    /// A stream without a way to send; `None` once it is taken.
     Stream(Mutex<Option<Box<dyn Read + Send>>>),
 }
 
-/// A connector of any kind. Each opening has a clone, which shares what earlier ones have learned
-/// of the port.
+/// A connector of any kind. Each opening has a clone, which shares the knowledge of earlier ones
+/// about the port.
 trait OpenLink: Send + Sync {
     fn open(&self, options: LinkOptions, stop: CancellationToken) -> (LinkHandle, mpsc::Receiver<Event>);
 }
@@ -44,7 +43,7 @@ impl<C: Connect + Clone + Sync> OpenLink for C {
 }
 
 impl LiveSource {
-    /// A sensor behind a link that commands can be sent on.
+    /// A sensor on a link that accepts commands.
     #[must_use]
     pub fn link(connect: impl Connect + Clone + Sync) -> Self {
         Self::new(LiveInput::Link(Box::new(connect)))
@@ -63,11 +62,10 @@ impl LiveSource {
 
     /// Opens the link for commands: waits until the sensor is connected or until `stop`, does
     /// `work`, and closes the link. Once begun, `work` handles `stop` itself: it may have settings
-    /// to restore. Where a serial number is given, a sensor with another one counts as not
-    /// connected.
+    /// to restore. If a serial number is given, a sensor with another one counts as not connected.
     ///
     /// # Errors
-    /// [`LiveError`] when no sensor is connected; else the error of `work`.
+    /// [`LiveError`] if no sensor is connected; else the error of `work`.
     pub async fn with_link<T, E, F>(
         &self,
         known_serial: Option<&str>,
@@ -137,7 +135,7 @@ impl LiveSource {
     }
 }
 
-/// A source that can wait, and that copies all its inputs to a recording.
+/// A source that can wait and that copies all its inputs to a recording.
 struct Tee<S> {
     source: S,
     recording: Option<mpsc::Sender<StreamInput>>,
@@ -147,7 +145,7 @@ impl<S: Source> Source for Tee<S> {
     async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         let input = self.source.next_input().await?;
         if let (Some(recording), Some(input)) = (&self.recording, &input) {
-            // a recording that has ended reports why
+            // a recording that has ended reports the reason
             let _ = recording.send(input.clone()).await;
         }
         Ok(input)

@@ -7,8 +7,8 @@
 //!
 //! Every channel is bounded; of batches of one line 256 may wait. The loop takes events as fast as
 //! it can, or at the pace of a replay. It waits only for the receiver of the states of every
-//! second, and only while it reads a capture or a stream, which can wait. A face sees the latest
-//! state and misses those between two looks.
+//! second, and only for a capture or a stream, which can wait. A face reads the latest state and
+//! misses the states between two reads.
 
 mod commands;
 mod ending;
@@ -50,8 +50,8 @@ pub(crate) struct Measurement {
     pub(crate) events: mpsc::Receiver<Event>,
     pub(crate) settings: Settings,
     pub(crate) origin: Origin,
-    /// Whether the settings end the measurement where it ended when it was recorded: the few bytes
-    /// that follow are read as well, for the recorded reason of the end.
+    /// Whether the settings end the measurement at its recorded end: the few bytes after it are
+    /// then read as well, for the recorded reason.
     pub(crate) ends_as_recorded: bool,
 }
 
@@ -61,8 +61,8 @@ pub(crate) enum Origin {
     Live { link: Option<LinkHandle>, recording: Option<watch::Receiver<RecordingState>>, deadlines: Deadlines },
     /// A capture, read as fast as possible. A stop ends it in the same way as a live sensor.
     Capture { stored_bytes_read: Arc<AtomicU64> },
-    /// A capture replayed at a pace. The measurement lasts until the stop, so that its end can be
-    /// read.
+    /// A capture replayed at a pace. The measurement lasts until the stop, so that the user can
+    /// read its end.
     Paced(Speed),
     /// Events of any source, until their end or until the stop.
     Events,
@@ -134,7 +134,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
             event = next_due(&mut events, &mut pending, source.pace.as_ref()), if source.end.is_none() => {
                 source.take(event, channels).await;
                 if source.end.is_some() {
-                    // the remaining events are read only where the end of the recording matters
+                    // the remaining events are read only if the end of the recording is needed
                     while ends_as_recorded && events.recv().await.is_some() {}
                     events.close();
                     if source.pace.is_none() {
@@ -149,7 +149,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
     }
 }
 
-/// Waits until that time; for ever where it is `None`.
+/// Waits until that time; forever if it is `None`.
 async fn passed(time: Option<Instant>) {
     match time {
         Some(time) => sleep_until(time).await,
@@ -157,7 +157,7 @@ async fn passed(time: Option<Instant>) {
     }
 }
 
-/// The next event or command. Dropping the future loses nothing: what was received waits in
+/// The next event or command. Dropping the future loses nothing, because received items wait in
 /// `pending`.
 async fn next_due(
     events: &mut mpsc::Receiver<Event>,
@@ -188,7 +188,7 @@ async fn next_due(
     pending.pop_front()
 }
 
-/// Waits until a watched value changes; for ever where it is `None` or cannot change any more.
+/// Waits until a watched value changes; forever if it is `None` or cannot change any more.
 async fn changed<T>(watched: &mut Option<watch::Receiver<T>>) {
     if let Some(watched) = watched
         && watched.changed().await.is_ok()
@@ -208,7 +208,7 @@ struct Measuring {
     excluded: Excluded,
     pace: Option<Pace>,
     watchdog: Option<StreamWatchdog>,
-    /// The limits by the clock, of a live source.
+    /// The limits by the clock, for a live source.
     deadlines: Option<Deadlines>,
     link: Option<LinkHandle>,
     stored_bytes_read: Option<Arc<AtomicU64>>,
@@ -216,7 +216,7 @@ struct Measuring {
     seconds: u64,
     /// Whether the latest snapshot is outdated.
     has_changed: bool,
-    /// Why the stream is given up although the sensor still sends; `None` while it is not.
+    /// The reason why the stream is given up although the sensor still sends; `None` while it continues.
     stream_ended: Option<EndReason>,
     end: Option<(EndReason, Option<FileReport>)>,
 }
@@ -271,7 +271,7 @@ impl Measuring {
         self.look(channels).await;
     }
 
-    /// Sends a copy of the samples to the writer of samples, where there is one.
+    /// Sends a copy of the samples to the writer of samples, if there is one.
     async fn tap(&self, batch: &Batch, channels: &Channels) {
         if let Some(samples) = channels.samples.as_ref().filter(|_| batch.row_count() > 0) {
             samples.send(batch.clone().into(), self.link.is_none(), &channels.stop).await;
@@ -310,7 +310,7 @@ impl Measuring {
         }
     }
 
-    /// Sends the state where a second has passed and the measurement continues.
+    /// Sends the state if a second has passed and the measurement continues.
     async fn send_second(&mut self, channels: &Channels) {
         let Some(seconds) = channels.seconds.as_ref().filter(|_| self.analysis.seconds() > self.seconds) else {
             return;
@@ -369,8 +369,8 @@ impl Measuring {
     }
 }
 
-/// Reads line by line where a result may end between two reads: such a result is then the same
-/// however the bytes were split into reads.
+/// Reads line by line if a result may end between two reads: such a result is then independent of
+/// the division of the bytes into reads.
 pub(crate) fn read_options(read: ReadOptions, settings: &Settings) -> ReadOptions {
     let ends_between = settings.duration.is_some() || !settings.until.is_empty();
     ReadOptions { line_by_line: read.line_by_line || ends_between, ..read }

@@ -1,4 +1,4 @@
-//! When the next sample of a paced replay is due. Pure: the time is an argument.
+//! The times at which samples of a paced replay are due. Pure: the time is an argument.
 
 use std::time::Duration;
 
@@ -7,10 +7,10 @@ use tokio::time::Instant;
 use crate::command::Command;
 
 /// The speeds that commands step through, in seconds of data per second; above the last one the
-/// replay is as fast as possible.
+/// replay is as fast as the machine can.
 const STEPS: [f64; 10] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
 
-/// How fast a capture is replayed.
+/// The speed of a replay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Speed {
     /// This many seconds of data per second; above 0.
@@ -45,7 +45,7 @@ impl Speed {
     }
 }
 
-/// Where a paced replay is, and how it continues.
+/// The position and state of a paced replay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Playback {
     /// Samples replayed.
@@ -57,7 +57,7 @@ pub struct Playback {
     pub speed: Speed,
     /// Whether it is paused.
     pub paused: bool,
-    /// Whether the capture, or what was to be measured of it, was replayed to its end.
+    /// Whether the capture, or its part to be measured, was replayed to its end.
     pub at_end: bool,
 }
 
@@ -68,11 +68,11 @@ pub(crate) struct Pace {
     speed: Speed,
     paused: bool,
     at_end: bool,
-    /// When the clock of the pace was set, and the sample that was due then.
+    /// The time when the clock of the pace was set, and the sample that was due then.
     since: (Instant, u64),
 }
 
-/// What the next sample waits for.
+/// The condition for the next sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Due {
     Now,
@@ -107,7 +107,7 @@ impl Pace {
         self.samples += samples;
     }
 
-    /// Executes a command for the playback. At the end only the speed can be chosen.
+    /// Executes a command for the playback. At the end only the speed can be changed.
     pub(crate) fn handle(&mut self, command: Command, now: Instant) {
         match command {
             Command::TogglePause if !self.at_end => self.paused = !self.paused,
@@ -136,7 +136,6 @@ mod tests {
 
     const RATE_HZ: f64 = 40.0;
 
-    /// A replay in virtual time.
     struct VirtualReplay {
         pace: Pace,
         began: Instant,
@@ -149,7 +148,7 @@ mod tests {
             Self { pace: Pace::new(speed, RATE_HZ, now), began: now, now }
         }
 
-        /// Lets so many seconds pass; how many samples came, at most a thousand in all.
+        /// Lets this many seconds pass; returns the number of samples, at most a thousand in total.
         fn run(&mut self, seconds: f64) -> u64 {
             let until = self.now + Duration::from_secs_f64(seconds);
             let before = self.pace.samples;
@@ -171,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_come_at_the_pace_asked_for() {
+    fn samples_come_at_the_requested_pace() {
         assert_eq!(VirtualReplay::new(Speed::Times(1.0)).run(2.01), 81);
         assert_eq!(VirtualReplay::new(Speed::Times(10.0)).run(2.001), 801);
         assert_eq!(VirtualReplay::new(Speed::Max).run(0.001), 1000);

@@ -1,5 +1,5 @@
-//! The recording of a session, with the conditions of the measurement, and when the measurement was
-//! to end. A replay ends there too, although the recording may hold a line more.
+//! The recording of a session, with the conditions and the requested end of the measurement. A
+//! replay ends there as well, although the recording may contain one more line.
 
 use std::{collections::BTreeMap, fs, path::PathBuf, sync::Arc, time::Duration};
 
@@ -18,23 +18,23 @@ use vn100_capture::{
 
 use crate::end_reason::StartError;
 
-/// Which recording is made.
+/// The options of a recording.
 #[derive(Debug, Clone)]
 pub struct RecordingSpec {
     /// The file.
     pub path: PathBuf,
-    /// Whether to append to an existing recording, after a break, and to begin one where there is
-    /// none; where it is `false`, the file must be new.
+    /// Whether to append to an existing recording, after a break, and to begin one if there is
+    /// none; if it is `false`, the file must be new.
     pub resume: bool,
-    /// When the recording continues in the next file; `None` for one file.
+    /// The condition under which the recording continues in the next file; `None` for one file.
     pub rotation: Option<Rotation>,
-    /// The words for data time that was excluded by command. They are appended to the recorded
+    /// Words the data time that was excluded by command. The text is appended to the recorded
     /// reason of the end, so that a replay shows it.
     pub excluded_note: fn(Duration) -> String,
 }
 
 impl RecordingSpec {
-    /// Begins the recording. An existing one that is resumed is copied first, which takes time.
+    /// Begins the recording. A resumed recording is copied first, which takes time.
     pub(crate) async fn begin(&self, metadata: BTreeMap<String, String>) -> Result<Recorder, RecordError> {
         let Self { path, resume, rotation, .. } = self.clone();
         let failed = |error| RecordError::Io { path: self.path.clone(), source: std::io::Error::other(error) };
@@ -46,8 +46,8 @@ impl RecordingSpec {
         task::spawn_blocking(begin).await.map_err(failed)?
     }
 
-    /// Whether a sensor set to this message continues what the recording to be resumed holds: where
-    /// it sends another one, a replay would not measure what is appended.
+    /// Checks that the recording to be resumed contains this message of the sensor: otherwise a
+    /// replay would not measure the appended part.
     pub(crate) async fn continues(&self, message: Option<&str>) -> Result<(), StartError> {
         let Some(asked) = message.and_then(layout_named).filter(|_| self.resume) else { return Ok(()) };
         let path = self.rotation.map_or_else(|| self.path.clone(), |_| part_path(&self.path, 1));
@@ -61,8 +61,8 @@ impl RecordingSpec {
         }
     }
 
-    /// Ends the recording. A new recording in which nothing arrived is removed, so that its name is
-    /// free for the next.
+    /// Ends the recording. A new recording without input is removed, so that its name is free for
+    /// the next one.
     pub(crate) async fn end(&self, recorder: Recorder, reason: &str, excluded: Duration) -> RecordingState {
         let is_new = !recorder.is_resumed();
         let state = match excluded {
@@ -77,13 +77,13 @@ impl RecordingSpec {
     }
 }
 
-/// The layout of a message that a sensor is set to.
+/// The layout of a message by its name.
 fn layout_named(name: &str) -> Option<Arc<Layout>> {
     let sentence = MESSAGES.iter().find(|layout| layout.message == name);
     sentence.map(|layout| Arc::new((*layout).clone())).or_else(|| PacketMessage::named(name)?.layout())
 }
 
-/// The layout by which a replay measures a recording; `None` where it has none or is not there.
+/// The layout by which a replay measures a recording; `None` if it has none or does not exist.
 async fn first_layout(path: PathBuf) -> Option<Arc<Layout>> {
     let capture = task::spawn_blocking(move || Capture::open(path, &CaptureOptions::default())).await.ok()?.ok()?;
     let measured = recorded_frames(MeasuredFrames::First, capture.recorded.as_ref()?);
@@ -105,18 +105,18 @@ fn is_same(recorded: &Layout, asked: &Layout) -> bool {
     recorded.message == asked.message && names(recorded) == names(asked)
 }
 
-/// The data time that was to be measured.
+/// The requested data time.
 const DURATION: &str = "measured.duration";
 
-/// The goals that were to end the measurement, separated by semicolons.
+/// The goals for the measurement, separated by semicolons.
 const UNTIL: &str = "measured.until";
 
-/// Whether sentences or packets were measured, where one of them was chosen.
+/// Whether sentences or packets were measured, if one of them was chosen.
 const MEASURED: &str = "measured.frames";
 const SENTENCES: &str = "sentences";
 const PACKETS: &str = "packets";
 
-/// Whether a name is the program's own, and not one of the user's conditions.
+/// Whether a name is the program's own, rather than one of the user's conditions.
 #[must_use]
 pub fn is_reserved(name: &str) -> bool {
     [DURATION, UNTIL, MEASURED].contains(&name)
@@ -149,8 +149,8 @@ pub(crate) fn conditions(recorded: &Recorded) -> Option<BTreeMap<String, String>
     (!users.is_empty()).then_some(users)
 }
 
-/// Whether sentences or packets of a recording are measured: as chosen now, else as when it was
-/// recorded.
+/// Whether sentences or packets of a recording are measured: as chosen now, else as in the recorded
+/// measurement.
 pub(crate) fn recorded_frames(asked: MeasuredFrames, recorded: &Recorded) -> MeasuredFrames {
     match (asked, recorded.metadata.get(MEASURED).map(String::as_str)) {
         (MeasuredFrames::First, Some(SENTENCES)) => MeasuredFrames::Sentences,
@@ -159,10 +159,10 @@ pub(crate) fn recorded_frames(asked: MeasuredFrames, recorded: &Recorded) -> Mea
     }
 }
 
-/// The settings with the end of the recorded measurement, where they name none.
+/// The settings with the end of the recorded measurement, if they name none.
 pub(crate) fn with_recorded_end(mut settings: Settings, recorded: &Recorded) -> Settings {
     // a resumed recording has the limits of the measurement before the break, and a part does not
-    // end where the whole does
+    // end at the end of the whole
     if !recorded.resumed && recorded.part.is_none() {
         let duration = || humantime::parse_duration(recorded.metadata.get(DURATION)?).ok();
         settings.duration = settings.duration.or_else(duration);
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn a_replay_measures_what_was_measured_unless_it_is_asked_otherwise() {
+    fn a_replay_measures_the_recorded_frames_by_default() {
         for measured in [MeasuredFrames::First, MeasuredFrames::Sentences, MeasuredFrames::Packets] {
             let metadata = metadata(&BTreeMap::new(), &Settings::default(), measured);
             let recorded = Recorded { metadata, ..Recorded::default() };

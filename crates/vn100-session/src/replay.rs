@@ -24,26 +24,26 @@ use crate::{
     state::SourceState,
 };
 
-/// A capture, and how it is measured.
+/// A capture, and the options of its measurement.
 #[derive(Clone)]
 pub struct ReplaySpec {
     /// The file; `-` is standard input.
     pub path: PathBuf,
-    /// What the user says of the content of the file.
+    /// The user's options for the content of the file.
     pub capture: CaptureOptions,
     /// Whether the topic is one of several streams of the file, each with a session of its own.
     pub is_one_of_several: bool,
-    /// How the samples are measured. Where the settings name no end, that of the recorded
-    /// measurement is taken.
+    /// The settings of the measurement. If they name no end, that of the recorded measurement is
+    /// used.
     pub settings: Settings,
-    /// How the bytes are read.
+    /// The options for reading the bytes.
     pub read: ReadOptions,
     /// The pace of the replay; `None` for a measurement as fast as the machine can.
     pub speed: Option<Speed>,
     /// Whether the state at every second of data time is sent to
     /// [`Session::seconds`](crate::Session::seconds).
     pub each_second: bool,
-    /// Also receives the samples; `None` for no such receiver.
+    /// Receives the samples as well; `None` for no such receiver.
     pub samples: Option<SampleTap>,
     /// Called with every event; `None` for no observer.
     pub observer: Option<EventObserver>,
@@ -70,8 +70,8 @@ impl ReplaySpec {
     }
 
     /// The name of the source in results: the file's name without its folder, because a result does
-    /// not depend on where its capture is; for the parts of a recording that of the recording. The
-    /// topic follows where it is one of several streams.
+    /// not depend on the folder of its capture; for the parts of a recording, the name of the
+    /// recording. The topic follows if it is one of several streams.
     #[must_use]
     pub fn name(&self) -> String {
         let path = match self.capture.later_parts.is_empty() {
@@ -85,8 +85,8 @@ impl ReplaySpec {
         }
     }
 
-    /// The name of the source in an archive: the path as it was given, and the topic where it is
-    /// one of several streams. Bytes of a path that are not text are escaped.
+    /// The name of the source in an archive: the path as given, and the topic if it is one of
+    /// several streams. Bytes of a path that are not text are escaped.
     #[must_use]
     pub fn name_with_folder(&self) -> String {
         let path = self.path.to_str().map_or_else(|| format!("{:?}", self.path), str::to_owned);
@@ -96,8 +96,8 @@ impl ReplaySpec {
         }
     }
 
-    /// A number, in hexadecimal digits, of this program's version, the options with which a file is
-    /// measured, and what it is `judged_by`: rows of an archive with another number are not
+    /// A number, in hexadecimal digits, of this program's version, the options of the measurement,
+    /// and `judged_by`, the basis of the verdicts: rows of an archive with another number are not
     /// comparable.
     #[must_use]
     pub fn options_digest(&self, judged_by: &str) -> String {
@@ -203,7 +203,7 @@ async fn measure_capture(capture: Capture, settings: Settings, spec: &ReplaySpec
             let ends_as_recorded = spec.settings.duration.is_none() && spec.settings.until.is_empty();
             let ending = measure(Measurement { events, settings, origin, ends_as_recorded }, channels).await;
             if !(ends_as_recorded || matches!(ending.reason, EndReason::SourceEnded | EndReason::SourceFailed(_))) {
-                // whether the reader has already reached the end of the recording is a matter of
+                // the reader may or may not have reached the end of the recording, depending on
                 // timing
                 channels
                     .state
@@ -214,13 +214,13 @@ async fn measure_capture(capture: Capture, settings: Settings, spec: &ReplaySpec
         Err(error) => {
             let snapshot = channels.state.borrow().snapshot.clone();
             let (reason, excluded) = (EndReason::SourceFailed(error), Excluded::default());
-            Ending { snapshot, analysis: None, reason, report: None, excluded, shortfall: None }
+            Ending { snapshot, reason, report: None, excluded, shortfall: None }
         }
     }
 }
 
-/// How the bytes of a recording are read: sentences or packets as chosen now, else as when it was
-/// recorded.
+/// The options for reading the bytes of a recording: sentences or packets as chosen now, else as in
+/// the recorded measurement.
 fn as_recorded(read: ReadOptions, capture: &Capture) -> ReadOptions {
     match &capture.recorded {
         Some(recorded) => ReadOptions { measured: recorded_frames(read.measured, recorded), ..read },
@@ -228,13 +228,13 @@ fn as_recorded(read: ReadOptions, capture: &Capture) -> ReadOptions {
     }
 }
 
-/// Counts the samples of the capture, for the place of its replay. A capture that cannot be read
+/// Counts the samples of the capture, for the position of its replay. A capture that cannot be read
 /// twice is not counted.
 async fn count_samples(spec: ReplaySpec, state: watch::Sender<SourceState>, stop: CancellationToken) {
     if spec.path == Path::new("-") {
         return;
     }
-    // a capture that cannot be opened again has no count either
+    // a capture that cannot be opened again has no count
     let Ok(capture) = spec.open().await else { return };
     let read = as_recorded(spec.read, &capture);
     let Ok(mut events) = capture.read(read, stop) else { return };
@@ -258,7 +258,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_stream_is_named_by_its_file_and_one_of_several_by_its_topic_too() {
+    fn a_stream_is_named_by_its_file_and_one_of_several_also_by_its_topic() {
         let capture = CaptureOptions { topic: Some("/imu".into()), ..CaptureOptions::default() };
         let mut spec = ReplaySpec { capture, ..ReplaySpec::of("day/bag.mcap") };
         assert_eq!((spec.name(), spec.name_with_folder()), ("bag.mcap".into(), "day/bag.mcap".into()));

@@ -1,4 +1,4 @@
-//! The samples of a session for a writer beside the measurement.
+//! The samples of a session for a writer in parallel with the measurement.
 
 use std::sync::{
     Arc,
@@ -12,8 +12,8 @@ use vn100_analysis::protocol::stream::Batch;
 /// Batches that may wait for the writer: ten seconds of 800 packets.
 const WAITING_BATCHES: usize = 8192;
 
-/// Sends the samples of a session to a writer. A link never waits for the writer: batches that do
-/// not fit into the channel of 8192 are dropped, and their samples counted. A capture or a stream
+/// Sends the samples of a session to a writer. A link never waits for the writer: if its channel of
+/// 8192 batches is full, batches are dropped and their samples counted. A capture or a stream
 /// waits.
 #[derive(Debug, Clone)]
 pub struct SampleTap {
@@ -22,7 +22,7 @@ pub struct SampleTap {
 }
 
 impl SampleTap {
-    /// A tap, and the receiver of its batches, which end with the session.
+    /// A tap, and the receiver of its batches, which closes at the end of the session.
     #[must_use]
     pub fn new() -> (Self, mpsc::Receiver<Box<Batch>>) {
         let (batches, receiver) = mpsc::channel(WAITING_BATCHES);
@@ -40,7 +40,7 @@ impl SampleTap {
     pub(crate) async fn send(&self, batch: Box<Batch>, can_wait: bool, stop: &CancellationToken) {
         if can_wait {
             tokio::select! {
-                // after a stop no writer is waited for
+                // after a stop the writer is not waited for
                 _ = self.batches.send(batch) => {}
                 () = stop.cancelled() => {}
             }
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn what_can_wait_drops_nothing() {
+    async fn a_source_that_can_wait_drops_nothing() {
         let (tap, mut receiver) = SampleTap::new();
         let writer = tokio::spawn(async move {
             let mut batches = 0;

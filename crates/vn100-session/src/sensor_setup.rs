@@ -23,8 +23,8 @@ pub(crate) struct SensorSetup {
 }
 
 impl SensorSetup {
-    /// Configures the sensor. A stop meanwhile is the end of the data and no error: then nothing
-    /// stays changed that would have to be restored.
+    /// Configures the sensor. A stop meanwhile is the end of the data and no error: in that case no
+    /// change remains to be restored.
     pub(crate) async fn new(
         source: &LiveSource,
         settings: Option<OutputSettings>,
@@ -47,7 +47,7 @@ impl SensorSetup {
                 }
                 Ok(Self::default())
             }
-            // restored once more, over a link of its own
+            // restored once more, over another link
             Err(SetupError::Configure(ConfigureError::Left { cause, changes, may_be_paused, .. }))
                 if matches!(*cause, ConfigureError::Interrupted { .. }) =>
             {
@@ -63,7 +63,7 @@ impl SensorSetup {
         if changes.is_empty() && !was_paused && !may_be_paused {
             return true;
         }
-        // a stop does not interrupt this: only the end of the process does
+        // a stop does not interrupt this; only the end of the process does
         let undo = async |link: LinkHandle| {
             let restored = restore_same(&link, &changes, serial.as_deref()).await;
             if was_paused || may_be_paused {
@@ -88,7 +88,7 @@ impl SensorSetup {
     }
 }
 
-/// The serial number of a sensor; `None` where the sensor does not report one.
+/// The serial number of a sensor; `None` if the sensor does not report one.
 async fn serial(link: &LinkHandle) -> Option<String> {
     let contents = link.read(Register::SERIAL_NUMBER).await;
     contents.ok().flatten().map(|contents| contents.fields.to_string())

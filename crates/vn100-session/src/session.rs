@@ -1,4 +1,4 @@
-//! A session, as its faces see it.
+//! A session, as seen by its faces.
 
 use std::sync::Arc;
 
@@ -21,8 +21,8 @@ use crate::{
     state::{SourceState, Stage},
 };
 
-/// A session under way, in a task of its own. Dropping the handle does not end it: cancel its token
-/// or send [`Command::Stop`].
+/// A session in progress, in a task of its own. Dropping the handle does not end it: cancel its
+/// token or send [`Command::Stop`].
 #[derive(Debug)]
 pub struct Session {
     /// The state, now and whenever it changes.
@@ -32,10 +32,10 @@ pub struct Session {
     /// Events besides the measurement.
     pub events: mpsc::Receiver<SessionEvent>,
     /// The state at every second of data time, if the specification asks for it. Until a state is
-    /// taken, a capture or a stream waits; a link cannot wait, and the states of some seconds are
-    /// then dropped.
+    /// taken, a capture or a stream waits; a link cannot wait, so the states of some seconds are
+    /// dropped.
     pub seconds: mpsc::Receiver<SourceState>,
-    /// The result. Awaiting it fails only where the task panics, or the runtime ends before.
+    /// The result. Awaiting it fails only if the task panics, or if the runtime ends before.
     pub result: JoinHandle<SessionResult>,
 }
 
@@ -45,7 +45,7 @@ impl Session {
     /// the settings.
     ///
     /// # Panics
-    /// Outside a tokio runtime with time enabled.
+    /// If called outside a tokio runtime with time enabled.
     #[must_use]
     pub fn live(spec: LiveSpec) -> Self {
         let source = SourceFacts {
@@ -64,7 +64,7 @@ impl Session {
     /// the sensor, and until the session is stopped.
     ///
     /// # Panics
-    /// Outside a tokio runtime with time enabled.
+    /// If called outside a tokio runtime with time enabled.
     #[must_use]
     pub fn replay(spec: ReplaySpec) -> Self {
         let source = SourceFacts { name: spec.name(), ..SourceFacts::default() };
@@ -77,7 +77,7 @@ impl Session {
     /// Measures the events of any source, until they end or the session is stopped.
     ///
     /// # Panics
-    /// Outside a tokio runtime with time enabled.
+    /// If called outside a tokio runtime with time enabled.
     #[must_use]
     pub fn of_events(source: SourceFacts, events: mpsc::Receiver<Event>, settings: Settings) -> Self {
         let state = SourceState::new(source, &settings);

@@ -1,4 +1,4 @@
-//! What a session reports besides its state.
+//! The events of a session besides its state.
 
 use std::time::Duration;
 
@@ -18,18 +18,18 @@ pub enum SessionEvent {
     },
     /// The settings of the sensor could not be restored.
     SettingsNotRestored {
-        /// Why not.
+        /// The reason.
         error: SetupError,
         /// The registers that may stay changed.
         changes: Vec<Change>,
-        /// How the output may be left, where that is not as it was found.
+        /// The possible state of the output, if it differs from the state in which it was found.
         output: Option<OutputLeft>,
     },
     /// The output, which was found paused and resumed for the measurement, is paused again.
     OutputPausedAgain,
     /// The output, which was found paused, could not be paused again.
     OutputNotPausedAgain,
-    /// Another program has the port open too.
+    /// Another program has the port open as well.
     PortShared {
         /// The name of the program, and the number of its process.
         program: String,
@@ -43,7 +43,7 @@ pub enum SessionEvent {
         /// Data time excluded at the beginning of the whole record.
         excluded: Duration,
     },
-    /// Everything before this is excluded, and the measurement began anew.
+    /// Everything before this is excluded, and the measurement restarted.
     StartedOver {
         /// Data time up to the restart.
         after: Duration,

@@ -3,7 +3,9 @@
 use std::{sync::Arc, time::Duration};
 
 use vn100_analysis::protocol::stream::{BagReport, CsvReport, FileReport};
-use vn100_analysis::{Analysis, Assessment, Goal, RecordingEndFacts, RecordingFacts, Snapshot, SourceFacts, UnmetGoal};
+use vn100_analysis::{
+    Goal, Parts, RecordingEndFacts, RecordingFacts, Shortfall, Snapshot, SourceFacts, SourceResult, UnmetGoal,
+};
 use vn100_capture::RecordingState;
 
 use crate::{
@@ -13,43 +15,38 @@ use crate::{
     measure::Ending,
 };
 
-/// The result of a session. Where nothing could be measured, the snapshot is that of no samples.
+/// The result of a session, and how the session ended.
 #[derive(Debug)]
 pub struct SessionResult {
-    /// The facts of the source; their `error` is `None`, for the face to put into words.
-    pub facts: SourceFacts,
-    /// All numbers of the measurement.
-    pub snapshot: Arc<Snapshot>,
-    /// The assessment of exactly this snapshot.
-    pub assessment: Assessment,
-    /// The sums that the snapshot is read from, finished; `None` where nothing was measured.
-    pub analysis: Option<Box<Analysis>>,
+    /// The result of the source; one without samples if nothing could be measured. Its error is
+    /// `None`, for the face to put into words.
+    pub measured: SourceResult,
     /// Why the session ended.
     pub end: Arc<EndReason>,
-    /// The data time that is missing from what was asked for; `None` where none is missing, or no
+    /// The data time that is missing from what was asked for; `None` if none is missing, or no
     /// duration was asked for.
-    pub shortfall: Option<vn100_analysis::Shortfall>,
+    pub shortfall: Option<Shortfall>,
     /// The goals that were not met.
     pub unmet: Vec<UnmetGoal>,
-    /// Data time at the beginning that was excluded by command; zero where none was.
+    /// Data time at the beginning that was excluded by command; zero for none.
     pub excluded: Duration,
-    /// The recording made during the measurement; `None` where none was asked for or begun.
+    /// The recording made during the measurement; `None` if none was asked for or begun.
     pub recording: Option<RecordingState>,
-    /// Bytes that the recording lacks because the disk did not take them in time.
+    /// Bytes that the recording lacks because the disk was too slow.
     pub unrecorded_bytes: u64,
     /// Whether the sensor is set as before, as far as the session changed its settings.
     pub is_restored: bool,
 }
 
 pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> SessionResult {
-    let Ending { mut snapshot, analysis, reason, report, excluded, shortfall } = ending;
+    let Ending { mut snapshot, reason, report, excluded, shortfall } = ending;
     let (csv, bag) = match report {
         Some(FileReport::Csv(csv)) => (Some(csv), None),
         Some(FileReport::Bag(bag)) => (None, Some(bag)),
         None => (None, None),
     };
     let state = channels.state.borrow();
-    let assessment = state.assessor.exact(&snapshot);
+    let assessment = Arc::new(state.assessor.exact(&snapshot));
     let facts = state.facts_at(true);
     let recording = (facts.recording.clone())
         .or_else(|| bag.as_ref().and_then(|bag| recorded_times(bag, &reason)))
@@ -59,13 +56,11 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
         Arc::make_mut(&mut snapshot).warnings.push(cut);
         channels.state.send_modify(|state| state.snapshot = Arc::clone(&snapshot));
     }
+    let facts = SourceFacts { csv, bag, recording, end: Some(reason.kind()), ..facts };
     SessionResult {
-        facts: SourceFacts { csv, bag, recording, end: Some(reason.kind()), ..facts },
         shortfall,
         unmet: UnmetGoal::of(goals, &snapshot, &assessment),
-        snapshot,
-        assessment,
-        analysis,
+        measured: SourceResult::new(facts, snapshot, assessment, Parts::All),
         end: Arc::new(reason),
         excluded: excluded.total(),
         recording: None,
@@ -74,11 +69,11 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
     }
 }
 
-/// Earlier times are those of a simulation, or count from when the sensor was switched on.
+/// Earlier times belong to a simulation, or count from the power-up of the sensor.
 const YEAR_2001_NS: i64 = 978_307_200_000_000_000;
 
-/// When the first row of a table was measured, where its times count since 1970. A date may be that
-/// of any time zone.
+/// The time of the first row of a table, if its times count from 1970. A date may be in any time
+/// zone.
 fn start_of_rows(csv: &CsvReport) -> Option<RecordingFacts> {
     let is_count = |part: &str| part.rsplit_once(':').is_some_and(|(_, form)| ["s", "ms", "us", "ns"].contains(&form));
     let counts = csv.times.as_ref()?.split('+').all(is_count);
@@ -86,8 +81,8 @@ fn start_of_rows(csv: &CsvReport) -> Option<RecordingFacts> {
     Some(RecordingFacts { started_ns: Some(started_ns), ..RecordingFacts::default() })
 }
 
-/// When a bag was recorded, where its times are dates and not those of a simulation; the end only
-/// where the bag was read to its end.
+/// The times of the recording of a bag, if they are dates and not those of a simulation; the end
+/// only if the bag was read to its end.
 fn recorded_times(bag: &BagReport, reason: &EndReason) -> Option<RecordingFacts> {
     let (first_ns, last_ns) = bag.recorded_ns.filter(|(first_ns, _)| *first_ns >= YEAR_2001_NS)?;
     let end = match reason {
@@ -100,11 +95,11 @@ fn recorded_times(bag: &BagReport, reason: &EndReason) -> Option<RecordingFacts>
     Some(RecordingFacts { program: None, started_ns: Some(first_ns), end })
 }
 
-/// The result of a source that could not be opened: one without samples.
+/// The result for a source that could not be opened; it has no samples.
 pub(crate) fn not_started(error: impl Into<StartError>, channels: &Channels) -> SessionResult {
-    let snapshot = Arc::clone(&channels.state.borrow().snapshot);
+    let snapshot: Arc<Snapshot> = Arc::clone(&channels.state.borrow().snapshot);
     let (reason, excluded) = (EndReason::NotStarted(error.into()), Excluded::default());
-    let ending = Ending { snapshot, analysis: None, reason, report: None, excluded, shortfall: None };
+    let ending = Ending { snapshot, reason, report: None, excluded, shortfall: None };
     result(ending, &[], channels)
 }
 
@@ -115,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_bag_has_its_times_where_they_are_dates_and_its_end_where_it_was_read_to_there() {
+    fn a_bag_has_times_that_are_dates_and_an_end_if_read_to_its_end() {
         let bag =
             |recorded_ns| BagReport { recorded_ns, ..BagReport::of("/imu", "sensor_msgs/Imu", StampSource::Recorded) };
         let dates = Some((YEAR_2001_NS, YEAR_2001_NS + 5));
@@ -126,7 +121,7 @@ mod tests {
         assert_eq!(times.end.map(|end| (end.ended_ns, end.complete)), Some((Some(YEAR_2001_NS + 5), false)));
         let times = recorded_times(&bag(dates), &EndReason::Stopped).unwrap();
         assert_eq!((times.started_ns, times.end.is_none()), (Some(YEAR_2001_NS), true));
-        // since the start of a simulation
+        // times since the start of a simulation
         assert!(recorded_times(&bag(Some((YEAR_2001_NS - 1, YEAR_2001_NS))), &EndReason::SourceEnded).is_none());
         assert!(recorded_times(&bag(None), &EndReason::SourceEnded).is_none());
     }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use vn100_analysis::{
-    Analysis, Assessment, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,
-    Settings, Snapshot, SourceFacts,
+    Analysis, Assessment, LinkFacts, LinkStatus, Parts, PlaybackFacts, RecorderFacts, RecordingEndFacts,
+    RecordingFacts, Settings, Snapshot, SourceFacts, SourceResult,
 };
 use vn100_capture::{Recorded, RecordingState};
 use vn100_driver::LinkState;
@@ -14,28 +14,28 @@ use crate::{assessor::Assessor, end_reason::EndReason, pace::Playback};
 /// One source at one moment. Cheap to clone.
 #[derive(Debug, Clone)]
 pub struct SourceState {
-    /// How far the session has come.
+    /// The stage of the session.
     pub stage: Stage,
     /// The link of a live source; `None` for any other source.
     pub link: Option<LinkState>,
-    /// The recording that is being made; `None` where there is none.
+    /// The recording that is being made; `None` if there is none.
     pub recording: Option<RecordingState>,
-    /// Bytes that the recording lacks because the disk did not take them in time.
+    /// Bytes that the recording lacks because the disk was too slow.
     pub unrecorded_bytes: u64,
-    /// Where a paced replay is; `None` for any other source.
+    /// The position of a paced replay; `None` for any other source.
     pub playback: Option<Playback>,
     /// Stored (compressed) bytes of the capture that were read; 0 for a live source.
     pub stored_bytes_read: u64,
     /// The latest numbers.
     pub snapshot: Arc<Snapshot>,
-    /// What is known of the source from the beginning.
+    /// The facts of the source from the beginning.
     pub(crate) source: Arc<SourceFacts>,
     pub(crate) recorded: Option<Recorded>,
     /// Makes and shares the assessment of the source.
     pub assessor: Assessor,
 }
 
-/// How far a session has come.
+/// The stage of a session.
 #[derive(Debug, Clone)]
 pub enum Stage {
     /// Before the measurement: the source is opened and the sensor configured.
@@ -49,7 +49,7 @@ pub enum Stage {
 }
 
 impl SourceState {
-    /// The state of a source of which only the facts are known.
+    /// The state of a source before its measurement.
     #[must_use]
     pub fn new(source: SourceFacts, settings: &Settings) -> Self {
         Self {
@@ -66,15 +66,14 @@ impl SourceState {
         }
     }
 
-    /// Name of the source: of a file without its folder, of a port as given, `-` for standard
-    /// input.
+    /// Name of the source: a file without its folder, a port as given, `-` for standard input.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.source.name
     }
 
     /// The shared assessment of the snapshot, or of an earlier one with more than nineteen
-    /// twentieths of its samples. The call takes milliseconds where the assessment is made anew.
+    /// twentieths of its samples. The call takes milliseconds if a new assessment is made.
     #[must_use]
     pub fn assessment(&self) -> Arc<Assessment> {
         self.assessor.latest(&self.snapshot)
@@ -89,6 +88,13 @@ impl SourceState {
             _ => None,
         };
         SourceFacts { end, ..self.facts_at(end.is_some()) }
+    }
+
+    /// The result of the source as if it ended now. The call takes milliseconds if the assessment is
+    /// made anew.
+    #[must_use]
+    pub fn result(&self, parts: Parts) -> SourceResult {
+        SourceResult::new(self.facts(), Arc::clone(&self.snapshot), self.assessment(), parts)
     }
 
     /// The facts of the source. The recorded end of a replayed recording is read ahead, and is part
@@ -211,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn how_a_replayed_recording_ended_counts_at_the_end_alone() {
+    fn the_end_of_a_replayed_recording_counts_only_at_the_end() {
         let recorded = Recorded { program: Some("vn100 1".into()), started_ns: Some(5), ..Recorded::default() };
         let end = RecordingEnd { ended_ns: Some(9), complete: true, reason: Some("stopped".into()) };
         recorded.end.set(end).unwrap();

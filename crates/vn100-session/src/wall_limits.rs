@@ -1,15 +1,15 @@
-//! How long a live session may take by the clock. Pure: the time is an argument.
+//! The limits of a live session by the clock. Pure: the time is an argument.
 
 use std::time::Duration;
 
 use tokio::time::Instant;
 
-/// What ends a live session by the clock; by default nothing does.
+/// The limits that end a live session by the clock; by default there are none.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct WallLimits {
-    /// How long no sample may arrive after the sensor was first connected; `None` for ever.
+    /// The longest time without a sample after the sensor was first connected; `None` for no limit.
     pub give_up: Option<Duration>,
-    /// How long the session may last from its start; `None` for ever.
+    /// The longest duration of the session from its start; `None` for no limit.
     pub wall: Option<Duration>,
 }
 
@@ -18,7 +18,7 @@ pub struct WallLimits {
 pub(crate) struct Deadlines {
     pub(crate) limits: WallLimits,
     start: Instant,
-    /// When the latest sample arrived, or else when the sensor was first connected.
+    /// The arrival of the latest sample, or else the first connection of the sensor.
     last_sign: Option<Instant>,
 }
 
@@ -27,7 +27,7 @@ impl Deadlines {
         Self { limits, start, last_sign: None }
     }
 
-    /// The sensor is connected: from now on its samples are waited for.
+    /// The sensor is connected: from now on its samples are expected.
     pub(crate) fn note_connected(&mut self, now: Instant) {
         self.last_sign.get_or_insert(now);
     }
@@ -36,12 +36,12 @@ impl Deadlines {
         self.last_sign = Some(now);
     }
 
-    /// When the session ends, whatever arrives; `None` for never.
+    /// The time when the session ends, with or without samples; `None` for never.
     pub(crate) fn wall_at(&self) -> Option<Instant> {
         self.start.checked_add(self.limits.wall?)
     }
 
-    /// When the source is given up unless a sample arrives before; `None` for never.
+    /// The time when the source is given up unless a sample arrives before; `None` for never.
     pub(crate) fn give_up_at(&self) -> Option<Instant> {
         self.last_sign?.checked_add(self.limits.give_up?)
     }

@@ -15,7 +15,7 @@ pub(crate) struct StreamWatchdog {
     other_rate: Option<OtherRate>,
 }
 
-/// A rate that is not that of the record, and when the sensor began to send at it.
+/// Another rate than that of the record, and the time when the sensor began to send at it.
 #[derive(Debug)]
 struct OtherRate {
     change: RateChange,
@@ -31,10 +31,10 @@ pub enum RateEvent {
     Restored(f64),
 }
 
-/// Why a stream that still carries frames is over.
+/// The reason why a stream that still carries frames is over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum StreamEnd {
-    /// Other messages arrive, and none that is measured.
+    /// Other messages arrive, but none that is measured.
     OtherMessages,
     /// All samples arrive at another rate than that of the record.
     OtherRate,
@@ -73,7 +73,7 @@ impl StreamWatchdog {
     }
 
     /// Whether no measurement has arrived for [`NO_MEASUREMENT_AFTER`] although the sensor sends,
-    /// or none at the rate of the record. Time in which the link is not up does not count.
+    /// or none at the rate of the record. Time without a connected link does not count.
     pub(crate) fn stream_end(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> Option<StreamEnd> {
         let (other_messages, other_rate) =
             (self.is_all_other_messages(snapshot, is_up, now), self.is_at_other_rate(snapshot, is_up, now));
@@ -86,7 +86,7 @@ impl StreamWatchdog {
 
     fn is_at_other_rate(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> bool {
         let Some(other) = &mut self.other_rate else { return false };
-        // time in which nothing arrives does not count as time at that rate
+        // time without samples does not count as time at that rate
         if !is_up || snapshot.rate_change.is_none() {
             other.since = None;
             return false;
@@ -97,8 +97,8 @@ impl StreamWatchdog {
     fn is_all_other_messages(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> bool {
         let link = &snapshot.link;
         let others = link.other_messages() + link.tally.packets;
-        // before the first sample a sensor that only answers counts as well; a silence is reported
-        // by the link
+        // before the first sample a sensor that only answers counts as well; the link reports a
+        // silent sensor
         let others = if snapshot.layout.is_none() { others + link.tally.replies } else { others };
         if !is_up || link.samples() != self.samples {
             (self.samples, self.others, self.only_others_since) = (link.samples(), others, None);
@@ -132,7 +132,7 @@ mod tests {
             Self { snapshot, watchdog: StreamWatchdog::default(), now: Instant::now() }
         }
 
-        /// A second with so many samples and other messages.
+        /// A second with these numbers of samples and other messages.
         fn second(&mut self, samples: u64, others: u64, is_up: bool) -> Option<StreamEnd> {
             self.snapshot.link.tally.samples += samples;
             self.snapshot.link.tally.other += others;
@@ -155,7 +155,7 @@ mod tests {
         assert_eq!(stream.second_at(None, true), (None, None));
         assert_eq!(stream.second_at(Some(change), true), (changed, None));
         assert_eq!(stream.second_at(Some(change), true), (None, None));
-        // as behind a burst of delayed bytes
+        // as after a burst of delayed bytes
         assert_eq!(stream.second_at(None, true), (Some(RateEvent::Restored(40.0)), None));
         assert_eq!(stream.second_at(None, true), (None, None));
         assert_eq!(stream.second_at(Some(change), true), (changed, None));
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_change_of_the_rate_begins_its_time_anew() {
+    fn a_second_change_of_the_rate_restarts_its_time() {
         let mut stream = TestStream::new();
         let first = RateChange { after_samples: 400, from_hz: 200.0, to_hz: 40.0 };
         for _ in 0..4 {
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn the_reason_says_what_comes_instead() {
+    fn the_reason_names_the_other_output() {
         let mut snapshot = Analysis::new(Settings::default()).snapshot();
         assert!(matches!(StreamEnd::OtherMessages.reason(&snapshot), EndReason::NoMeasurement));
         snapshot.layout = Some(VNYMR.clone().into());

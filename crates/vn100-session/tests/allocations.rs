@@ -1,5 +1,5 @@
-//! Memory is allocated by the read, and by the stretch of 256 rows whose windows are planned at once,
-//! never by the line: counted, from the bytes of a chunk to the sums of every channel.
+//! Memory is allocated per read, and per stretch of 256 rows whose windows are planned at once, but
+//! not per line. The allocations are counted from the bytes of a chunk to the sums of every channel.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::{io, time::Duration};
@@ -11,7 +11,7 @@ use vn100_capture::{Source, read_samples};
 use vn100_protocol::stream::{Chunk, ReadOptions, StreamInput};
 use vn100_session::Session;
 
-/// The same chunk of whole lines, so often.
+/// The same chunk of whole lines, this many times.
 struct Again {
     bytes: Bytes,
     left: usize,
@@ -29,27 +29,29 @@ impl Source for Again {
 
 const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 
-/// Allocations while so many chunks of so many lines go through reading, parsing and analysis.
+/// The number of allocations while this many chunks of this many lines pass through reading,
+/// parsing and analysis.
 fn allocations(chunks: usize, lines: usize) -> u64 {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
     let source = Again { bytes: LINE.repeat(lines).into(), left: chunks };
     let counted = allocation_counter::measure(|| {
         let outcome = runtime.block_on(async {
             let events = read_samples(source, ReadOptions::default(), CancellationToken::new());
-            // no snapshot by the clock: how many there are depends on the machine
+            // no snapshots by the clock, because their number depends on the machine
             let settings = Settings { watch_every: Duration::from_secs(3600), ..Settings::default() };
             Session::of_events(SourceFacts::default(), events, settings).result.await.unwrap()
         });
-        assert_eq!(outcome.snapshot.timing.samples, (chunks * lines) as u64);
+        assert_eq!(outcome.measured.timing.samples, (chunks * lines) as u64);
     });
     counted.count_total
 }
 
 #[test]
-fn lines_cost_no_allocation() {
-    // the first read of a size makes room; from then on a line more costs nothing, and a chunk more a few allocations
+fn lines_need_no_allocation() {
+    // the first read of a size allocates room; after that a further line costs nothing, and a further chunk a few
+    // allocations
     let few = allocations(50, 100);
-    // the result of a longer record has a few octaves more
+    // the result of a longer record has a few more octaves
     let hundred_times_the_lines = allocations(50, 10_000);
     let ten_times_the_chunks = allocations(500, 100);
     let extra_lines = 50 * 9900;

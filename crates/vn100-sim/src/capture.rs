@@ -21,7 +21,7 @@ use crate::{
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("the sensor has no output rate of {rate_hz} Hz: use one of {}", list(rates))]
 pub struct UnsupportedRate {
-    /// The rate asked for, Hz.
+    /// The requested rate, Hz.
     pub rate_hz: u32,
     /// The output rates of the sensor, Hz.
     pub rates: Vec<u32>,
@@ -37,11 +37,11 @@ pub struct Generator {
     channels: [ChannelStream; 12],
     surroundings: Surroundings,
     thermal_bias: ThermalBias,
-    /// At the first sample.
+    /// The age at the first sample.
     age_s: f64,
     interval_s: f64,
     rows: u64,
-    /// Readings of temperature and pressure taken.
+    /// Number of readings of temperature and pressure.
     readings: u64,
 }
 
@@ -56,11 +56,11 @@ impl Generator {
         generator.ok_or_else(|| UnsupportedRate { rate_hz, rates: OUTPUT_RATES_HZ.to_vec() })
     }
 
-    /// Samples for a message: for increments the samples are means over the whole interval, in
-    /// which no averaging window has aliased noise.
+    /// Samples for a message: for increments the samples are means over the whole interval, without
+    /// aliasing by an averaging window.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// As for [`new`](Self::new).
     pub fn for_message(profile: &Profile, message: &Message, rate_hz: u32, seed: u64) -> Result<Self, UnsupportedRate> {
         let mut profile = profile.clone();
         if message.has_deltas() {
@@ -97,7 +97,7 @@ impl Generator {
         self.rows += 1;
         values[6..9].iter_mut().for_each(|value| *value += accel_m_s2);
         values[9..].iter_mut().for_each(|value| *value += rate_rad_s);
-        // single precision, as in the sensor: the last printed digit depends on it
+        // single precision, as in the sensor, because the last printed digit depends on it
         let mut row = values.map(|value| value as f32);
         for (angle_deg, value) in row.iter_mut().zip(values).take(3) {
             *angle_deg = wrapped_deg(value);
@@ -112,7 +112,7 @@ impl Generator {
         self.next_surroundings_at((self.readings - 1) as f64 * self.interval_s)
     }
 
-    /// Those so many seconds after the first sample.
+    /// The same, this many seconds after the first sample.
     pub(crate) fn next_surroundings_at(&mut self, time_s: f64) -> [f32; 2] {
         self.surroundings.advance_to(self.age_s + time_s);
         [self.surroundings.temperature_c as f32, self.surroundings.pressure_kpa as f32]
@@ -132,7 +132,7 @@ pub fn write_sentence(line: &mut Vec<u8>, message: &Message, row: &[f32; 12], su
     line.extend(Check::Xor8.sentence(&body).into_bytes());
 }
 
-/// The same, uncompensated and compensated.
+/// The values of a row, with equal uncompensated and compensated ones.
 pub(crate) fn values_of(row: &[f32; 12], [temperature_c, pressure_kpa]: [f32; 2]) -> SensorValues {
     let [yaw, pitch, roll, mx, my, mz, ax, ay, az, gx, gy, gz] = *row;
     let (mag_gauss, accel_m_s2, gyro_rad_s) = ([mx, my, mz], [ax, ay, az], [gx, gy, gz]);
@@ -272,7 +272,7 @@ mod tests {
         ] {
             assert_eq!(wrapped_deg(angle), wrapped, "{angle}");
         }
-        // both lie nearer to the end than single precision resolves
+        // both are nearer to the end than the resolution of single precision
         for angle in [(-180.0_f64).next_up(), 180.0_f64.next_up(), (-180.0_f64).next_down()] {
             assert_eq!(wrapped_deg(angle), 180.0);
         }
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn changing_one_channel_leaves_the_others_alone() {
+    fn changing_one_channel_leaves_the_others_unchanged() {
         let rows = |profile: &Profile| {
             let mut generator = Generator::new(profile, 40, 5).unwrap();
             [(); 50].map(|()| generator.next_row())

@@ -1,5 +1,4 @@
-//! The sensor as its serial line shows it: commands and time are given to it, output is taken from
-//! it.
+//! The sensor as seen from its serial line: it receives commands and the time, and returns output.
 //!
 //! ```
 //! use std::time::Duration;
@@ -14,19 +13,19 @@
 //! assert!(output.ends_with(b"$VNASY,0*4F\r\n$VNRRG,04,3.1.0.0*77\r\n"));
 //! ```
 //!
-//! Nothing here waits or knows a clock: every call gives the time since power-up, and everything
-//! that is due by then has happened when the call returns. Equal configuration and equal calls at
-//! equal times give equal bytes.
+//! Nothing here waits or has a clock: every call passes the time since power-up, and executes
+//! everything that is due by then. Equal configuration and equal calls at equal times give equal
+//! bytes.
 //!
-//! # Where the maker leaves a choice
+//! # Choices that the maker leaves open
 //!
-//! - Check digits of a command may be of either kind; those of all output are of the kind register
-//!   30 asks for.
-//! - A command is answered at once; an answer waits behind the bytes that are being sent. `VNWNV`
-//!   is answered when the flash is written.
+//! - Check digits of a command may be of either kind; all output has the kind that register 30
+//!   requests.
+//! - A command is answered at once; an answer follows the bytes that are being sent. `VNWNV` is
+//!   answered when the flash is written.
 //! - A write is answered with the settings as a read would print them.
-//! - With nothing wired to SyncIn its count and its time stay 0.
-//! - The fit of the line is checked on writes of registers 5, 6, 7 and 75 to 77.
+//! - Without a signal on SyncIn, its count and its time stay 0.
+//! - The load of the line is checked on writes of registers 5, 6, 7 and 75 to 77.
 //! - `VNIMU` prints pressure ten wide.
 
 pub(crate) mod binary;
@@ -55,7 +54,6 @@ use crate::{
 /// The time from power-up, or from the answer to a restart, to the first output.
 pub const BOOT: Duration = Duration::from_millis(1250);
 
-/// How long the flash takes to be written.
 const FLASH_WRITE: Duration = Duration::from_millis(500);
 
 /// Ticks of the sensor, Hz.
@@ -65,8 +63,8 @@ const TICK_HZ: u64 = 800;
 #[derive(Debug, Clone)]
 pub struct DeviceConfig {
     /// The truth of its channels. A density of the output
-    /// ([`AveragingWindow::None`](crate::AveragingWindow::None)) is taken to be that at 40 Hz
-    /// behind the factory default of the averaging window.
+    /// ([`AveragingWindow::None`](crate::AveragingWindow::None)) is interpreted as that at 40 Hz
+    /// after the factory default of the averaging window.
     pub profile: Profile,
     /// Seed of all noise.
     pub seed: u64,
@@ -113,20 +111,20 @@ pub struct Device {
     started_with: Registers,
     sensor: SensorModel,
     clock: SensorClock,
-    /// The processing that `registers` ask for.
+    /// The processing that `registers` select.
     processing: Processing,
-    /// The integrals when they were last read.
+    /// The integrals at their last reading.
     deltas: Deltas,
     uart: Uart,
 }
 
-/// What ends with a restart.
+/// The state that ends with a restart.
 #[derive(Debug, Clone, Default)]
 struct Run {
     ticks: u64,
-    /// After how many ticks the integrals were last taken.
+    /// The tick at which the integrals were last read.
     deltas_tick: Option<u64>,
-    /// The reading of the clock at the last tick that was requested.
+    /// The reading of the clock at the last requested tick.
     device_time: Option<(u64, u64)>,
     buffer: CommandBuffer,
     restart_ns: Option<u64>,
@@ -138,7 +136,7 @@ struct Run {
     known_disturbances: u16,
 }
 
-/// The port the sensor is connected by: the first.
+/// The port at which the sensor is connected: the first.
 const PORT: usize = 0;
 
 impl Device {
@@ -162,15 +160,15 @@ impl Device {
         }
     }
 
-    /// The baud rate at which the sensor receives; bytes that are still being sent may have another
-    /// rate: see [`SentByte::baud`].
+    /// The baud rate at which the sensor receives; pending bytes may have another rate: see
+    /// [`SentByte::baud`].
     #[must_use]
     pub fn baud(&self) -> u32 {
         self.uart.baud
     }
 
     /// Takes bytes that reach the sensor at `now`, split in any way. A time before that of an
-    /// earlier call is taken for the time of that call.
+    /// earlier call counts as the time of that call.
     pub fn receive(&mut self, bytes: &[u8], now: Duration) {
         self.advance(ns(now));
         for byte in bytes {
@@ -187,7 +185,7 @@ impl Device {
         }
     }
 
-    /// The bytes that were on the line by `now` and were not taken before.
+    /// The bytes that were on the line by `now` and are not yet taken.
     #[must_use]
     pub fn poll_output(&mut self, now: Duration) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -215,7 +213,7 @@ impl Device {
             _ => None,
         };
         let times = [self.uart.next_piece_ns(), tick_ns, self.next_event_ns()];
-        // one of the three is always there
+        // one of the three always exists
         Duration::from_nanos(times.into_iter().flatten().min().unwrap_or(self.now_ns))
     }
 
@@ -237,7 +235,7 @@ impl Device {
         self.start(self.now_ns);
     }
 
-    /// Makes the line run at another rate, as if another program had asked for it; any rate but
+    /// Makes the line run at another rate, as if another program had requested it; any rate but
     /// zero.
     pub(crate) fn force_baud(&mut self, baud: std::num::NonZeroU32, now: Duration) {
         self.advance(ns(now));
@@ -245,7 +243,7 @@ impl Device {
         self.uart.baud = baud.get();
     }
 
-    /// Lets all happen that is due by a time, in order.
+    /// Executes all that is due by a time, in order.
     fn advance(&mut self, now_ns: u64) {
         let now_ns = self.now_ns.max(now_ns);
         while let Some(event_ns) = self.next_event_ns().filter(|event_ns| *event_ns <= now_ns) {
@@ -272,12 +270,12 @@ impl Device {
         [self.run.restart_ns, self.run.flash_until_ns, boot_ns].into_iter().flatten().min()
     }
 
-    /// Starts anew as soon as what is queued has been sent.
+    /// Restarts as soon as the pending bytes have been sent.
     fn restart(&mut self) {
         self.run.restart_ns = Some(self.uart.idle_ns().max(self.now_ns));
     }
 
-    /// From flash: the first output comes a boot later.
+    /// Starts from flash: the first output follows after the boot.
     fn start(&mut self, now_ns: u64) {
         self.registers = self.flash.clone();
         self.started_with = self.flash.clone();
@@ -298,7 +296,7 @@ impl Device {
         }
     }
 
-    /// A command waits its turn while the flash is written, in the buffer it came into.
+    /// A command waits its turn while the flash is written, in the receive buffer.
     fn queue(&mut self, line: Vec<u8>) {
         let waiting: usize = self.run.waiting.iter().map(Vec::len).sum();
         if waiting + line.len() > RECEIVE_BUFFER {

@@ -12,12 +12,12 @@
 //!
 //! | fault | does |
 //! |---|---|
-//! | `drop@TIME` `drop@TIME+TIME` `drop@P%` | loses one byte; all of a while; each with this chance |
+//! | `drop@TIME` `drop@TIME+TIME` `drop@P%` | loses one byte; all bytes for a while; each byte with this chance |
 //! | `flip@…[:bitN]` | the same, but inverts a bit, N from 0 to 7, or any |
 //! | `splice@TIME` | loses the end of one line and the beginning of the next |
 //! | `stall@TIME+TIME` | holds all bytes back, and lets them go at once |
-//! | `unplug@TIME` `unplug@TIME+TIME[:other]` | the port vanishes, with the power of the sensor, and returns, `other` under another name |
-//! | `reboot@TIME` | the sensor reports a hard fault and starts anew |
+//! | `unplug@TIME` `unplug@TIME+TIME[:other]` | the port vanishes, with the power of the sensor, and returns; with `other`, under another name |
+//! | `reboot@TIME` | the sensor reports a hard fault and restarts |
 //! | `baud@TIME:RATE` | the sensor's line runs at another rate |
 //! | `stale` | the first bytes after the port is opened are old |
 //! | `badopen@P%` | each opening of the port has this chance of bit 6 of every byte being inverted until it is closed |
@@ -56,7 +56,7 @@ pub enum Fault {
     Stall(Duration, Duration),
     /// The port disappears.
     Unplug {
-        /// When the port disappears.
+        /// The time when the port disappears.
         at: Duration,
         /// The time until the port returns; `None` for never.
         back_after: Option<Duration>,
@@ -67,7 +67,7 @@ pub enum Fault {
     Reboot(Duration),
     /// The sensor changes to another baud rate.
     Baud(Duration, NonZeroU32),
-    /// The first bytes after an opening are old ones.
+    /// The first bytes after an opening are old.
     Stale,
     /// Each opening has this probability, from 0 to 1, of being bad.
     BadOpen(f64),
@@ -80,7 +80,7 @@ pub struct FaultPlan {
     pub faults: Vec<Fault>,
 }
 
-/// Why an item of a plan is no fault. Each variant gives the item as it was written.
+/// The reason why an item of a plan is no fault. Each variant gives the item as it was written.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum FaultPlanError {
     /// The item names no fault.
@@ -99,7 +99,7 @@ pub enum FaultPlanError {
     Time {
         /// The item.
         item: String,
-        /// The part that is wrong.
+        /// The wrong part.
         text: String,
     },
     /// A part of the item is no probability.
@@ -107,10 +107,10 @@ pub enum FaultPlanError {
     Chance {
         /// The item.
         item: String,
-        /// The part that is wrong.
+        /// The wrong part.
         text: String,
     },
-    /// The option after the colon is not one of this fault.
+    /// The option after the colon is not valid for this fault.
     #[error(
         "`{detail}` after the colon does not fit `{item}`: flip takes bit0 to bit7, unplug with two times takes other, baud needs one of {}",
         BaudRate::ALL.map(|rate| rate.to_string()).join(", ")
@@ -118,7 +118,7 @@ pub enum FaultPlanError {
     Detail {
         /// The item as written.
         item: String,
-        /// The part that is wrong; empty if it is missing.
+        /// The wrong part; empty if it is missing.
         detail: String,
     },
 }
@@ -252,7 +252,7 @@ impl fmt::Display for Bytes {
     }
 }
 
-/// As it was written: the quotient by 100 need not have an exact inverse.
+/// Undoes the division by 100: the quotient need not have an exact inverse.
 fn percent(chance: f64) -> f64 {
     (chance * 1e14).round() / 1e12
 }

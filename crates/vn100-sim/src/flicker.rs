@@ -9,14 +9,14 @@ use crate::normal::normal;
 /// Ratio of neighbouring time constants: the Allan deviation then ripples by 0.02 %.
 const RATIO: f64 = 4.0;
 
-/// The longest time constant is at least this, 16 times the longest τ the flicker is true for.
+/// The longest time constant is at least this, 16 times the longest τ for which the flicker is accurate.
 const LONGEST_S: f64 = 1.6e6;
 
 /// Flicker noise of two-sided density B²/(2πf).
 ///
 /// A process of variance v and time constant T has the density 2vT/(1 + (2πfT)²); over time
-/// constants in geometric progression of ratio r these add up to v/(2f ln r), so that v = B² ln
-/// r/π. (Sum of Lorentzians: van der Ziel, 1950.)
+/// constants in geometric progression of ratio r these add up to v/(2f ln r), so v = B² ln r/π.
+/// (Sum of Lorentzians: van der Ziel, 1950.)
 #[derive(Debug, Clone)]
 pub(crate) struct Flicker {
     processes: Vec<GaussMarkov>,
@@ -60,8 +60,9 @@ impl Flicker {
     }
 }
 
-/// From half a sample interval up. Starting there, the sum reads at the shortest τ what flicker of
-/// the same B, sampled without averaging, reads: 1.20, 1.07, 1.02 of the plateau at m = 1, 2, 4.
+/// Time constants from half a sample interval up. With this start, the sum has at the shortest τ
+/// the same values as flicker of the same B that is sampled without averaging: 1.20, 1.07, 1.02 of
+/// the plateau at m = 1, 2, 4.
 fn time_constants_s(interval_s: f64) -> impl Iterator<Item = f64> {
     let mut next_s = Some(interval_s / 2.0);
     std::iter::from_fn(move || {
@@ -82,7 +83,7 @@ mod tests {
     fn gauss_markov_avar(interval_s: f64, time_constant_s: f64, m: f64) -> f64 {
         let x = interval_s / time_constant_s;
         if m * x < 1e-3 {
-            // a random walk so far; the closed form would cancel to nothing
+            // so far a random walk; the closed form would lose all digits to cancellation
             return 2.0 * x * (2.0 * m * m + 1.0) / (6.0 * m);
         }
         let (phi, q, a) = ((-x).exp(), -(-x).exp_m1(), -(-m * x).exp_m1());
@@ -110,8 +111,8 @@ mod tests {
         }
     }
 
-    /// Half-integrated white noise (Kasdin, 1995): Allan variance 1/ln 2, 1.1542, 1.0500, 1.0154
-    /// of the plateau at m = 1, 2, 4, 8.
+    /// The expected values are those of half-integrated white noise (Kasdin, 1995): Allan variance
+    /// 1/ln 2, 1.1542, 1.0500, 1.0154 of the plateau at m = 1, 2, 4, 8.
     #[test]
     fn shortest_tau_read_as_sampled_flicker_does() {
         for (m, avar) in [(1.0, LOG2_E), (2.0, 1.1542), (4.0, 1.05), (8.0, 1.0154)] {

@@ -15,7 +15,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A [`Device`] is the whole sensor behind its serial line, on a clock that is passed in; a
+//! A [`Device`] is the whole sensor with its serial line, on a clock that is passed in; a
 //! [`Wire`](wire::Wire) puts cable, adapter and faults between the device and a host;
 //! [`pty::serve`] makes the device a serial port of this machine.
 
@@ -45,5 +45,4 @@ pub use packets::PacketStream;
 pub use profile::{Profile, UnknownProfile};
 pub use thermal::{Thermal, ThermalError};
 
-/// Standard gravity, m/s².
 pub(crate) const STANDARD_GRAVITY_M_S2: f64 = 9.80665;

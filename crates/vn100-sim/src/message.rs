@@ -1,7 +1,7 @@
-//! The sentences of measurements, one row of the table each, printed as the sensor prints them.
+//! The sentences of measurements, one row of the table each, in the print format of the sensor.
 //!
-//! This table shares nothing with the parser of this project, so that each can be tested against
-//! the other.
+//! This table shares nothing with the parser of this project, so each can be tested against the
+//! other.
 
 use std::fmt::Write;
 
@@ -31,9 +31,9 @@ pub struct Message {
     /// Its number in register 6.
     pub(crate) code: u32,
     pub(crate) header: &'static str,
-    /// The register that reads the same.
+    /// The register with the same contents.
     pub(crate) register: u16,
-    /// Its length with CR LF, all values within their usual widths, with two check digits.
+    /// Its length with CR LF and two check digits, if all values have their usual widths.
     pub(crate) usual_bytes: u32,
     groups: &'static [FieldGroup],
 }
@@ -77,7 +77,7 @@ impl Message {
         self.groups.contains(&Uncompensated)
     }
 
-    /// Whether it carries integrals since it was last sent.
+    /// Whether it carries integrals since its last sentence.
     pub(crate) fn has_deltas(&self) -> bool {
         self.groups.contains(&FieldGroup::Deltas)
     }
@@ -85,7 +85,7 @@ impl Message {
     /// Appends its values, a comma before each.
     pub(crate) fn print(&self, measured: &SensorValues, deltas: &Deltas, out: &mut String) {
         for group in self.groups {
-            // width and decimals by the maker's formats
+            // width and decimals from the maker's formats
             match group {
                 Angles => print(out, measured.ypr_deg, 8, 3),
                 Quaternion => print(out, measured.quaternion(), 9, 6),

@@ -13,8 +13,8 @@ use crate::{
 
 /// The truth of one channel, in the unit `u` of the channel: deg, gauss, m/s² or rad/s.
 ///
-/// The default is a channel that always reads zero. A component of zero is off. Nothing is checked:
-/// a value that is not finite gives samples that are not finite.
+/// The default is a channel that is always zero. A component of zero is off. Values are not
+/// checked: one that is not finite gives samples that are not finite.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct NoiseTruth {
     /// Constant mean, u.
@@ -24,8 +24,8 @@ pub struct NoiseTruth {
     pub white_density: f64,
     /// Bias instability B, u: flicker of two-sided density B²/(2πf), whose Allan deviation is flat
     /// at √(2 ln 2/π)·B = 0.664 B. It holds within 0.5 % for τ from 16 sample intervals to 10⁵ s
-    /// (28 h). The shortest τ read higher, as sampled flicker does: 1.19, 1.08, 1.03, 1.01 times
-    /// the plateau at m = 1, 2, 4, 8.
+    /// (28 h). At the shortest τ the deviation is higher, as for sampled flicker: 1.19, 1.08, 1.03,
+    /// 1.01 times the plateau at m = 1, 2, 4, 8.
     pub bias_instability: f64,
     /// Rate random walk K, u/√s: Allan deviation K·√(τ/3). Starts at zero.
     pub random_walk: f64,
@@ -36,7 +36,7 @@ pub struct NoiseTruth {
 }
 
 impl NoiseTruth {
-    /// What is no noise: mean, ramp and line at a time.
+    /// The deterministic part: mean, ramp and line at a time.
     pub(crate) fn steady(&self, time_s: f64, line_phase_turns: f64) -> f64 {
         let line = self.line.map_or(0.0, |line| {
             let turns = line.frequency_hz * time_s + line_phase_turns;
@@ -57,8 +57,8 @@ pub struct Vibration {
 
 /// The endless stream of the samples of one channel, in constant memory.
 ///
-/// Every component of every channel draws from a random stream of its own: changing one component,
-/// or one channel, leaves all others as they were.
+/// Every component of every channel has a random stream of its own: changing one component or
+/// channel leaves all others unchanged.
 #[derive(Debug, Clone)]
 pub struct ChannelStream {
     noise: NoiseTruth,
@@ -77,7 +77,7 @@ impl ChannelStream {
     ///
     /// White noise passes through the on-board `window`. The other components are advanced once per
     /// output sample and do not pass through it: averaging over some milliseconds changes a process
-    /// only near the frequency 1/window, where each of them is far below the white noise.
+    /// only near the frequency 1/window, and there each of them is far below the white noise.
     #[must_use]
     pub fn new(noise: &NoiseTruth, window: AveragingWindow, rate_hz: NonZeroU32, seed: u64, channel: u32) -> Self {
         let rng = |component| random_stream(seed, channel, component);
@@ -129,8 +129,7 @@ impl RandomWalk {
     }
 }
 
-/// Numbers of the random streams of one channel, which are part of every capture's recipe: append
-/// only.
+/// Numbers of the random streams of one channel, on which every capture depends: append only.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum NoiseComponent {
     White = 0,
@@ -141,7 +140,7 @@ pub(crate) enum NoiseComponent {
 }
 
 pub(crate) fn random_stream(seed: u64, channel: u32, component: NoiseComponent) -> ChaCha8Rng {
-    // room for components to come, so that they do not renumber those of the next channel
+    // room for further components, so that they do not renumber those of the next channel
     const STREAMS_PER_CHANNEL: u64 = 16;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(u64::from(channel) * STREAMS_PER_CHANNEL + component as u64);

@@ -1,4 +1,4 @@
-//! What the sensor does to its white noise before a sample is sent: low pass, averaging window and
+//! The on-board processing of white noise before a sample is sent: low pass, averaging window and
 //! decimation.
 
 use std::num::NonZeroU32;
@@ -11,23 +11,23 @@ use crate::normal::normal;
 pub(crate) const IMU_REFRESH_HZ: u32 = 800;
 pub(crate) const MAG_REFRESH_HZ: u32 = 250;
 
-/// How white noise reaches the output.
+/// The path of white noise to the output.
 ///
-/// After a window of w refreshes, samples less than w refreshes apart are correlated, by (w -
-/// lag)/w. If fewer samples are sent than are averaged (w < refresh/rate), noise is aliased, and
+/// After a window of w refreshes, samples that are less than w refreshes apart are correlated by
+/// (w-lag)/w. If fewer samples are sent than are averaged (w < refresh/rate), noise is aliased, and
 /// the density of the output is higher than that of the sensor: by √(200/rate) for 4 samples at 800
 /// Hz.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AveragingWindow {
     /// The noise is drawn at the output rate: the density is that of the output.
     None,
-    /// The density is that of the sensor, which refreshes at `refresh_hz`, behind a low-pass
-    /// filter; each output sample is the mean of the latest `samples` values, and an output faster
-    /// than the refresh repeats them.
+    /// The density is that of the sensor, which refreshes at `refresh_hz`, after a low-pass filter;
+    /// each output sample is the mean of the latest `samples` values, and an output faster than the
+    /// refresh repeats them.
     Boxcar {
         /// Rate of the values that are averaged, Hz.
         refresh_hz: u32,
-        /// Number of values averaged; 0 and 1 average nothing.
+        /// Number of averaged values; 0 and 1 mean no averaging.
         samples: u32,
         /// The low-pass filter before the window.
         low_pass: LowPass,
@@ -51,10 +51,10 @@ impl AveragingWindow {
 /// The low-pass filter of the sensor, of second order and with unit gain at zero frequency: y(k) =
 /// (1 - a1 - a2) x(k) + a1 y(k-1) + a2 y(k-2).
 ///
-/// The maker does not document it. Behind a window of 4, one second of a real sensor has the
+/// The maker does not document it. After a window of 4, one second of a real sensor has the
 /// autocorrelations 0.83, 0.49, 0.17, -0.02, -0.05 (gyro) and 0.86, 0.60, 0.35, 0.14, 0.08
-/// (accelerometer) at lags of 1 to 5 samples of 800 Hz, each within about 0.07. These have them
-/// within that, and alias noise by 2.31 and 2.08 at 40 Hz, as real sensors do within a tenth.
+/// (accelerometer) at lags of 1 to 5 samples of 800 Hz, each within about 0.07. These filters agree
+/// within that, and alias noise by 2.31 and 2.08 at 40 Hz, like real sensors within a tenth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LowPass {
     a1: f64,
@@ -65,13 +65,12 @@ impl LowPass {
     /// No filter.
     pub(crate) const NONE: Self = Self { a1: 0.0, a2: 0.0 };
 
-    /// Low-pass filter of the gyroscope: a pair of poles at 160 Hz with damping 0.55.
     pub(crate) const GYRO: Self = Self { a1: 0.499, a2: -0.251 };
 
     /// Low-pass filter of the accelerometer: one pole at 176 Hz.
     pub(crate) const ACCELEROMETER: Self = Self { a1: 0.25, a2: 0.0 };
 
-    /// Values after which it has forgotten those before, to 10^-6.
+    /// Number of values after which the influence of earlier ones is below 10^-6.
     const MEMORY: usize = 20;
 
     fn memory(self) -> usize {
@@ -79,12 +78,12 @@ impl LowPass {
     }
 }
 
-/// White noise behind the window, one value per output sample.
+/// White noise after the window, one value per output sample.
 #[derive(Debug, Clone)]
 pub(crate) struct White {
     sigma: f64,
     low_pass: LowPass,
-    /// The last two values behind it.
+    /// Its last two output values.
     passed: [f64; 2],
     /// The latest values of the sensor, as many as the window averages: a ring, never empty.
     recent: Vec<f64>,
@@ -105,8 +104,8 @@ impl White {
         Self::of_values(density * f64::from(refresh_hz).sqrt(), low_pass, refresh_hz, samples, rate_hz.get(), rng)
     }
 
-    /// Of values with the standard deviation `sigma` before the low pass. The window is filled from
-    /// the start; one of 0 and of 1 averages nothing.
+    /// White noise from values with the standard deviation `sigma` before the low pass. The window
+    /// is filled from the start; windows of 0 and 1 do not average.
     pub(crate) fn of_values(
         sigma: f64,
         low_pass: LowPass,
@@ -131,8 +130,8 @@ impl White {
         white
     }
 
-    /// Another window from here on: the latest values stay, values before the beginning are drawn
-    /// where more are needed.
+    /// Another window from here on: the latest values stay; if more are needed, values before the
+    /// beginning are drawn.
     pub(crate) fn set_window(&mut self, samples: u32) {
         let samples = samples.max(1) as usize;
         if samples == self.recent.len() {
@@ -162,7 +161,7 @@ impl White {
         let refreshes_until = |sent: u64| sent * self.refresh_hz / self.rate_hz;
         let fresh = refreshes_until(self.sent + 1) - refreshes_until(self.sent);
         self.sent += 1;
-        // values that would leave the window and the low pass before it is read need not be drawn
+        // values that would leave the window and the low pass before the output sample need not be drawn
         self.draw(fresh.min((self.low_pass.memory() + self.recent.len()) as u64) as usize);
     }
 

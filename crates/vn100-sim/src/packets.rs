@@ -13,10 +13,10 @@ use crate::{
     sensor_clock::SensorClock,
 };
 
-/// When the sensor of a capture sends its first packet, in nanoseconds since it started.
+/// The time of the first packet of a sensor in a capture, in nanoseconds since the sensor started.
 const FIRST_NS: u64 = 1_250_000_000;
 
-/// How often thermometer and barometer are read.
+/// The rate at which thermometer and barometer are read.
 const SURROUNDINGS_HZ: u64 = 120;
 
 /// The endless, seeded stream of an emulated sensor's packets.
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn packets_come_at_whole_parts_of_800_hz() {
+    fn packets_come_at_whole_fractions_of_800_hz() {
         let new = |rate_hz| PacketStream::new(&Profile::lab3(), PACKET_MESSAGES[0], rate_hz, 1);
         for rate_hz in [1, 32, 200, 400, 800] {
             assert!(new(rate_hz).is_ok(), "{rate_hz}");

@@ -11,10 +11,10 @@ use crate::{
 
 const HOUR_S: f64 = 3600.0;
 
-/// Output rate of the record behind [`Profile::lab3`], Hz.
+/// Output rate of the record for [`Profile::lab3`], Hz.
 const LAB3_RATE_HZ: f64 = 40.0;
 
-/// One channel: its truth, and how its white noise reaches the output.
+/// One channel: its truth, and the path of its white noise to the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChannelProfile {
     /// Mean and noise.
@@ -32,7 +32,7 @@ pub struct Profile {
     /// In the order of `$VNYMR`: yaw, pitch, roll (deg), magnetic field x y z (gauss), acceleration
     /// x y z (m/s²), angular rate x y z (rad/s).
     pub channels: [ChannelProfile; 12],
-    /// Temperature of the sensor, and how the bias follows it.
+    /// Temperature of the sensor, and the bias that depends on it.
     pub thermal: Thermal,
 }
 
@@ -40,7 +40,7 @@ pub struct Profile {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("unknown noise profile {name:?}: use one of {}", Profile::NAMES.join(", "))]
 pub struct UnknownProfile {
-    /// The name asked for.
+    /// The requested name.
     pub name: String,
 }
 
@@ -63,9 +63,9 @@ impl Profile {
     /// A sensor with the figures of its data sheet, level and at rest, facing magnetic north at a
     /// middle latitude, with the factory default of the averaging window.
     ///
-    /// Densities are the sensor's: at 40 Hz the output shows 2.24 times as much of gyro and
-    /// accelerometer (see [`AveragingWindow`]). The sheet states no random walk, so there is none.
-    /// The angles carry a small white noise of their own, not one computed from the other channels.
+    /// Densities are the sensor's: at 40 Hz the output of gyro and accelerometer has 2.24 times as
+    /// much (see [`AveragingWindow`]). The sheet states no random walk, so there is none. The
+    /// angles have a small white noise of their own, which is not computed from the other channels.
     #[must_use]
     pub fn datasheet() -> Self {
         let gyro = NoiseTruth {
@@ -98,17 +98,17 @@ impl Profile {
     /// A published sensor at rest, 40 Hz.
     ///
     /// Every channel has the mean and standard deviation of a record of ten minutes, as white
-    /// noise, but for the two that were also analysed. Densities are those of the output at 40 Hz;
+    /// noise, except the two that were also analysed. Densities are those of the output at 40 Hz;
     /// no window applies.
     ///
     /// * Gyro y: N 0.354 deg/√h, K 0.8969 deg/h^1.5, no flicker. The published standard deviation
-    ///   asks for more than N gives; the rest is a vibration line at 18.4 Hz.
+    ///   is larger than N gives; the rest is a vibration line at 18.4 Hz.
     /// * Accelerometer y: N 0.114 m/s/√h, B 0.0131 mg, K 4.559 m/s/h^1.5.
     ///
     /// The "bias instabilities" published with these, 0.830 deg/h and 0.0356 mg, are the minimum of
-    /// the Allan deviation over 0.664, which counts N and K as flicker. Five hours of this truth
-    /// read as much (medians 0.85 deg/h and 0.036 mg); ten minutes are too short for the gyro and
-    /// read 2.3 deg/h.
+    /// the Allan deviation divided by 0.664, which counts N and K as flicker. Five hours of this
+    /// truth give the same (medians 0.85 deg/h and 0.036 mg); ten minutes are too short for the
+    /// gyro and give 2.3 deg/h.
     #[must_use]
     pub fn lab3() -> Self {
         let white = |mean, standard_deviation: f64| NoiseTruth {
@@ -183,7 +183,7 @@ mod tests {
         assert_eq!(error.to_string(), "unknown noise profile \"lab4\": use one of datasheet, lab3");
     }
 
-    /// By the factors as reference works print them.
+    /// The conversion factors are those printed in reference works.
     #[test]
     fn published_coefficients_are_kept_in_si() {
         let (datasheet, lab3) = (Profile::datasheet().channels, Profile::lab3().channels);
@@ -215,7 +215,7 @@ mod tests {
             let noise = channel.noise;
             let line = noise.line.map_or(0.0, |line| line.amplitude.powi(2) / 2.0);
             let found = (noise.white_density.powi(2) * LAB3_RATE_HZ + line).sqrt();
-            // accelerometer y: N alone is 0.7 % above
+            // accelerometer y: N alone is 0.7 % larger
             assert_close(found, published, 0.02);
         }
     }

@@ -1,5 +1,5 @@
 //! The emulated sensor as a serial port of this machine: a pseudo-terminal, which any program can
-//! open. Linux only, if the machine reports when a host opens and closes the port.
+//! open. Only on Linux, if the machine reports the opening and closing of the port by a host.
 //!
 //! ```no_run
 //! use vn100_sim::{Device, DeviceConfig, pty::{PtyOptions, serve}};
@@ -12,10 +12,10 @@
 //! ```
 //!
 //! A host that reads at another rate than the sensor sends reads garbled bytes, and one that does
-//! not read loses bytes once its terminal is full and 64 KiB wait behind it: the sensor never
-//! waits. When the host has closed the port, or was killed, a new pseudo-terminal takes its place,
-//! so that no old bytes and no exclusive access are left behind; only a link ([`PtyOptions::link`])
-//! stays the same.
+//! not read loses bytes once its terminal is full and another 64 KiB are pending: the sensor never
+//! waits. After the host has closed the port, or was killed, a new pseudo-terminal replaces it, so
+//! that no old bytes and no exclusive access remain; only a link ([`PtyOptions::link`]) stays the
+//! same.
 
 #[cfg(target_os = "linux")]
 mod port;
@@ -31,7 +31,7 @@ use crate::fault::FaultPlan;
 #[cfg(target_os = "linux")]
 pub use server::{PtySensor, serve};
 
-/// How the emulated sensor is connected.
+/// The connection of the emulated sensor.
 #[derive(Debug, Clone, Default)]
 pub struct PtyOptions {
     /// A symbolic link to the present pseudo-terminal; `None` for no link. An existing link is
@@ -44,24 +44,25 @@ pub struct PtyOptions {
     pub faults: FaultPlan,
     /// Seed of the faults.
     pub seed: u64,
-    /// How long the sensor has been on when it is connected. Times of faults count from power-up.
+    /// The time for which the sensor has been on when it is connected. Times of faults count from
+    /// power-up.
     pub on_for: Duration,
 }
 
 /// Byte counts of an emulated port.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PtyStats {
-    /// How often the port was opened.
+    /// Number of openings of the port.
     pub openings: u64,
     /// Bytes that the host has received.
     pub bytes_sent: u64,
-    /// Bytes that were dropped because the terminal was full, and the 64 KiB behind it as well.
+    /// Bytes that were dropped because the terminal and the 64 KiB after it were full.
     pub bytes_dropped: u64,
-    /// Bytes that waited for room when the port was closed, or the sensor unplugged.
+    /// Bytes that were pending when the port was closed, or the sensor unplugged.
     pub bytes_unread: u64,
 }
 
-/// Why the sensor cannot be connected, or is not connected any more.
+/// The reason why the sensor cannot be connected, or is no longer connected.
 #[derive(Debug, Error)]
 pub enum PtyError {
     /// This system is not Linux.
@@ -69,7 +70,7 @@ pub enum PtyError {
         "an emulated port needs a pseudo-terminal of Linux, which this system does not have: write a capture instead"
     )]
     Unsupported,
-    /// The system gives no pseudo-terminal.
+    /// The system provides no pseudo-terminal.
     #[error("no pseudo-terminal for the emulated sensor")]
     Open(#[source] io::Error),
     /// The symbolic link cannot be made.
@@ -131,7 +132,7 @@ impl PtySensor {
     /// Unplugs the sensor.
     ///
     /// # Errors
-    /// None here.
+    /// Never fails here.
     pub fn stop(self) -> Result<PtyStats, PtyError> {
         match self {}
     }

@@ -1,5 +1,5 @@
-//! The receiving end of a serial line: samples the line at its own rate, and reads garbled bytes
-//! where the sender's differs.
+//! The receiving end of a serial line: samples the line at its own rate, and reads garbled bytes if
+//! the sender's rate differs.
 
 use std::{collections::VecDeque, time::Duration};
 
@@ -8,16 +8,16 @@ use crate::device::{SentByte, ns};
 /// Start bit, eight data bits, stop bit.
 const BITS: u64 = 10;
 
-/// Longer than any byte of the slowest rate lasts: what began before this is known whole.
+/// Longer than a byte at the slowest rate: bytes that began earlier are known completely.
 const KNOWN_AFTER: Duration = Duration::from_millis(2);
 
-/// A receiver of eight data bits, no parity, one stop bit; of any rate from 9600 baud up.
+/// A receiver for eight data bits, no parity, one stop bit, at any rate from 9600 baud up.
 #[derive(Debug, Clone)]
 pub(crate) struct Receiver {
     pub(crate) baud: u32,
-    /// Bytes that still shape the line.
+    /// Bytes that still affect the line.
     line: VecDeque<SentByte>,
-    /// From when on it looks for a start bit.
+    /// The time from which it searches a start bit.
     free_ns: u64,
 }
 
@@ -31,13 +31,13 @@ impl Receiver {
         self.line.push_back(sent);
     }
 
-    /// Hands out the bytes that were read by `now`, each with its time.
+    /// Passes on the bytes that were read by `now`, each with its time.
     pub(crate) fn poll(&mut self, now: Duration, mut sink: impl FnMut(Duration, u8)) {
         let Some(last) = self.line.back() else { return };
         let known_ns = ns(last.at.max(now.saturating_sub(KNOWN_AFTER)));
         while let Some(start_ns) = self.next_low_ns() {
             if let Some(sent) = self.line.front().filter(|sent| sent.baud == self.baud && timing(sent).0 == start_ns) {
-                // of a byte at its own rate, every bit is sampled in its middle
+                // for a byte at its own rate, every bit is sampled in its middle
                 let end_ns = start_ns + (2 * BITS - 1) * 500_000_000 / u64::from(self.baud);
                 if end_ns > known_ns {
                     return;
@@ -63,7 +63,7 @@ impl Receiver {
         self.line.retain(|sent| ns(sent.at) > known_ns);
     }
 
-    /// The next time, from when it is free, at which the line is low.
+    /// The next time, from the end of the last byte on, at which the line is low.
     fn next_low_ns(&self) -> Option<u64> {
         self.line.iter().find_map(|sent| {
             let (start_ns, bit_ns) = timing(sent);
@@ -72,7 +72,7 @@ impl Receiver {
         })
     }
 
-    /// Whether the line is high. It rests high.
+    /// Whether the line is high, as it is when idle.
     fn level(&self, time_ns: u64) -> bool {
         let begun = |sent: &&SentByte| timing(sent).0 <= time_ns;
         self.line.iter().take_while(begun).all(|sent| {
@@ -82,7 +82,7 @@ impl Receiver {
     }
 }
 
-/// When the start bit of a byte began, and how long each bit lasts.
+/// The start of the start bit of a byte, and the duration of each bit.
 fn timing(sent: &SentByte) -> (u64, u64) {
     let bit_ns = (1_000_000_000 / u64::from(sent.baud)).max(1);
     (ns(sent.at).saturating_sub(BITS * bit_ns), bit_ns)
@@ -102,7 +102,7 @@ mod tests {
 
     use super::*;
 
-    /// Bytes sent without a pause at one rate, as a receiver of another reads them.
+    /// Bytes sent without a pause at one rate, as read by a receiver at another rate.
     fn read(bytes: &[u8], sent_baud: u32, read_baud: u32) -> Vec<u8> {
         let mut receiver = Receiver::new(read_baud);
         let mut read = Vec::new();
@@ -136,7 +136,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn equal_rates_read_what_was_sent(bytes: Vec<u8>, baud in prop::sample::select(vec![9600, 57_600, 115_200, 128_000, 921_600])) {
+        fn equal_rates_read_the_sent_bytes(bytes: Vec<u8>, baud in prop::sample::select(vec![9600, 57_600, 115_200, 128_000, 921_600])) {
             prop_assert_eq!(read(&bytes, baud, baud), bytes);
         }
 

@@ -1,5 +1,5 @@
-//! What the emulated sensor measures, tick by tick: the truth of a profile behind the window of
-//! register 85.
+//! The measurements of the emulated sensor, tick by tick: the truth of a profile after the window
+//! of register 85.
 
 use std::f64::consts::TAU;
 
@@ -15,19 +15,19 @@ use crate::{
     thermal::{Thermal, ThermalBias},
 };
 
-/// The window a sensor is delivered with, at the rate it is delivered with.
+/// The factory default of the window, at the factory default of the rate.
 const DELIVERED_WINDOW: u32 = 4;
 const DELIVERED_RATE_HZ: f64 = 40.0;
 
 /// Attitude is computed on every second tick.
 const ATTITUDE_REFRESH_HZ: u32 = 400;
 
-/// Ticks between two values of everything slow: flicker, walk, temperature and pressure.
+/// Ticks between two values of all slow quantities: flicker, walk, temperature and pressure.
 const SLOW_TICKS: u64 = 20;
 const SLOW_INTERVAL_S: f64 = SLOW_TICKS as f64 / IMU_REFRESH_HZ as f64;
 
-/// Time constant of the attitude filter's gyro bias. The maker states none; recorded streams ask
-/// for tens of seconds.
+/// Time constant of the attitude filter's gyro bias. The maker states none; recorded streams
+/// suggest tens of seconds.
 const BIAS_TRACKING_S: f64 = 30.0;
 
 /// Standard deviation of the gyro bias at turn-on, rad/s; one recorded unit shows 0.020, -0.030 and
@@ -52,11 +52,11 @@ fn rotated(matrix: &[f64; 9], value: [f64; 3]) -> [f64; 3] {
     [0, 3, 6].map(|row| (0..3).map(|column| matrix[row + column] * value[column]).sum())
 }
 
-/// How raw values become output.
+/// The processing from raw values to output.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Processing {
-    /// Windows of magnetometer, accelerometer and gyro in samples, and whether the uncompensated
-    /// and the compensated output passes each: register 85.
+    /// Windows of magnetometer, accelerometer and gyro in samples, and whether they apply to the
+    /// uncompensated and to the compensated output: register 85.
     pub(crate) windows: [u32; 3],
     pub(crate) averages_uncompensated: [bool; 3],
     pub(crate) averages_compensated: [bool; 3],
@@ -82,9 +82,9 @@ pub(crate) struct SensorValues {
     pub(crate) pressure_kpa: f32,
 }
 
-/// Other forms of the attitude (Euler 3-2-1, north-east-down to body), and what needs them.
+/// Other forms of the attitude (Euler 3-2-1, north-east-down to body), and values that need them.
 impl SensorValues {
-    /// Its scalar comes last.
+    /// The quaternion, with the scalar last.
     pub(crate) fn quaternion(&self) -> [f32; 4] {
         let [(sy, cy), (sp, cp), (sr, cr)] = self.ypr_deg.map(|angle| (f64::from(angle).to_radians() / 2.0).sin_cos());
         [
@@ -96,7 +96,7 @@ impl SensorValues {
         .map(|element| element as f32)
     }
 
-    /// North-east-down to body, row by row.
+    /// The matrix from north-east-down to body, row by row.
     pub(crate) fn direction_cosines(&self) -> [f64; 9] {
         let [(sy, cy), (sp, cp), (sr, cr)] = self.ypr_deg.map(|angle| f64::from(angle).to_radians().sin_cos());
         [
@@ -112,7 +112,7 @@ impl SensorValues {
         ]
     }
 
-    /// A vector of the body in north-east-down.
+    /// A vector of the body frame in north-east-down.
     pub(crate) fn to_ned(self, body: [f32; 3]) -> [f32; 3] {
         single(rotated(&transposed(&self.direction_cosines()), body.map(f64::from)))
     }
@@ -166,7 +166,8 @@ impl SensorChannel {
         let density = channel.noise.white_density;
         let (sigma, low_pass) = match channel.window {
             AveragingWindow::Boxcar { refresh_hz, low_pass, .. } => (density * f64::from(refresh_hz).sqrt(), low_pass),
-            // stated for the output: what the sensor must have for it to come out as delivered
+            // stated for the output: the density that the sensor must have to give this output with
+            // factory defaults
             AveragingWindow::None => (density * (DELIVERED_RATE_HZ * f64::from(delivered)).sqrt(), LowPass::NONE),
         };
         Self {
@@ -197,20 +198,20 @@ fn seconds(tick: u64) -> f64 {
     tick as f64 / f64::from(IMU_REFRESH_HZ)
 }
 
-/// The endless stream of what an emulated sensor measures, one tick of 1.25 ms at a time.
+/// The endless stream of the measurements of an emulated sensor, one tick of 1.25 ms at a time.
 ///
-/// Which values are read, and when, changes none of them.
+/// Reading values does not affect them.
 #[derive(Debug, Clone)]
 pub(crate) struct SensorModel {
     channels: [SensorChannel; 12],
-    /// Ticks taken.
+    /// Number of ticks so far.
     ticks: u64,
     turn_on_bias_rad_s: [f64; 3],
     /// The attitude filter's estimate of the gyro bias.
     pub(crate) bias_rad_s: [f64; 3],
     surroundings: Surroundings,
     thermal_bias: ThermalBias,
-    /// What the temperature adds to each axis.
+    /// The bias from the temperature on each axis.
     thermal_rad_s: f64,
     thermal_m_s2: f64,
     pub(crate) deltas: Deltas,
@@ -233,7 +234,7 @@ impl SensorModel {
         }
     }
 
-    /// Takes one tick, with the windows of register 85.
+    /// Executes one tick, with the windows of register 85.
     pub(crate) fn advance(&mut self, windows: [u32; 3]) {
         let tick = self.ticks;
         self.ticks += 1;
@@ -253,7 +254,7 @@ impl SensorModel {
             let rate_rad_s = self.gyro_rad_s(axis, false);
             self.deltas.theta_deg[axis] += rate_rad_s.to_degrees() * interval_s;
             self.deltas.velocity_m_s[axis] += self.accel_m_s2(axis, false) * interval_s;
-            // the profile's mean is what a converged filter leaves
+            // a converged filter leaves the mean of the profile
             let residual_rad_s = rate_rad_s - self.channels[9 + axis].truth.mean - self.bias_rad_s[axis];
             self.bias_rad_s[axis] += residual_rad_s * interval_s / BIAS_TRACKING_S;
         }
@@ -305,21 +306,21 @@ pub(crate) fn wrapped_deg(angle_deg: f64) -> f32 {
     } else {
         turned
     };
-    // the open end itself, or rounded to it
+    // the open end itself, or a value rounded to it
     if wrapped as f32 == -180.0 { 180.0 } else { wrapped as f32 }
 }
 
-/// Number of the random stream of temperature and pressure, behind those of the twelve channels.
+/// Number of the random stream of temperature and pressure, after those of the twelve channels.
 const SURROUNDINGS_STREAM: u32 = 12;
 
 const TEMPERATURE_SIGMA_C: f64 = 0.02;
-/// Slow change of the weather: a sine.
+/// The mean pressure; the weather changes it slowly, as a sine.
 const PRESSURE_KPA: f64 = 101.325;
 const WEATHER_KPA: f64 = 0.05;
 const WEATHER_S: f64 = 7200.0;
 const PRESSURE_SIGMA_KPA: f64 = 0.003;
 
-/// What the sensor's thermometer and barometer read.
+/// The readings of the sensor's thermometer and barometer.
 #[derive(Debug, Clone)]
 pub(crate) struct Surroundings {
     thermal: Thermal,
@@ -329,7 +330,7 @@ pub(crate) struct Surroundings {
 }
 
 impl Surroundings {
-    /// Of a sensor that is just switched on.
+    /// The readings of a sensor that has just been switched on.
     pub(crate) fn new(thermal: Thermal, seed: u64) -> Self {
         Self {
             thermal,
@@ -339,7 +340,7 @@ impl Surroundings {
         }
     }
 
-    /// Reads both anew, so many seconds after switching on.
+    /// Reads both again, this many seconds after switching on.
     pub(crate) fn advance_to(&mut self, time_s: f64) {
         let weather = WEATHER_KPA * (TAU * time_s / WEATHER_S).sin();
         self.temperature_c = self.thermal.temperature_c(time_s) + TEMPERATURE_SIGMA_C * normal(&mut self.random);

@@ -7,10 +7,10 @@ use crate::{
     normal::normal,
 };
 
-/// Number of the random stream of the clock, behind those of channels and surroundings.
+/// Number of the random stream of the clock, after those of channels and surroundings.
 const CLOCK_STREAM: u32 = 13;
 
-/// By how much the clock of the sensor jitters, as that of a real one at 800 Hz does.
+/// The jitter of the sensor's clock, like that of a real sensor at 800 Hz.
 const JITTER_NS: f64 = 4_500.0;
 
 /// The steps of that clock.
@@ -27,8 +27,8 @@ impl SensorClock {
         Self { random: random_stream(seed, CLOCK_STREAM, NoiseComponent::White) }
     }
 
-    /// The reading of the clock at this time after the start; it never runs backwards from
-    /// tick to tick, whatever the jitter.
+    /// The reading of the clock at this time after the start; it never decreases from tick to tick,
+    /// in spite of the jitter.
     pub(crate) fn read(&mut self, since_start_ns: u64) -> u64 {
         let jitter_ns = (JITTER_NS * normal(&mut self.random)).clamp(-5.0 * JITTER_NS, 5.0 * JITTER_NS);
         since_start_ns.saturating_add_signed(jitter_ns as i64) / CLOCK_STEP_NS * CLOCK_STEP_NS

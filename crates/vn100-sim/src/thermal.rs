@@ -8,9 +8,9 @@ use crate::STANDARD_GRAVITY_M_S2;
 
 /// The truth of the temperature of the sensor, and of the residual of its temperature compensation.
 ///
-/// The text is a list of what differs from a sensor that is just switched on, warms up as usual in
-/// a room of even temperature and has no residual, such as `gyro=0.002 accel=0.1 lag=60 cycle=1.5
-/// period=900`.
+/// The text is a list of differences from a sensor that has just been switched on, warms up as
+/// usual in a room of constant temperature and has no residual, such as `gyro=0.002 accel=0.1
+/// lag=60 cycle=1.5 period=900`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thermal {
     /// Temperature coefficient of the bias of each gyroscope axis, rad/s per °C; in text `gyro`, in
@@ -19,9 +19,9 @@ pub struct Thermal {
     /// Temperature coefficient of the bias of each accelerometer axis, m/s² per °C; in text
     /// `accel`, in mg per °C.
     pub accel_m_s2_c: f64,
-    /// First-order lag of the bias behind the temperature, in seconds; `lag`.
+    /// First-order lag of the bias after the temperature, in seconds; `lag`.
     pub lag_s: f64,
-    /// How much warmer than the room the sensor becomes, °C; `heating`.
+    /// The final excess of the sensor's temperature over the room, °C; `heating`.
     pub self_heating_c: f64,
     /// Time constant of the warm-up, in seconds; `warm-up`.
     pub self_heating_s: f64,
@@ -34,14 +34,14 @@ pub struct Thermal {
     pub age_s: f64,
 }
 
-/// Of the room, without its cycle.
+/// Temperature of the room, without its cycle.
 const ROOM_C: f64 = 22.0;
 
 /// Seconds after which a sensor has warmed up.
 const WARM_S: f64 = 36_000.0;
 
 impl Default for Thermal {
-    /// A sensor that has long been on, in an even room, without a residual.
+    /// A sensor that has been on for long, in a room of constant temperature, without a residual.
     fn default() -> Self {
         Self {
             gyro_rad_s_c: 0.0,
@@ -113,11 +113,11 @@ impl fmt::Display for Thermal {
     }
 }
 
-/// The temperature that the bias follows, from time to time.
+/// The temperature that the bias follows, over time.
 #[derive(Debug, Clone)]
 pub(crate) struct ThermalBias {
     thermal: Thermal,
-    /// Time, and the temperature behind the lag.
+    /// The time, and the temperature after the lag.
     last: Option<(f64, f64)>,
     first_c: f64,
 }
@@ -127,8 +127,8 @@ impl ThermalBias {
         Self { thermal, last: None, first_c: 0.0 }
     }
 
-    /// The bias of gyroscope (rad/s) and accelerometer (m/s²) axes so many seconds after switching
-    /// on, less that of the first call. Times do not go back.
+    /// The bias of gyroscope (rad/s) and accelerometer (m/s²) axes this many seconds after
+    /// switching on, less that of the first call. Times must not decrease.
     pub(crate) fn advance_to(&mut self, time_s: f64) -> (f64, f64) {
         let now_c = self.thermal.temperature_c(time_s);
         let lagged_c = match self.last {
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_named() {
+    fn impossible_options_are_reported() {
         for item in ["gyro", "gyro=x", "gyro=inf", "lag=-1", "period=0", "warm-up=0", "cool=1"] {
             let error = format!("cycle=1 {item}").parse::<Thermal>().unwrap_err();
             assert!(error.item == item && error.to_string().contains("warm-up=S"), "{error}");
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bias_follows_late_and_as_far() {
+    fn the_bias_follows_with_a_lag_and_completely() {
         let thermal: Thermal = "gyro=1 lag=60 heating=10 warm-up=0.001".parse().unwrap();
         let mut bias = ThermalBias::new(thermal);
         assert_eq!(bias.advance_to(0.0), (0.0, 0.0));

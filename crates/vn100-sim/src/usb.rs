@@ -1,12 +1,12 @@
 //! The buffer of a USB serial adapter: bytes reach the host in packets, or when a timer runs out.
 //!
-//! An FTDI chip sends a packet of 62 bytes when it is full, and otherwise what it has each time the
-//! latency timer, 16 ms unless the host sets it, runs out since the last packet (FTDI application
-//! note AN232B-04).
+//! An FTDI chip sends a packet of 62 bytes when it is full. Otherwise it sends its pending bytes
+//! when the latency timer, 16 ms unless the host changes it, has expired since the last packet
+//! (FTDI application note AN232B-04).
 
 use std::time::Duration;
 
-/// Behind its two bytes of status.
+/// Without its two bytes of status.
 const PACKET_BYTES: usize = 62;
 
 #[derive(Debug, Clone)]
@@ -18,13 +18,13 @@ pub(crate) struct UsbBuffer {
 
 impl UsbBuffer {
     /// An adapter whose timer starts at time zero. A latency of zero counts as one millisecond, the
-    /// shortest it can be set to.
+    /// shortest possible setting.
     pub(crate) fn new(latency: Duration) -> Self {
         Self { latency: latency.max(Duration::from_millis(1)), waiting: Vec::new(), last_packet: Duration::ZERO }
     }
 
-    /// Takes a byte from the line; what it makes reach the host is appended to `host`. Bytes come
-    /// in order of time.
+    /// Takes a byte from the line, and appends the bytes that reach the host because of it to
+    /// `host`. Bytes come in order of time.
     pub(crate) fn push(&mut self, at: Duration, byte: u8, host: &mut Vec<u8>) {
         self.poll(at, host);
         self.waiting.push(byte);
@@ -34,18 +34,18 @@ impl UsbBuffer {
         }
     }
 
-    /// Appends what reaches the host by `now`.
+    /// Appends the bytes that reach the host by `now`.
     pub(crate) fn poll(&mut self, now: Duration, host: &mut Vec<u8>) {
         let periods = now.saturating_sub(self.last_packet).as_nanos() / self.latency.as_nanos();
         if periods > 0 {
-            // an empty packet restarts the timer too
+            // an empty packet restarts the timer as well
             host.append(&mut self.waiting);
             let periods = u32::try_from(periods).unwrap_or(u32::MAX);
             self.last_packet = self.last_packet.saturating_add(self.latency.saturating_mul(periods));
         }
     }
 
-    /// When the timer next sends anything; `None` while nothing waits.
+    /// The next time when the timer sends bytes; `None` if none are pending.
     pub(crate) fn next_wakeup(&self) -> Option<Duration> {
         (!self.waiting.is_empty()).then(|| self.last_packet + self.latency)
     }
@@ -55,13 +55,13 @@ impl UsbBuffer {
 mod tests {
     use super::*;
 
-    /// The latency timer as delivered.
+    /// The factory default of the latency timer.
     const DEFAULT_LATENCY: Duration = Duration::from_millis(16);
 
     const BYTE: Duration = Duration::from_nanos(86_806);
 
-    /// A line of 122 bytes at 115200 baud whose first byte begins at `start`: when how many bytes
-    /// are with the host.
+    /// A line of 122 bytes at 115200 baud whose first byte begins at `start`: the times at which
+    /// bytes reach the host, and their number.
     fn deliver(start: Duration, latency: Duration) -> Vec<(Duration, usize)> {
         let mut usb = UsbBuffer::new(latency);
         let mut deliveries = Vec::new();
@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn the_tail_of_a_line_waits_for_the_timer() {
-        // the timer has just run out: the first packet is full after 5.38 ms, the rest comes 16 ms behind it
+        // the timer has just expired: the first packet is full after 5.38 ms, the rest comes 16 ms after it
         let start = DEFAULT_LATENCY * 100;
         let full = start + BYTE * 62;
         assert_eq!(deliver(start, DEFAULT_LATENCY), [(full, 62), (full + DEFAULT_LATENCY, 60)]);

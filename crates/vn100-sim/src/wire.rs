@@ -1,4 +1,4 @@
-//! Everything between the sensor and its host, on a clock that is passed in: the baud rates of both
+//! The path between the sensor and its host, on a clock that is passed in: the baud rates of both
 //! ends, faults, the buffer of an adapter.
 
 use std::{collections::VecDeque, num::NonZeroU32, time::Duration};
@@ -10,7 +10,7 @@ use crate::{
     usb::UsbBuffer,
 };
 
-/// The most that adapters can. The compiler evaluates it, and would refuse a zero.
+/// The highest baud rate of adapters. The compiler evaluates it, and would reject a zero.
 const FASTEST_BAUD: NonZeroU32 = NonZeroU32::new(4_000_000).unwrap();
 
 /// An emulated sensor, its cable and its adapter.
@@ -19,7 +19,7 @@ pub struct Wire {
     device: Device,
     faults: Injector,
     usb: Option<UsbBuffer>,
-    /// Reads what the sensor sends, at the rate of the host.
+    /// Receives the output of the sensor, at the rate of the host.
     receiver: Receiver,
     host_baud: NonZeroU32,
     host_is_there: bool,
@@ -58,8 +58,8 @@ impl Wire {
         &self.device
     }
 
-    /// The host opens the port, and from now on receives what the sensor sends. Returns the bytes
-    /// that the host reads at once: old ones, where the fault plan says so.
+    /// The host opens the port, and receives the output of the sensor from now on. Returns the
+    /// bytes that the host reads at once: old ones, if the fault plan says so.
     #[must_use]
     pub fn open(&mut self, now: Duration) -> Vec<u8> {
         _ = self.poll(now);
@@ -80,8 +80,8 @@ impl Wire {
         self.receiver.baud = baud.get();
     }
 
-    /// The host writes. The sensor has the bytes at once, or garbled ones where it listens at
-    /// another rate.
+    /// The host writes. The sensor has the bytes at once, or garbled ones if it listens at another
+    /// rate.
     pub fn write(&mut self, bytes: &[u8], now: Duration) {
         if !self.plugged {
             return;
@@ -98,7 +98,7 @@ impl Wire {
         self.device.receive(&received, now);
     }
 
-    /// What reaches the host by `now`; nothing while it is away.
+    /// The bytes that reach the host by `now`; none while it is away.
     #[must_use]
     pub fn poll(&mut self, now: Duration) -> Vec<u8> {
         self.device.poll_bytes(now, |byte| self.receiver.push(byte));
@@ -140,7 +140,7 @@ impl Wire {
         None
     }
 
-    /// When to poll again; seldom while no host reads.
+    /// The time of the next poll; rare while no host reads.
     #[must_use]
     pub fn next_wakeup(&self, now: Duration) -> Duration {
         let idle = now + Duration::from_secs(1);

@@ -56,7 +56,7 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     health::draw_header(frame, top, scene);
     top_lines.draw(frame, warned, scene);
     keys::draw_footer(frame, keys, scene);
-    if source.snapshot.timing.samples == 0 {
+    if source.result.timing.samples == 0 {
         waiting::draw_waiting(frame, tabs.union(body), scene);
         return;
     }
@@ -66,7 +66,7 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
         return;
     }
     let [upper, lower] = Layout::vertical([Constraint::Fill(3), Constraint::Fill(2)]).areas(body);
-    let lower_rows = (source.values.len() as u16 + 3).max(lower.height).min(body.height / 2);
+    let lower_rows = (source.result.channels.len() as u16 + 3).max(lower.height).min(body.height / 2);
     let [upper, lower] =
         Layout::vertical([Constraint::Fill(1), Constraint::Length(lower_rows)]).areas(upper.union(lower));
     let right = (area.width * 2 / 5).clamp(parameters::WIDTH, 70);
@@ -138,7 +138,7 @@ fn too_small(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
         Line::raw(format!("{}x{} is too small", area.width, area.height)).style(scene.theme.warning()),
         Line::raw(format!("the view needs {}x{}", LEAST.0, LEAST.1)),
         Line::raw("the measurement continues"),
-        Line::raw(format!("{} samples", grouped(scene.source.snapshot.timing.samples))),
+        Line::raw(format!("{} samples", grouped(scene.source.result.timing.samples))),
         Line::raw("q quits"),
     ];
     frame.render_widget(Paragraph::new(lines), area);

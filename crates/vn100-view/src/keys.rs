@@ -94,7 +94,7 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
         let space = (!at_end).then_some(("space", if paused { "resume" } else { "pause" }));
         space.into_iter().chain([("<>", "speed")]).collect()
     });
-    let is_waiting = scene.source.snapshot.timing.samples == 0;
+    let is_waiting = scene.source.result.timing.samples == 0;
     let mut keys = vec![("q", "quit"), ("?", "help")];
     if !is_waiting {
         keys.extend([("tab", "panel"), ("1-4", "sensor"), ("xyz a", "axis")]);
@@ -171,7 +171,7 @@ pub(crate) fn draw_help(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, pag
     let block = page_line.into_iter().fold(Block::new().borders(Borders::ALL), Block::title_bottom);
     let inner = block.inner(area);
     // no more digits than are useful, and no rounding to 100 %
-    let percent = (1e5 * scene.source.assessment.confidence).round() / 1e3;
+    let percent = (1e5 * scene.source.result.confidence).round() / 1e3;
     let bars = format!("{percent} % confidence interval");
     let meanings = [&MEANINGS[..1], &[("bars, ±", bars.as_str())], &MEANINGS[1..]].concat();
     let keys = |width| lines(&KEYS, 16, Style::new(), scene.theme, width);

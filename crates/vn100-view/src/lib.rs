@@ -354,11 +354,8 @@ fn run_view(
                 dirty = true;
             }
             Some(ViewRequest::Save) => {
-                let chosen = shown.get(state.source).zip(monitors.get(state.source));
-                let saved = chosen.map(|(source, monitors)| {
-                    save(Path::new("."), &state, source, monitors.assess(&source.snapshot), &shared.evaluation)
-                });
-                state.message = saved;
+                let source = shown.get(state.source);
+                state.message = source.map(|source| save(Path::new("."), &state, source, &shared.evaluation));
             }
             Some(ViewRequest::Control(command)) => {
                 if let Some(source) = monitors.get_mut(state.source)

@@ -6,11 +6,8 @@ use std::{path::PathBuf, sync::Arc};
 use imu_noise::Deviation;
 use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::Settings;
-use vn100_report::{
-    printable,
-    units::{ChannelValues, channel_values},
-};
+use vn100_analysis::{ChannelResult, Settings, SourceResult};
+use vn100_report::{printable, remedies::remedy_words};
 use vn100_session::{ReplaySpec, Session};
 
 /// The curves of an earlier record.
@@ -33,17 +30,17 @@ struct ReferenceChannel {
 pub type PendingReference = oneshot::Receiver<Result<Arc<Reference>, String>>;
 
 impl Reference {
-    pub(super) fn of(name: String, values: &[ChannelValues], deviation: Deviation) -> Self {
-        let channel = |channel: &ChannelValues| ReferenceChannel {
+    pub(super) fn of(name: String, result: &SourceResult) -> Self {
+        let channel = |channel: &ChannelResult| ReferenceChannel {
             name: channel.name.clone(),
             unit: channel.unit.clone(),
-            points: channel.deviations.iter().filter_map(|point| Some((point.tau_s, point.deviation?))).collect(),
+            points: channel.allan.points.iter().filter_map(|point| Some((point.tau_s, point.deviation?))).collect(),
         };
-        Self { name, channels: values.iter().map(channel).collect(), deviation }
+        Self { name, channels: result.channels.iter().map(channel).collect(), deviation: result.deviation() }
     }
 
     /// The curve of the same axis, in the same unit; `None` if it has none.
-    pub(crate) fn curve(&self, channel: &ChannelValues) -> Option<&[(f64, f64)]> {
+    pub(crate) fn curve(&self, channel: &ChannelResult) -> Option<&[(f64, f64)]> {
         let same = self.channels.iter().find(|other| other.name == channel.name && other.unit == channel.unit)?;
         (!same.points.is_empty()).then_some(&same.points)
     }
@@ -58,12 +55,11 @@ impl Reference {
             let name = printable(&spec.name());
             let measured = match Session::replay(spec).result.await {
                 Ok(result) => {
-                    let values = channel_values(&result.snapshot, &result.assessment);
-                    let reference = Self::of(name.clone(), &values, result.snapshot.deviation);
-                    match vn100_report::words::end(&name, &result.end.plain(), &result.snapshot) {
-                        Some(error) if result.snapshot.timing.samples == 0 => Err(error),
-                        None if result.snapshot.timing.samples == 0 => Err(format!("{name}: no valid sample")),
-                        _ => Ok(Arc::new(reference)),
+                    let (measured, end) = (&result.measured, result.end.plain());
+                    let error = vn100_report::words::end(&name, &end, measured.link.framed_bytes, remedy_words);
+                    match measured.timing.samples {
+                        0 => Err(error.unwrap_or_else(|| format!("{name}: no valid sample"))),
+                        _ => Ok(Arc::new(Self::of(name.clone(), measured))),
                     }
                 }
                 Err(_) => Err(format!("{name}: internal error: the measurement stopped")),

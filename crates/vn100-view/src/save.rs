@@ -6,31 +6,23 @@ use std::{
     fs::OpenOptions,
     io::{self, Write},
     path::Path,
-    sync::Arc,
 };
 
 use crate::{panels::curve::AllanPlot, source::SourceView, state::ViewState};
-use vn100_analysis::Assessment;
-use vn100_report::words::remedy_words;
+use vn100_analysis::ChannelResult;
+use vn100_report::remedies::remedy_words;
 use vn100_report::{
-    Document, Evaluation, Measured,
+    Document, Evaluation,
     figure::{Figure, allan_in_unit},
     json_line,
     names::names_of,
-    units::ChannelValues,
 };
 
-/// Writes both into this folder; gives the message. The assessment shown may be of a record a
-/// twentieth shorter.
-pub(crate) fn save(
-    folder: &Path,
-    state: &ViewState,
-    source: &SourceView,
-    assessment: Assessment,
-    evaluation: &Evaluation,
-) -> String {
-    let measured = Measured::so_far((*source.origin).clone(), Arc::clone(&source.snapshot), assessment);
-    let document = Document::new(&evaluation.complete(measured), true, remedy_words);
+/// Writes both into this folder; gives the message. The document is assessed anew: the intervals shown
+/// may be those of a record a twentieth shorter.
+pub(crate) fn save(folder: &Path, state: &ViewState, source: &SourceView, evaluation: &Evaluation) -> String {
+    let result = evaluation.complete(source.result.exact());
+    let document = Document::new(&result, remedy_words);
     let stem = stem(source);
     let write = || -> io::Result<String> {
         let json = new_file(folder, &stem, "json", &json_line(&serde_json::to_string(&document)?))?;
@@ -44,17 +36,17 @@ pub(crate) fn save(
 pub(super) fn picture(state: &ViewState, source: &SourceView) -> Option<Figure> {
     let group = state.group(source)?;
     let shown = AllanPlot::new(state, source, &group);
-    let channels = group.channels.iter().map(|place| &source.values[*place]);
-    let channels: Vec<&ChannelValues> =
+    let channels = group.channels.iter().map(|place| &source.result.channels[*place]);
+    let channels: Vec<&ChannelResult> =
         channels.filter(|channel| shown.curves.iter().any(|curve| curve.name == channel.name)).collect();
     let unit = (shown.unit.name.as_str(), shown.unit.factor);
-    allan_in_unit(names_of(group.quantity).short, &channels, unit, source.snapshot.deviation)
+    allan_in_unit(names_of(group.quantity).short, &channels, unit, source.result.deviation())
 }
 
 /// A name that says what it holds: source and number of samples.
 fn stem(source: &SourceView) -> String {
     let name: String = source.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
-    format!("vn100-{}-{}", name.trim_matches('-'), source.snapshot.timing.samples)
+    format!("vn100-{}-{}", name.trim_matches('-'), source.result.timing.samples)
 }
 
 /// Never overwrites a file: the name gets a number.
@@ -90,10 +82,7 @@ mod tests {
         let folder = TempDir::new().unwrap();
         let source = measured();
         let evaluation = Evaluation::new(None, Asked::default()).unwrap();
-        let save_in = |folder: &Path| {
-            let assessment = Assessment::new(&source.snapshot, 0.95);
-            save(folder, &ViewState::new(1), &source, assessment, &evaluation)
-        };
+        let save_in = |folder: &Path| save(folder, &ViewState::new(1), &source, &evaluation);
         let stem = stem(&source);
         fs::write(folder.path().join(format!("{stem}.svg")), "mine").unwrap();
         assert_eq!(save_in(folder.path()), format!("saved {stem}.json and {stem}-2.svg"));
@@ -102,7 +91,7 @@ mod tests {
         assert_eq!(read(format!("{stem}.svg")), "mine");
         assert!(read(format!("{stem}-2.svg")).contains("<svg "));
         let document: serde_json::Value = serde_json::from_str(&read(format!("{stem}.json"))).unwrap();
-        assert_eq!(document["timing"]["samples"], source.snapshot.timing.samples);
+        assert_eq!(document["timing"]["samples"], source.result.timing.samples);
         assert_eq!(read(format!("{stem}.json")), read(format!("{stem}-2.json")));
         assert!(save_in(&folder.path().join("absent")).starts_with("not saved: "));
     }

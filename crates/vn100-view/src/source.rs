@@ -3,19 +3,12 @@
 use std::{sync::Arc, time::Duration};
 
 use tokio::sync::{mpsc, watch};
-use vn100_analysis::{Assessment, Snapshot, SourceFacts, Verdicts, Warning};
+use vn100_analysis::{Assessment, Parts, Snapshot, SourceResult, Warning};
 use vn100_capture::RecordingState;
 use vn100_driver::LinkState;
 use vn100_protocol::Quantity;
-use vn100_report::{
-    Evaluation,
-    goals::Goals,
-    health,
-    names::QUANTITIES,
-    no_sample, printable,
-    units::{ChannelValues, channel_values},
-};
-use vn100_session::{Command, EndReason, Playback, Session, SourceState, Stage, link_facts};
+use vn100_report::{Evaluation, goals::Goals, names::QUANTITIES, no_sample, printable, remedies::remedy_words};
+use vn100_session::{Command, EndReason, Playback, Session, SourceState, Stage};
 
 use crate::{faults::Faults, reference::Reference};
 
@@ -24,17 +17,13 @@ use crate::{faults::Faults, reference::Reference};
 pub(crate) struct SourceView {
     /// Without anything that steers a terminal.
     pub(crate) name: String,
-    /// Where the samples come from, as the result will say; only of what is known by now.
-    pub(crate) origin: Arc<SourceFacts>,
     pub(crate) phase: SourcePhase,
     /// `None` for what is no link.
     pub(crate) link: Option<LinkState>,
     pub(crate) recording: Option<RecordingState>,
-    pub(crate) snapshot: Arc<Snapshot>,
-    pub(crate) assessment: Arc<Assessment>,
-    /// The values of the channels, from the snapshot and the assessment.
-    pub(crate) values: Vec<ChannelValues>,
-    /// The warnings of both, the most severe first, and the newest first of equal severity.
+    /// The result so far, compared with the data sheet.
+    pub(crate) result: SourceResult,
+    /// Its warnings, the most severe first, and the newest first of equal severity.
     pub(crate) warnings: Vec<Warning>,
     /// What is broken now.
     pub(crate) faults: Faults,
@@ -43,8 +32,6 @@ pub(crate) struct SourceView {
     pub(crate) goals: Arc<Goals>,
     /// Since the view began.
     pub(crate) now: Duration,
-    /// Against the data sheet, by channel; `None` without one for the sensor.
-    pub(crate) verdicts: Option<Verdicts>,
     /// Since the command began, or the measurement was started over.
     pub(crate) elapsed: Duration,
     /// `None` for live sources.
@@ -73,36 +60,30 @@ impl SourceView {
         matches!(self.phase, SourcePhase::Ended(_)) || self.playback.is_some_and(|playback| playback.at_end)
     }
 
-    pub(crate) fn new(name: String, origin: SourceFacts, snapshot: Arc<Snapshot>, assessment: Arc<Assessment>) -> Self {
+    pub(crate) fn new(name: String, result: SourceResult) -> Self {
         Self {
             name,
-            origin: Arc::new(origin),
+            result,
             phase: SourcePhase::Preparing,
             link: None,
             recording: None,
-            snapshot,
-            assessment,
-            values: Vec::new(),
             warnings: Vec::new(),
             faults: Faults::default(),
             reference: None,
             goals: Arc::default(),
             now: Duration::ZERO,
-            verdicts: None,
             elapsed: Duration::ZERO,
             playback: None,
         }
     }
 
-    pub(crate) fn show(&mut self, snapshot: Arc<Snapshot>, assessment: Arc<Assessment>) {
-        self.values = channel_values(&snapshot, &assessment);
+    pub(crate) fn show(&mut self, result: SourceResult) {
         let age = |warning: &Warning| self.warnings.iter().rposition(|old| old.kind == warning.kind);
-        let now: Vec<&Warning> = snapshot.warnings.iter().chain(&assessment.warnings).collect();
-        let (new, mut known): (Vec<_>, Vec<_>) = now.into_iter().partition(|warning| age(warning).is_none());
+        let (new, mut known): (Vec<_>, Vec<_>) = result.warnings.iter().partition(|warning| age(warning).is_none());
         known.sort_by_key(|warning| age(warning));
         self.warnings = new.into_iter().chain(known).cloned().collect();
         self.warnings.sort_by_key(|warning| warning.severity);
-        (self.snapshot, self.assessment) = (snapshot, assessment);
+        self.result = result;
     }
 
     /// What is to be read in the panel of the warnings: what is broken, then the warnings.
@@ -111,10 +92,9 @@ impl SourceView {
     }
 
     pub(crate) fn groups(&self) -> Vec<ChannelGroup> {
-        // what was asked for between the lines stands behind the stream's own
-        let streamed = &self.values[..self.snapshot.channels.len().min(self.values.len())];
+        // what was read from registers stands after the stream's own
         let of = |quantity| {
-            let channels = streamed.iter().enumerate().filter(|(_, channel)| channel.quantity == quantity);
+            let channels = self.result.streamed().enumerate().filter(|(_, channel)| channel.quantity == quantity);
             ChannelGroup { quantity, channels: channels.map(|(place, _)| place).collect() }
         };
         QUANTITIES.into_iter().map(of).filter(|group| !group.channels.is_empty()).collect()
@@ -131,11 +111,6 @@ impl SourceView {
             SourcePhase::Ended(_) => Some("the measurement has ended: q prints its result"),
         }
     }
-
-    /// Part of the line's capacity in use, ten bits a byte; `None` without a baud rate or a line.
-    pub(crate) fn line_load(&self) -> Option<f64> {
-        health::line_load(self.link.as_ref().map(link_facts).as_ref(), &self.snapshot)
-    }
 }
 
 /// A source of the view. Reading its state delays no other task.
@@ -147,6 +122,9 @@ pub struct SourceMonitor {
     began: Duration,
     /// When it was assessed.
     assessed: Option<Duration>,
+    /// The numbers and the assessment that are shown.
+    snapshot: Arc<Snapshot>,
+    assessment: Arc<Assessment>,
     pub(crate) shown: SourceView,
 }
 
@@ -156,9 +134,10 @@ impl SourceMonitor {
         let (state, commands) = (session.state.clone(), session.commands.clone());
         let now = state.borrow().clone();
         let name = printable(now.name());
-        let shown = SourceView::new(name, now.facts(), Arc::clone(&now.snapshot), now.assessment());
-        let shown = SourceView { goals: Arc::new(goals), ..shown };
-        Self { state, commands, began: Duration::ZERO, assessed: None, shown }
+        let assessment = now.assessment();
+        let result = SourceResult::new(now.facts(), Arc::clone(&now.snapshot), Arc::clone(&assessment), Parts::All);
+        let shown = SourceView { goals: Arc::new(goals), ..SourceView::new(name, result) };
+        Self { state, commands, began: Duration::ZERO, assessed: None, snapshot: now.snapshot, assessment, shown }
     }
 
     /// Takes what is new; whether anything was.
@@ -169,7 +148,7 @@ impl SourceMonitor {
         let is_new_second = elapsed.as_secs() != shown.elapsed.as_secs();
         shown.elapsed = elapsed;
         let phase = phase(&state);
-        let mut changed =
+        let changed =
             is_new_second || shown.phase != phase || shown.link != state.link || shown.playback != state.playback;
         shown.phase = phase;
         shown.link.clone_from(&state.link);
@@ -177,40 +156,32 @@ impl SourceMonitor {
         shown.recording.clone_from(&state.recording);
         shown.faults.watch(state.link.as_ref(), state.recording.as_ref(), now);
         shown.now = now;
-        shown.origin = Arc::new(state.facts());
-        if !Arc::ptr_eq(&state.snapshot, &shown.snapshot) {
-            let assessment = self.due_assessment(&state, now);
-            let shown = &mut self.shown;
-            if !Arc::ptr_eq(&assessment, &shown.assessment) {
-                shown.verdicts = evaluation.verdicts(&state.snapshot, &assessment);
-            }
-            shown.show(state.snapshot, assessment);
-            changed = true;
+        if Arc::ptr_eq(&state.snapshot, &self.snapshot) {
+            shown.result.update(state.facts());
+            return changed;
         }
-        changed
+        self.assessment = self.due_assessment(&state, now);
+        let (snapshot, assessment) = (Arc::clone(&state.snapshot), Arc::clone(&self.assessment));
+        let mut result = SourceResult::new(state.facts(), snapshot, assessment, Parts::All);
+        evaluation.judge(&mut result);
+        self.shown.show(result);
+        self.snapshot = state.snapshot;
+        true
     }
 
     /// The present assessment, or for a while the one before: it is as expensive as many seconds of
     /// measuring, and in its first moments a record grows by a twentieth at every look.
     fn due_assessment(&mut self, state: &SourceState, now: Duration) -> Arc<Assessment> {
         const LASTS: Duration = Duration::from_secs(4);
-        let shown = &self.shown;
-        let fits = shown.assessment.channels.len() == state.snapshot.channels.len()
-            && shown.snapshot.timing.samples <= state.snapshot.timing.samples
+        let fits = self.assessment.channels.len() == state.snapshot.channels.len()
+            && self.snapshot.timing.samples <= state.snapshot.timing.samples
             && state.playback.is_none();
         let lasts = LASTS.min(now.saturating_sub(self.began) / 3);
         if fits && self.assessed.is_some_and(|assessed| now.saturating_sub(assessed) < lasts) {
-            return Arc::clone(&shown.assessment);
+            return Arc::clone(&self.assessment);
         }
         self.assessed = Some(now);
         state.assessment()
-    }
-
-    /// The assessment of this very snapshot.
-    pub(crate) fn assess(&self, snapshot: &Snapshot) -> Assessment {
-        // the state is not kept locked meanwhile
-        let assessor = self.state.borrow().assessor.clone();
-        assessor.exact(snapshot)
     }
 
     /// Sends a command to the session; the answer for the user, if there is one.
@@ -234,10 +205,10 @@ fn phase(state: &SourceState) -> SourcePhase {
         Stage::Preparing => SourcePhase::Preparing,
         Stage::Measuring | Stage::Finishing => SourcePhase::Measuring,
         Stage::Ended(end) => {
-            let (name, snapshot) = (state.name(), &state.snapshot);
-            let is_empty = snapshot.timing.samples == 0 && !matches!(**end, EndReason::GoalsDecided);
-            let error = vn100_report::words::end(name, &end.plain(), snapshot);
-            let error = error.or_else(|| is_empty.then(|| no_sample(name, snapshot)));
+            let result = state.result(Parts::WithoutSignals);
+            let is_empty = result.timing.samples == 0 && !matches!(**end, EndReason::GoalsDecided);
+            let error = vn100_report::words::end(state.name(), &end.plain(), result.link.framed_bytes, remedy_words);
+            let error = error.or_else(|| is_empty.then(|| no_sample(&result)));
             SourcePhase::Ended(error.map(|error| printable(&error)))
         }
     }

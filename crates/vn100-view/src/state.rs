@@ -1,7 +1,7 @@
 //! What is shown and selected, and how keys change it. Pure: input in, requests out.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use vn100_report::units::Point;
+use vn100_analysis::Point;
 use vn100_session::Command;
 
 use crate::source::{ChannelGroup, SourceView};
@@ -295,7 +295,7 @@ impl ViewState {
     }
 
     fn step_right(&mut self, right: bool, source: &SourceView) {
-        let octaves = self.channel(source).map_or(&[][..], |channel| &source.values[channel].deviations);
+        let octaves = self.channel(source).map_or(&[][..], |channel| &source.result.channels[channel].allan.points);
         if let Some(octave) = self.octave(octaves) {
             self.cursor = Some(step(octave, right, octaves.len()));
         }

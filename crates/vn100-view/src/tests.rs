@@ -12,10 +12,9 @@ mod stills;
 use std::{env, fmt::Write, fs, path::Path, time::Duration};
 
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
-use vn100_analysis::timebase::TimebaseSummary;
-use vn100_analysis::{RateChange, SourceFacts, Warning, WarningKind};
+use vn100_analysis::{Finding, LinkStatus, RateChange, Warning, WarningKind};
 use vn100_driver::LinkState;
-use vn100_report::health::{NextOctave, next_octave};
+use vn100_report::health::{NextOctave, line_load, next_octave};
 use vn100_session::{Playback, Speed};
 
 use crate::{
@@ -103,10 +102,10 @@ fn the_columns_of_the_statistics_are_wide_where_they_have_room() {
 #[test]
 fn the_data_sheet_is_shown_in_the_unit_chosen() {
     for (units, shown) in [
-        (0, ["typ 0.21 deg/√h", "max 10 deg/h"]),
-        (1, ["typ 3.5e-3 deg/s/√Hz", "max 2.78e-3 deg/s"]),
-        (2, ["typ 12.6 deg/h/√Hz", "max 10 deg/h"]),
-        (3, ["typ 6.11e-5 rad/s/√Hz", "max 4.85e-5 rad/s"]),
+        (0, ["typ 0.2 deg/√h", "max 10 deg/h"]),
+        (1, ["typ 3.33e-3 deg/s/√Hz", "max 2.78e-3 deg/s"]),
+        (2, ["typ 12 deg/h/√Hz", "max 10 deg/h"]),
+        (3, ["typ 5.82e-5 rad/s/√Hz", "max 4.85e-5 rad/s"]),
     ] {
         let state = ViewState { panel: Panel::Parameters, expanded: true, units, ..one() };
         let screen = text(&drawn(&state, &[measured()], PLAIN, (120, 40)));
@@ -134,8 +133,8 @@ fn every_warning_is_listed_and_read_in_full() {
     let every = WarningKind::ALL;
     // the words of the real ones are tested where they are made
     let warning = |kind: WarningKind| {
-        let details = format!("{}and this is its end", "with much to be said about it, ".repeat(5));
-        Warning::new(kind, vec!["accel_x".into(), "accel_y".into()], format!("of {}", kind.name()), details)
+        let text = format!("{}the_end", "with much to be said about it, ".repeat(5));
+        Warning::new(kind, Finding::Said(text)).of(["accel_x".into(), "accel_y".into()])
     };
     let source = SourceView { warnings: every.map(warning).into(), ..measured() };
     for (place, kind) in every.into_iter().enumerate() {
@@ -146,7 +145,7 @@ fn every_warning_is_listed_and_read_in_full() {
             let words: Vec<&str> = screen.split(['│', '\n']).flat_map(str::split_whitespace).collect();
             let said = words.join(" ");
             assert!(said.contains(&format!("{} accel_x accel_y", kind.name())), "{screen}");
-            assert!(said.contains("and this is its end"), "{} at {size:?}:\n{screen}", kind.name());
+            assert!(said.contains("the_end"), "{} at {size:?}:\n{screen}", kind.name());
         }
     }
 }
@@ -156,25 +155,13 @@ fn waiting_says_for_what_and_why_it_may_fail() {
     let port = || "/dev/ttyUSB0".to_owned();
     let measuring = |link| SourceView { phase: SourcePhase::Measuring, link: Some(link), ..nothing() };
     check("waiting-opening", &one(), &[measuring(LinkState::Opening)]);
-    let of_server = SourceFacts { kind: Some("tcp"), ..(*nothing().origin).clone() };
-    let server = SourceView { origin: of_server.into(), ..measuring(LinkState::Opening) };
+    let mut server = measuring(LinkState::Opening);
+    server.result.source.kind = Some("tcp");
     let mut held = measuring(up());
-    let mut snapshot = (*held.snapshot).clone();
-    (snapshot.link.tally.samples, snapshot.link.tally.valid_sentence_bytes) = (336, 336 * 122);
-    let (nominal, measured_hz, offset_ppm, arrivals) = (None, None, None, None);
-    snapshot.arrivals = (measured().snapshot.arrivals).map(|all| TimebaseSummary {
-        samples: 336,
-        nominal,
-        measured_hz,
-        offset_ppm,
-        arrivals,
-        ..all
-    });
-    held.snapshot = snapshot.into();
+    held.result.timing.rows_pending = Some(336);
     let mut warming_up = measuring(up());
-    let mut snapshot = (*warming_up.snapshot).clone();
-    (snapshot.timing.excluded, snapshot.skipped) = (17 * 40, Duration::from_secs(20));
-    warming_up.snapshot = snapshot.into();
+    let timing = &mut warming_up.result.timing;
+    (timing.excluded, timing.skipped_s, timing.rate_hz) = (17 * 40, 20.0, Some(40.0));
     let error = "/dev/ttyUSB0: No such file or directory".to_owned();
     for (source, shown) in [
         (measuring(LinkState::Probing { port: port(), baud: Some(57_600) }), "Listening on /dev/ttyUSB0 at 57600 baud"),
@@ -201,6 +188,7 @@ fn a_link_that_is_lost_or_silent() {
         LinkState::Down { was_up: true, cause, needs_help: false, retry_in: Duration::from_millis(1000), attempts: 4 };
     let broken = |link| {
         let mut source = SourceView { link: Some(link), now: Duration::from_secs(503), ..measured() };
+        source.result.source.link.as_mut().unwrap().status = LinkStatus::Lost;
         source.faults.watch(source.link.as_ref(), None, Duration::from_secs(491));
         source
     };
@@ -215,28 +203,26 @@ fn a_link_that_is_lost_or_silent() {
 
 #[test]
 fn the_next_octave_is_waited_for_behind_a_gap_where_one_broke_it() {
-    let next = |source: &SourceView| next_octave(&source.snapshot).unwrap();
+    let next = |source: &SourceView| next_octave(&source.result).unwrap();
     // 2 m samples: m of the next is 16384 at 40 Hz, and 20 000 are there
     let whole = NextOctave { tau_s: 409.6, wait_s: f64::from(2 * 16_384 - 20_000) * 0.025, broken: false };
     assert_eq!(next(&measured()), whole);
     // as of a record with a hole in its middle
     let mut torn = measured();
-    let snapshot = std::sync::Arc::make_mut(&mut torn.snapshot);
-    snapshot.channels.iter_mut().for_each(|channel| channel.octaves.truncate(12));
+    torn.result.channels.iter_mut().for_each(|channel| channel.allan.points.truncate(12));
     assert_eq!(next(&torn), NextOctave { tau_s: 102.4, wait_s: 204.8, broken: true });
-    assert_eq!(next_octave(&nothing().snapshot), None);
+    assert_eq!(next_octave(&nothing().result), None);
 }
 
 #[test]
 fn the_load_of_the_line_is_that_of_the_rate_that_comes() {
-    let load = |source: &SourceView| source.line_load().unwrap();
+    let load = |source: &SourceView| line_load(&source.result).unwrap();
     let mut source = measured();
     assert!((load(&source) - 122.0 * 40.0 * 10.0 / 115_200.0).abs() < 1e-9);
-    let mut snapshot = (*source.snapshot).clone();
-    snapshot.timing.rate_hz = 200.0;
-    snapshot.rate_change = Some(RateChange { after_samples: 20_000, from_hz: 200.0, to_hz: 40.0 });
-    snapshot.timing.excluded = 400;
-    source.snapshot = snapshot.into();
+    let timing = &mut source.result.timing;
+    timing.rate_hz = Some(200.0);
+    timing.rate_change = Some(RateChange { after_samples: 20_000, from_hz: 200.0, to_hz: 40.0 });
+    timing.excluded = 400;
     assert!((load(&source) - 122.0 * (20_000.0 / 20_400.0) * 40.0 * 10.0 / 115_200.0).abs() < 1e-9);
     let screen = screen(&one(), source, (80, 24));
     assert!(screen.contains("rate 200 Hz as reported  now 40 Hz"), "{screen}");

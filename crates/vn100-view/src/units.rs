@@ -2,8 +2,8 @@
 //! belong to it.
 
 use imu_noise::{Convention, Sensor, Sides, Term, conventions};
-use vn100_analysis::sensor_of;
-use vn100_report::{summary::parameter_unit, units::ChannelValues};
+use vn100_analysis::{ChannelResult, sensor_of};
+use vn100_report::units::parameter_unit;
 
 /// How the values and deviations of a channel are shown.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,7 +17,7 @@ pub(crate) struct ShownUnit {
 
 impl ShownUnit {
     /// After so many steps.
-    pub(crate) fn of(channel: &ChannelValues, steps: usize) -> Self {
+    pub(crate) fn of(channel: &ChannelResult, steps: usize) -> Self {
         let Some(sensor) = sensor_of(channel.quantity) else {
             return Self { name: channel.unit.clone(), factor: 1.0, decimals: channel.decimals };
         };

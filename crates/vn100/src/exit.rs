@@ -10,7 +10,8 @@ use anyhow::{Context, Result};
 use clap::ColorChoice;
 use serde::Serialize;
 use tokio_util::sync::CancellationToken;
-use vn100_report::{Completion, json_line, printable};
+use vn100_analysis::Completion;
+use vn100_report::{json_line, printable};
 
 use vn100_view::give_back;
 

@@ -9,13 +9,13 @@ use std::{
 use anyhow::{Context, Result};
 use indicatif::HumanBytes;
 use tokio::task::{self, JoinHandle};
-use vn100_analysis::Goal;
+use vn100_analysis::{Completion, Goal, Parts, SourceResult};
 use vn100_capture::RecordingState;
-use vn100_report::{Completion, Document, Evaluation, HeartbeatDocument, Measured, ProgressDocument};
-use vn100_session::{EndReason, SessionResult, SourceState, StartError};
-
-use vn100_report::words::{self, remedy_words};
-
+use vn100_report::{
+    Document, Ended, Evaluation, HeartbeatDocument, ProgressDocument, note_failed_recording, note_interrupted,
+    remedies::remedy_words,
+};
+use vn100_session::{EndReason, SessionResult, SourceState};
 use vn100_view::Shown;
 
 use crate::{
@@ -41,7 +41,7 @@ pub(crate) async fn evaluated(
     result: SessionResult,
     evaluation: &Arc<Evaluation>,
     records_alone: bool,
-) -> Result<Measured> {
+) -> Result<SourceResult> {
     complete(result, evaluation, if records_alone { ResultOf::Recording } else { ResultOf::Sensor }).await
 }
 
@@ -51,45 +51,26 @@ pub(crate) async fn evaluated_replay(
     result: SessionResult,
     evaluation: &Arc<Evaluation>,
     has_enough: bool,
-) -> Result<Measured> {
+) -> Result<SourceResult> {
     let is_stopped = matches!(*result.end, EndReason::Stopped) && !has_enough;
     let mut measured = complete(result, evaluation, ResultOf::Capture).await?;
     if is_stopped {
-        measured.note_interrupted();
+        note_interrupted(&mut measured);
     }
     Ok(measured)
 }
 
-async fn complete(result: SessionResult, evaluation: &Arc<Evaluation>, of: ResultOf) -> Result<Measured> {
+async fn complete(result: SessionResult, evaluation: &Arc<Evaluation>, of: ResultOf) -> Result<SourceResult> {
     let evaluation = Arc::clone(evaluation);
     // it is slow: other sources are measured meanwhile
     Ok(task::spawn_blocking(move || evaluation.complete(measured(result, of))).await?)
 }
 
-pub(crate) fn measured(result: SessionResult, of: ResultOf) -> Measured {
-    let SessionResult { mut facts, snapshot, assessment, end, unmet, .. } = result;
-    let plain = end.plain();
-    let early = words::ended_early(&plain, result.shortfall.as_ref(), !unmet.is_empty(), &snapshot);
-    let error = words::end(&facts.name, &plain, &snapshot);
-    let (failed, cut_short) = match *end {
-        EndReason::NotStarted(_) | EndReason::SourceFailed(_) => (error, None),
-        _ => (None, error),
-    };
-    facts.error = failed;
-    let mut measured = Measured::ended(facts, snapshot, assessment, &unmet);
-    match *end {
-        // the source itself may be fine
-        EndReason::NotStarted(StartError::Recording(_) | StartError::OtherMessage { .. }) => {
-            measured.completion = Completion::Failed
-        }
-        EndReason::NotStarted(StartError::RateUnknown { .. }) => measured.completion = Completion::NotGiven,
-        _ => {}
-    }
-    cut_short.into_iter().for_each(|text| measured.note_failure(text));
-    early.into_iter().for_each(|(text, details)| measured.note_ended_early(text, details, of != ResultOf::Capture));
-    if let Some(text) = missing_times(&measured) {
-        measured.note_failure(text);
-    }
+pub(crate) fn measured(result: SessionResult, of: ResultOf) -> SourceResult {
+    let SessionResult { measured, end, shortfall, unmet, .. } = result;
+    let is_live = of != ResultOf::Capture;
+    let ended = Ended { end: &end.plain(), shortfall: shortfall.as_ref(), unmet: &unmet, is_live, words: remedy_words };
+    let mut measured = ended.complete(measured);
     if let Some(recording) = &result.recording {
         note_recording(&mut measured, recording, result.unrecorded_bytes, of);
     }
@@ -99,15 +80,9 @@ pub(crate) fn measured(result: SessionResult, of: ResultOf) -> Measured {
     measured
 }
 
-/// Of the averaging times asked for, those that the result does not have.
-fn missing_times(measured: &Measured) -> Option<String> {
-    let missing: Vec<String> = measured.snapshot.missing_times.iter().map(ToString::to_string).collect();
-    (!missing.is_empty()).then(|| format!("{}: {}", measured.facts.name, missing.join("; ")))
-}
-
 /// The outcome of the recording made meanwhile. If it failed the result says so, and
 /// the command has failed.
-fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorded_bytes: u64, of: ResultOf) {
+fn note_recording(measured: &mut SourceResult, recording: &RecordingState, unrecorded_bytes: u64, of: ResultOf) {
     let independent = if of == ResultOf::Recording { "" } else { ". The result does not depend on it" };
     let path = recording.path.display();
     let text = match &recording.error {
@@ -124,12 +99,12 @@ fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorde
         }
         None => return,
     };
-    measured.note_failed_recording(text);
+    note_failed_recording(measured, text);
 }
 
 pub(crate) struct ResultWriter {
     format: OutputFormat,
-    documents: Vec<Document>,
+    results: Vec<SourceResult>,
     completion: Completion,
     /// A result was written.
     is_begun: bool,
@@ -137,44 +112,41 @@ pub(crate) struct ResultWriter {
 
 impl ResultWriter {
     pub(crate) fn new(format: OutputFormat) -> Self {
-        Self { format, documents: Vec::new(), completion: Completion::Complete, is_begun: false }
+        Self { format, results: Vec::new(), completion: Completion::Complete, is_begun: false }
     }
 
     /// Writes the results that a view has shown; where its last screen stands for them, their
     /// errors alone.
-    pub(crate) fn write_shown(&mut self, shown: Shown<Result<Vec<Measured>>>) -> Result<()> {
+    pub(crate) fn write_shown(&mut self, shown: Shown<Result<Vec<SourceResult>>>) -> Result<()> {
         shown.screen.iter().try_for_each(|screen| print(screen))?;
-        shown.result?.iter().try_for_each(|measured| match shown.screen {
+        shown.result?.into_iter().try_for_each(|measured| match shown.screen {
             Some(_) => {
-                self.report(measured);
+                self.report(&measured);
                 Ok(())
             }
             None => self.write(measured),
         })
     }
 
-    fn report(&mut self, measured: &Measured) {
+    fn report(&mut self, measured: &SourceResult) {
         self.completion = self.completion.max(measured.completion);
-        measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
+        measured.source.error.iter().chain(&measured.unmet).for_each(|text| report(text));
     }
 
-    /// Writes the next one, or keeps its document for the end.
-    pub(crate) fn write(&mut self, measured: &Measured) -> Result<()> {
-        self.report(measured);
+    /// Writes the next one, or keeps it for the document at the end.
+    pub(crate) fn write(&mut self, measured: SourceResult) -> Result<()> {
+        self.report(&measured);
         // an error before the first byte says everything
-        let has_text =
-            measured.facts.kind.is_some() && (measured.facts.error.is_none() || measured.snapshot.link.bytes() > 0);
+        let source = &measured.source;
+        let has_text = source.kind.is_some() && (source.error.is_none() || measured.link.bytes > 0);
         match &self.format {
-            OutputFormat::Json => {
-                let document = Document::new(measured, true, remedy_words);
-                self.documents.push(document);
-            }
+            OutputFormat::Json => self.results.push(measured),
             OutputFormat::Summary(color) if has_text => {
                 let separator = if self.is_begun { "\n" } else { "" };
-                let summary = text::summary(measured, is_coloured(*color));
+                let summary = text::summary(&measured, is_coloured(*color));
                 print_prepared(&format!("{separator}{summary}"))?;
             }
-            OutputFormat::Head if has_text => print(&text::head(measured))?,
+            OutputFormat::Head if has_text => print(&text::head(&measured))?,
             OutputFormat::Summary(_) | OutputFormat::Head | OutputFormat::Ndjson(_) | OutputFormat::Samples => {}
         }
         self.is_begun = true;
@@ -184,9 +156,11 @@ impl ResultWriter {
     /// After the last: writes what was kept, and returns the outcome of the command.
     pub(crate) fn finish(self) -> Result<Completion> {
         if self.format == OutputFormat::Json {
-            unless_closed(match &self.documents[..] {
+            let documents: Vec<Document<'_>> =
+                self.results.iter().map(|result| Document::new(result, remedy_words)).collect();
+            unless_closed(match &documents[..] {
                 [document] => print_json(document),
-                _ => print_json(&self.documents),
+                _ => print_json(&documents),
             })?;
         }
         Ok(self.completion)
@@ -195,19 +169,14 @@ impl ResultWriter {
 
 /// Writes the line of a session under way.
 pub(crate) fn print_state(state: &SourceState, form: Ndjson, goals: &[Goal]) -> Result<()> {
-    let measured = Measured::so_far(state.facts(), Arc::clone(&state.snapshot), (*state.assessment()).clone());
-    print_line(&measured, false, form, goals)
+    print_result(&state.result(Parts::WithoutSignals), form, goals)
 }
 
 /// Writes the line of a result.
-pub(crate) fn print_result(measured: &Measured, form: Ndjson, goals: &[Goal]) -> Result<()> {
-    print_line(measured, true, form, goals)
-}
-
-fn print_line(measured: &Measured, ended: bool, form: Ndjson, goals: &[Goal]) -> Result<()> {
+pub(crate) fn print_result(result: &SourceResult, form: Ndjson, goals: &[Goal]) -> Result<()> {
     match form {
-        Ndjson::Whole => print_json_line(&Document::new(measured, ended, remedy_words)),
-        Ndjson::Thin => print_json_line(&ProgressDocument::new(measured, goals)),
+        Ndjson::Whole => print_json_line(&Document::new(result, remedy_words)),
+        Ndjson::Thin => print_json_line(&ProgressDocument::new(result, goals)),
     }
 }
 
@@ -220,7 +189,7 @@ pub(crate) fn print_heartbeat(state: &SourceState, silent: Duration) -> Result<(
 }
 
 /// The results of all sources of a command, in their order.
-pub(crate) async fn all_of(sources: Vec<JoinHandle<Result<Measured>>>) -> Result<Vec<Measured>> {
+pub(crate) async fn all_of(sources: Vec<JoinHandle<Result<SourceResult>>>) -> Result<Vec<SourceResult>> {
     let mut all = Vec::new();
     for source in sources {
         all.push(source.await.context(FAULT)??);

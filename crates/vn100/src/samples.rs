@@ -14,8 +14,9 @@ use std::{
 use anyhow::{Context, Result};
 use tokio::sync::{mpsc, oneshot};
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::SourceResult;
 use vn100_protocol::stream::Batch;
-use vn100_report::{Measured, SampleTable};
+use vn100_report::SampleTable;
 use vn100_session::SampleTap;
 
 /// A file of samples, or standard output.
@@ -88,7 +89,7 @@ impl SampleWriter {
     }
 
     /// Waits until all is written, and notes in the result what is not.
-    pub(crate) async fn finish(self, measured: &mut Measured) {
+    pub(crate) async fn finish(self, measured: &mut SourceResult) {
         let written =
             self.written.await.unwrap_or_else(|_| Err(io::Error::other("internal error: its writer stopped")));
         let path = self.path.display();

@@ -4,10 +4,15 @@
 use std::time::Duration;
 
 use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
-use vn100_analysis::Snapshot;
+use vn100_analysis::{LinkCounts, Snapshot, TimeBase};
 use vn100_capture::RecordingState;
 use vn100_driver::{LinkState, Up};
-use vn100_report::{health::link_word, names::damaged_packets, numbers::plain::time, printable};
+use vn100_report::{
+    health::link_word,
+    names::{damaged_packets, missing_text},
+    numbers::plain::time,
+    printable,
+};
 use vn100_session::link_facts;
 
 use vn100_view::MessageQueue;
@@ -207,19 +212,18 @@ pub(crate) fn up(state: &LinkState) -> Option<&Up> {
 }
 
 fn counts(snapshot: &Snapshot) -> String {
-    let timing = &snapshot.timing;
-    let tally = &snapshot.link.tally;
-    let (rejected, packets) = (tally.rejected.total(), damaged_packets(tally));
-    let pending = snapshot.rows_pending().map(|lines| format!("{lines} samples pending, measuring the rate"));
-    match pending {
+    let (timing, link) = (TimeBase::of(snapshot), LinkCounts::of(snapshot));
+    let (rejected, packets) = (link.rejected.total(), damaged_packets(&link));
+    let pending = timing.rows_pending.map(|lines| format!("{lines} samples pending, measuring the rate"));
+    match (pending, timing.rate_hz) {
         // neither a time nor a rate is known yet
-        Some(pending) if timing.samples == 0 => format!("{pending}, {rejected} rejected{packets}"),
-        pending => format!(
-            "{} samples in {:.0} s at {} Hz, {rejected} rejected{packets}, {} dropped{}",
+        (Some(pending), _) if timing.samples == 0 => format!("{pending}, {rejected} rejected{packets}"),
+        (pending, rate_hz) => format!(
+            "{} samples in {:.0} s at {}, {rejected} rejected{packets}, {} dropped{}",
             timing.samples,
-            timing.duration_s(),
-            timing.rate_hz,
-            timing.missing,
+            timing.duration_s,
+            rate_hz.map_or_else(|| "an unknown rate".into(), |hz| format!("{hz} Hz")),
+            missing_text(&timing),
             pending.map_or(String::new(), |pending| format!(", {pending}"))
         ),
     }

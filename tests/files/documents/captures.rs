@@ -1,10 +1,10 @@
-//! The files that the commands of the documents read, under the names that they have there.
+//! The files that the commands of the documents read, under the names used there.
 
 use std::{fs, path::Path};
 
 use crate::support::{capture, vn100, with_stdin};
 
-/// Captures of emulated sensors, and how they are made.
+/// Captures of emulated sensors, with the options that make them.
 const CAPTURES: &[(&str, &str)] = &[
     ("FILE.mcap", "--message VNIMU"),
     ("lab.mcap", "--message VNIMU"),
@@ -24,7 +24,6 @@ const CAPTURES: &[(&str, &str)] = &[
     ("captures/b.vnymr", "--seed 2"),
 ];
 
-/// Fills a folder with them.
 pub(crate) fn make(folder: &Path) {
     fs::create_dir(folder.join("captures")).unwrap();
     for (name, options) in CAPTURES {

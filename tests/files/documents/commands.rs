@@ -1,5 +1,5 @@
-//! Every command line that a document shows is run, in a folder with the files that it reads. A
-//! block is run line by line, so that a line finds what those before it have written.
+//! Every command line in a document is run, in a folder with the files that it reads. A block is
+//! run line by line, so that a line finds the files of earlier lines.
 
 use std::{
     fs,
@@ -18,7 +18,7 @@ use super::{
 };
 use crate::support::{Lines, run, workspace};
 
-/// What is not run, and why. The targets that cargo is told of exist all the same.
+/// Lines that are not run, with the reason. The targets of cargo in them must exist nevertheless.
 const NOT_RUN: &[(&str, &str)] = &[
     ("cargo test", "this test is one of them"),
     (".ci/run", "this test is part of it"),
@@ -32,8 +32,8 @@ const NOT_RUN: &[(&str, &str)] = &[
     ("ssh -L", "another machine"),
 ];
 
-/// What stands for something else: ports are emulated sensors, and names of the reader's files are
-/// names of those that are here.
+/// Replacements: ports become emulated sensors, and names of the reader's files become names of
+/// existing files.
 const STANDS_FOR: &[(&str, &str)] = &[
     ("/dev/ttyUSB0", "sim"),
     ("/dev/ttyUSB1", "sim"),
@@ -50,19 +50,19 @@ const STANDS_FOR: &[(&str, &str)] = &[
     ("--serve=:8101", "--serve=:0"),
 ];
 
-/// Commands that do not succeed here: with which status, and what they say.
+/// Commands that do not succeed here, with their exit code and output.
 const OTHER_ENDS: &[(&str, i32, &str)] = &[
     ("vn100 replay unit*.mcap --fail-on 'gyro B'", 4, ""),
     ("vn100 replay FILE --speed 1x", 1, "--speed needs the live view, and that a terminal"),
 ];
 
-/// What a live measurement lasts here.
+/// The duration of a live measurement here.
 const LIVE: &str = "1s";
 
-/// Options whose value is a file that is written.
+/// Options whose value is a file to be written.
 const WRITES: &[&str] = &["-o", "--record", "--samples", "--log"];
 
-/// What the lines of a script are, and where it stands.
+/// The lines of a script, and its place.
 struct Script {
     document: String,
     lines: Vec<String>,
@@ -87,7 +87,7 @@ fn scripts() -> Vec<Script> {
     scripts
 }
 
-/// Commands within a text. One that names no file, and needs one, is a mention of its options.
+/// Commands within a text. A command that needs a file but names none only mentions its options.
 fn within_text(document: &Document) -> impl Iterator<Item = String> {
     let spans = if document.is_to_be_followed() { document.spans() } else { Vec::new() };
     spans.into_iter().filter(|span| span.starts_with("vn100 ")).map(|span| {
@@ -99,7 +99,7 @@ fn within_text(document: &Document) -> impl Iterator<Item = String> {
 
 /// The line as it is run here; without its comment.
 fn runnable(line: &str) -> String {
-    let line = line.replace("cargo run --release -- ", "vn100 ");
+    let line = line.replace("cargo run -p vn100 -- ", "vn100 ");
     let line = line.split_once(" #").map_or(&*line, |(command, _)| command);
     let word = |word| STANDS_FOR.iter().find(|(name, _)| *name == word).map_or(word, |(_, here)| *here);
     let mut words: Vec<&str> = line.split_whitespace().map(word).collect();
@@ -124,7 +124,7 @@ fn run_line(line: &str, folder: &Path, programs: &Path) -> Output {
     let words: Vec<&str> = line.split(' ').collect();
     if !words.contains(&"--resume") {
         let written = words.windows(2).filter(|pair| WRITES.contains(&pair[0]));
-        // where there is none, none is in the way
+        // if a file does not exist, none is in the way
         written.for_each(|pair| drop(fs::remove_file(folder.join(pair[1]))));
     }
     let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
@@ -137,7 +137,7 @@ fn run_line(line: &str, folder: &Path, programs: &Path) -> Output {
     run(shell.arg(line))
 }
 
-/// A replay stays at its end with its page, until Ctrl-C.
+/// A replay with a page stays at its end until Ctrl-C.
 fn interrupted_at_its_end(command: &mut Command) -> Output {
     let mut replay = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let mut said = Lines::of(replay.stderr.take().unwrap());
@@ -207,7 +207,7 @@ fn run_script(script: &Script, made: &Path, programs: &Path) -> Result<(), Strin
 }
 
 #[test]
-fn what_is_not_run_is_shown_and_names_what_exists() {
+fn lines_that_are_not_run_exist_and_name_existing_targets() {
     let lines: Vec<String> = scripts().into_iter().flat_map(|script| script.lines).collect();
     for (begin, reason) in NOT_RUN {
         assert!(lines.iter().any(|line| line.starts_with(begin)), "{begin} ({reason}) is shown nowhere");

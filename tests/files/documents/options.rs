@@ -1,11 +1,11 @@
-//! Every option of the program that a document names is one of it.
+//! Every option of the program in a document exists.
 
 use std::collections::BTreeMap;
 
 use super::shown::documents;
 use crate::support::vn100;
 
-/// Programs whose options are not ours: code that begins with one is of it.
+/// Other programs: code that begins with one of them contains its options.
 const OTHER_PROGRAMS: &[&str] = &["cargo", "python"];
 
 /// Options of cargo, if they stand alone.
@@ -24,7 +24,7 @@ fn helps() -> BTreeMap<String, String> {
         commands.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1).take_while(|line| !line.is_empty());
     let names = names.filter_map(name).filter(|name| !name.is_empty() && name != "help");
     let helps = names.map(|name| (name.clone(), help(&[&name])));
-    // the program itself has options, too
+    // the program itself has options as well
     helps.chain([("vn100".into(), commands.clone())]).collect()
 }
 
@@ -33,7 +33,7 @@ fn has(help: &str, option: &str) -> bool {
         .any(|(at, _)| !help[at + option.len()..].starts_with(|next: char| next.is_ascii_alphanumeric() || next == '-'))
 }
 
-/// A variable of the environment, as it stands before a command.
+/// Whether the word is a variable of the environment before a command.
 fn is_variable(word: &str) -> bool {
     !word.starts_with('-') && word.contains('=')
 }
@@ -43,7 +43,7 @@ fn every_option_that_a_document_names_exists() {
     let helps = helps();
     assert!(helps.len() >= 16, "{:?}", helps.keys());
     let (mut found, mut missing) = (0, Vec::new());
-    // the history names options that are gone
+    // the history names removed options
     for document in documents().into_iter().filter(|document| document.name != "CHANGELOG.md") {
         for span in document.spans() {
             let is_before = |word: &&str| *word == "vn100" || is_variable(word);

@@ -1,4 +1,4 @@
-//! What the documents show: their code blocks, and the code within their text.
+//! The code in the documents: their code blocks, and the code within their text.
 
 use std::{
     fs,
@@ -46,7 +46,7 @@ fn below(folder: &Path) -> Vec<PathBuf> {
 }
 
 impl Document {
-    /// Whether its commands are for the reader to try, and no record of what was done once.
+    /// Whether its commands are for the reader, and not a record of the past.
     pub(crate) fn is_to_be_followed(&self) -> bool {
         !["BENCHMARKS.md", "CHANGELOG.md", "RELIABILITY.md"].contains(&&*self.name)
     }

@@ -1,4 +1,4 @@
-//! What is added to a record of known noise is found, and told from what was there.
+//! A disturbance added to a record of known noise is found, and distinguished from the record.
 
 use super::*;
 
@@ -16,7 +16,7 @@ fn emulated_rates() -> &'static [[f64; 3]] {
     })
 }
 
-/// Those as a table of any sensor, each changed by `change(row, axis, rate)`.
+/// The same rates as a table of any sensor, each changed by `change(row, axis, rate)`.
 fn rates(folder: &Path, change: &mut dyn FnMut(usize, usize, f64) -> f64) -> PathBuf {
     let mut table = String::from("t,wx,wy,wz\n");
     for (row, rates) in emulated_rates().iter().enumerate() {
@@ -56,7 +56,7 @@ fn a_stream_whose_bias_is_tracked_is_found_out() {
 }
 
 #[test]
-fn what_disturbs_a_record_is_named_with_its_place() {
+fn a_disturbance_is_reported_with_its_place() {
     let folder = tempfile::tempdir().unwrap();
     let disturbed = |change: &mut dyn FnMut(usize, usize, f64) -> f64| {
         let (document, _) = replay(&rates(folder.path(), change), &["--columns", COLUMNS]);
@@ -94,7 +94,7 @@ fn what_disturbs_a_record_is_named_with_its_place() {
         disturbed(&mut |row, axis, rate| rate + if axis == 0 { 1e-3 * (-(row as f64) / 12_000.0).exp() } else { 0.0 });
     let warm_up = text(&warming, "warm-up");
     assert!(warm_up.contains("gyro_x") && warm_up.contains("--skip"), "{warm_up}");
-    let skip: String = warm_up.chars().skip(warm_up.find("--skip ").unwrap() + 7).take_while(|c| *c != ' ').collect();
+    let skip: String = warm_up.chars().skip(warm_up.find("--skip ").unwrap() + 7).take_while(|c| *c != '`').collect();
     let (cured, _) = replay(&folder.path().join("rates.csv"), &["--columns", COLUMNS, "--skip", &skip]);
     assert!(!warned(&cured, "warm-up"), "--skip {skip} does not cure it");
 }
@@ -121,10 +121,10 @@ fn a_ramp_is_found_and_the_hadamard_deviation_does_not_see_it() {
 }
 
 #[test]
-fn quantisation_is_fitted_where_it_is_asked_for() {
-    /// Angles are rounded to so many rad: Q is that over √12.
+fn quantisation_is_fitted_on_request() {
+    /// Angles are rounded to this step in rad: Q is the step divided by √12.
     const STEP_RAD: f64 = 1e-3;
-    /// Between -1/2 and 1/2, without a pattern (Steele et al., 2014).
+    /// A value between -1/2 and 1/2, without a pattern (Steele et al., 2014).
     fn rounding(row: usize) -> f64 {
         let mut x = (row as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

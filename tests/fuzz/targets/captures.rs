@@ -1,5 +1,5 @@
 //! Any bytes as a file: refused with a reason, or read to an end; every byte and every sample
-//! counted, however the file is cut into reads.
+//! counted, for any division of the file into reads.
 
 use std::{
     fs,
@@ -11,12 +11,12 @@ use vn100_analysis::{Analysis, Assessment, Settings};
 use vn100_capture::{Capture, CaptureOptions, Event, Format, OpenError};
 use vn100_protocol::stream::{FileReport, MeasuredFrames, ReadOptions, StreamCounts};
 
-/// All that a capture tells, whatever its batches are.
+/// The content of a capture, for any batches.
 #[derive(Debug, Default, PartialEq)]
 struct Told {
     format: Option<Format>,
     rows: Vec<Vec<i32>>,
-    /// With the number of rows before each.
+    /// Marks, each with the number of rows before it.
     marks: Vec<(usize, String)>,
     link_events: Vec<(usize, String)>,
     counts: StreamCounts,
@@ -50,8 +50,8 @@ pub(crate) fn check(input: &[u8]) {
     };
     let whole = read(usize::MAX, false);
     let pieces = read(usize::from(*size) + 1, line_by_line);
-    // what a stream is taken for is decided as soon as its first bytes can tell, so that a live one is not kept waiting;
-    // raw bytes are never refused: an error is that of another format
+    // the format of a stream is decided as soon as its first bytes show it, so that a live one is not delayed. Raw
+    // bytes are never refused, so an error belongs to another format
     let differ = match (&whole, &pieces) {
         (Ok(whole), Ok(pieces)) => whole.format != pieces.format,
         (Ok(read), Err(_)) | (Err(_), Ok(read)) => read.format == Some(Format::Raw),
@@ -60,14 +60,14 @@ pub(crate) fn check(input: &[u8]) {
     if differ {
         return;
     }
-    // an unpacker that meets damage keeps what it made of the same read: how much that is depends on the read
+    // an unpacker that meets damage keeps its output from the same read: the amount depends on the read
     let is_fault = |told: &Result<Told, String>| told.as_ref().map_or(true, |told| told.error.is_some());
     if !(is_compressed(bytes) && (is_fault(&whole) || is_fault(&pieces))) {
         assert_eq!(pieces, whole);
     }
 }
 
-/// As [`check`], with what stands before the first zero as the times of the reads of the rest.
+/// Like [`check`]; the bytes before the first zero are the times of the reads of the rest.
 pub(crate) fn check_with_sidecar(input: &[u8]) {
     let end = input.iter().position(|&byte| byte == 0).unwrap_or(input.len());
     let (timing, bytes) = (&input[..end], input.get(end + 1..).unwrap_or_default());
@@ -85,7 +85,7 @@ pub(crate) fn check_with_sidecar(input: &[u8]) {
     assert_eq!(read(false), read(true));
 }
 
-/// Whether the bytes are not those that are read: a container.
+/// Whether the bytes differ from those that are read, as in a container.
 fn is_packed(bytes: &[u8]) -> bool {
     is_compressed(bytes) || [&b"\x89MCAP"[..], b"#ROSBAG", b"SQLite"].iter().any(|magic| bytes.starts_with(magic))
 }
@@ -94,7 +94,7 @@ fn is_compressed(bytes: &[u8]) -> bool {
     bytes.starts_with(b"\x1f\x8b") || bytes.starts_with(b"\x28\xb5\x2f\xfd")
 }
 
-/// Reads and measures a capture. `length` are the bytes in it, where they are all read.
+/// Reads and measures a capture. `length` is the number of its bytes, if they are all read.
 fn told(capture: Capture, options: ReadOptions, length: Option<usize>) -> Told {
     let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
     let mut told = Told { format: Some(capture.format), ..Told::default() };
@@ -161,7 +161,7 @@ fn assert_counted(told: &Told, length: Option<usize>) {
     }
 }
 
-/// Gives at most so many bytes at a time.
+/// Returns at most this many bytes at a time.
 struct Dribble {
     bytes: Cursor<Vec<u8>>,
     piece: usize,

@@ -1,4 +1,4 @@
-//! Any bytes, cut anyhow: the same items, every byte and every line counted.
+//! Any bytes in any pieces: the same items, every byte and every line counted.
 
 use vn100_protocol::{Decoder, Item, Options, Tally};
 
@@ -18,7 +18,7 @@ pub(super) fn decode(bytes: &[u8], size: usize, options: Options) -> (Vec<String
         match item {
             Item::Rejected(line) => {
                 bad += 1;
-                // the evidence is what stands there
+                // the evidence equals the bytes at its place
                 assert_eq!(&bytes[line.offset as usize..][..line.raw.len()], line.raw);
             }
             Item::Packet(packet) => assert_eq!(&bytes[packet.offset as usize..][..packet.raw.len()], packet.raw),

@@ -1,5 +1,5 @@
-//! The text of a sentence with a right checksum: read as what it is, or refused; settings that are
-//! read come back when they are written.
+//! The text of a sentence with a correct checksum is read correctly, or refused; settings that were
+//! read are unchanged by a write.
 
 use std::fmt::Debug;
 
@@ -9,8 +9,7 @@ use vn100_protocol::{
     SyncControl, VNIMU, VpeControl, WritableValue, crc16, xor8,
 };
 
-/// The first byte chooses the checksum; what can stand between `$` and `*` of the others is the
-/// text.
+/// The first byte chooses the checksum; the others that may occur between `$` and `*` are the text.
 pub(crate) fn check(input: &[u8]) {
     let [kind, text @ ..] = input else { return };
     let check = if kind & 1 == 0 { Check::Xor8 } else { Check::Crc16 };
@@ -25,7 +24,7 @@ pub(crate) fn check(input: &[u8]) {
     _ = format!("{:?}{reply:?}", sample.map(|sample| sample.map_err(|error| error.to_string())));
     assert!(reply.is_err() || sentence.is_reply());
 
-    // the decoder, with its fast path, says the same
+    // the decoder, with its fast path, gives the same
     only_item(&line, |item| match item {
         Item::Sample(found) => assert_eq!(Some(Ok(found)), sample),
         Item::Rejected(_) => assert!(matches!(sample, Some(Err(_))) || !sentence.has_name()),
@@ -64,7 +63,7 @@ fn only_item(line: &[u8], mut expect: impl FnMut(Item<'_>)) {
     assert_eq!((items, tally.valid_sentence_bytes + tally.rejected_sentence_bytes), (1, line.len() as u64));
 }
 
-/// Each value is the one that the standard library reads in its field, and in range.
+/// Each value equals that read by the standard library from its field, and is in range.
 fn assert_printed(sample: &Sample, body: &[u8]) {
     let text = std::str::from_utf8(body).unwrap();
     let channels = &sample.layout.channels;

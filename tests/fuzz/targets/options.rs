@@ -1,5 +1,5 @@
-//! The values of options as a user may type them: read or refused, the same when printed and read
-//! again, and measured with.
+//! The values of options as a user may type them: read or refused, unchanged after printing and
+//! reading again, and used in a measurement.
 
 use std::{fmt, str::FromStr, sync::Arc, time::Duration};
 
@@ -44,7 +44,7 @@ fn comes_back<T: FromStr<Err: fmt::Display> + fmt::Display + fmt::Debug>(text: &
     }
 }
 
-/// Every sample is measured or left out, whatever times were asked for.
+/// Every sample is measured or left out, for any requested times.
 fn measure(settings: Settings) {
     let rows = 200;
     let counts = (0..rows * VNYMR.channels.len()).map(|index| (index * 7919 % 101) as i32).collect();

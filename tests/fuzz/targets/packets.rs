@@ -1,10 +1,10 @@
-//! Bytes with a right CRC behind them: a packet or none, and the lines around it stay lines.
+//! Bytes with a correct CRC after them: a packet or none, and the lines around it remain lines.
 
 use vn100_protocol::{BinaryOutput, Decoder, Item, MAX_PACKET, Options, crc16};
 
 const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 
-/// What follows 0xFA in a packet, without its CRC.
+/// The bytes after 0xFA in a packet, without its CRC.
 pub(crate) fn check(content: &[u8]) {
     let crc = crc16(content).to_be_bytes();
     let stream = [LINE, &[0xFA], content, &crc, LINE].concat();
@@ -27,15 +27,16 @@ pub(crate) fn check(content: &[u8]) {
     decoder.push(&stream, &mut take);
     decoder.finish(&mut take);
     assert!(first_line, "the line before it");
-    // the stream begins with its line, and no good one reaches into a packet: what its head announces and its CRC bears out is found
+    // the stream begins with its line, and no good line reaches into a packet: a packet with a valid head and CRC is
+    // found
     if announced_length(&stream[LINE.len()..]) == Some(content.len() + 3) && !content.contains(&b'$') {
         assert_eq!(found, Some(content.len() + 3));
         assert_eq!(decoder.tally().samples, 2, "the line behind it");
     }
 }
 
-/// The length by the masks at the head of `packet`, as the register that asks for such packets
-/// tells it.
+/// The length according to the masks at the head of `packet`, from the register that requests such
+/// packets.
 fn announced_length(packet: &[u8]) -> Option<usize> {
     let groups = *packet.get(1)?;
     let words = packet.get(2..2 + 2 * groups.count_ones() as usize)?;

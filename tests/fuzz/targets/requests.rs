@@ -1,6 +1,6 @@
-//! Any bytes on a connection to the live page: each answer is one that the page gives, says that no
-//! other site may show it, and shows nothing to who asks for another name or wants to write; and
-//! the page answers the next reader.
+//! Any bytes on a connection to the live page: each answer is one of the page, forbids other sites
+//! to show it, and shows nothing to requests for another name or to writes; and the page answers
+//! the next reader.
 
 use std::{
     io::{ErrorKind, Read, Write},
@@ -41,8 +41,8 @@ pub(crate) fn check(bytes: &[u8]) {
     assert!(answers_to(GOOD, false).starts_with(b"HTTP/1.1 "), "no answer after {}", bytes.escape_ascii());
 }
 
-/// All that comes until the page closes the connection. Where `ends` says that nothing more
-/// comes, it does not wait for the rest of a request, and drops what it has not answered yet.
+/// All bytes until the page closes the connection. With `ends` no more bytes are sent, so the page
+/// does not wait for the rest of a request, and drops unanswered requests.
 fn answers_to(bytes: &[u8], ends: bool) -> Vec<u8> {
     let mut stream = TcpStream::connect(page()).unwrap();
     stream.set_read_timeout(Some(DEADLOCK)).unwrap();

@@ -1,8 +1,8 @@
-//! What mutations begin with: pieces of the captures that ship with the project, and examples of
-//! every form.
+//! The seeds of mutations: pieces of the captures of the project, and examples of every form.
 
 use std::{fs, io::Write, path::Path};
 
+use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 use vn100_capture::RecordingWriter;
 use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 
@@ -102,10 +102,10 @@ pub(super) fn captures() -> Vec<Vec<u8>> {
     let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     gzip.write_all(&clean()).unwrap();
     seeds.push(gzip.finish().unwrap());
-    seeds.push(zstd::encode_all(&clean()[..], 1).unwrap());
+    seeds.push(compress_to_vec(&clean()[..], CompressionLevel::Fastest));
     seeds.push(recording[..recording.len() / 2].to_vec());
     seeds.push(in_chunk(&recording, "", |records| records.to_vec()));
-    seeds.push(in_chunk(&recording, "zstd", |records| zstd::encode_all(records, 1).unwrap()));
+    seeds.push(in_chunk(&recording, "zstd", |records| compress_to_vec(records, CompressionLevel::Fastest)));
     seeds.push(recording);
     (0..).zip(seeds).map(|(index, seed)| [&[index, 200], &seed[..]].concat()).collect()
 }
@@ -145,8 +145,8 @@ fn recording() -> Vec<u8> {
     writer.finish(Some("the end")).unwrap()
 }
 
-/// The first records of a recording inside one chunk, without a checksum, so that damage gets past
-/// it.
+/// The first records of a recording inside one chunk, without a checksum, so that damage is not
+/// detected by it.
 fn in_chunk(recording: &[u8], compression: &str, pack: fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
     let length = |bytes: &[u8]| (bytes.len() as u64).to_le_bytes();
     let (magic, records) = recording.split_at(8);

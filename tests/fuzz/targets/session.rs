@@ -1,5 +1,5 @@
-//! A script of requests, replies of any text, and times: each request ends once, and left alone the
-//! session comes to rest.
+//! A script of requests, replies of any text, and times: each request ends once, and without
+//! further input the session comes to rest.
 
 use std::{collections::BTreeMap, time::Duration};
 
@@ -7,22 +7,22 @@ use vn100_protocol::{
     Check, Decoder, Item, Options, Register, RegisterFields, Reply, RequestId, RequestQueue, SensorCommand, xor8,
 };
 
-/// A request that the session has taken.
+/// A request that the session has accepted.
 struct Asked {
     is_repeatable: bool,
     has_ended: bool,
 }
 
-/// A session, and what must be remembered to judge it.
+/// A session, and the facts that are needed to check it.
 struct Conversation {
     session: RequestQueue,
     now: Duration,
     asked: BTreeMap<RequestId, Asked>,
-    /// Lines sent that may be sent once.
+    /// Sent lines that may be sent only once.
     sent_once: usize,
 }
 
-/// Each byte of the script is one step; some take bytes behind them.
+/// Each byte of the script is one step; some steps use the bytes after them.
 pub(crate) fn check(script: &[u8]) {
     let mut conversation = Conversation {
         session: RequestQueue::new(Check::Xor8),
@@ -38,7 +38,7 @@ pub(crate) fn check(script: &[u8]) {
 }
 
 impl Conversation {
-    /// Takes one step, and returns what is left of the script.
+    /// Executes one step, and returns the rest of the script.
     fn step<'a>(&mut self, step: u8, behind: &'a [u8]) -> &'a [u8] {
         let argument = behind.first().copied().unwrap_or_default();
         let behind_argument = behind.get(1..).unwrap_or_default();
@@ -54,7 +54,7 @@ impl Conversation {
                 return behind_argument;
             }
             6 => {
-                // as far as a clock goes
+                // up to the end of the clock
                 self.now = self.now.saturating_add(Duration::from_secs(u64::MAX >> (argument % 64)));
                 return behind_argument;
             }
@@ -90,7 +90,7 @@ impl Conversation {
         }
     }
 
-    /// A line arrives, with a right checksum.
+    /// A line arrives, with a correct checksum.
     fn hear(&mut self, body: &[u8]) {
         let line = [b"$", body, format!("*{:02X}\r\n", xor8(body)).as_bytes()].concat();
         let mut decoder = Decoder::new(Options::default());
@@ -115,7 +115,7 @@ impl Conversation {
     }
 
     fn come_to_rest(&mut self) {
-        // three attempts of each that may wait, with a wait behind each
+        // three attempts of each request that may wait, with a wait after each
         for _ in 0..4 * RequestQueue::CAPACITY * RequestQueue::ATTEMPTS as usize {
             self.transmit();
             self.collect();

@@ -2,7 +2,7 @@
 
 use super::places::room_for;
 
-/// Samples per block. Shorter blocks would cost more than the octaves do.
+/// Samples per block. Shorter blocks would cost more than the octaves.
 pub(crate) const BLOCK: u64 = 64;
 
 /// Cuts a channel into blocks of `block` samples that start at multiples of `block`.
@@ -11,21 +11,20 @@ pub(crate) struct AlignedSums {
     block: u64,
     /// Absolute index of the next place.
     end: u64,
-    /// The block that is being filled.
+    /// The incomplete block.
     current: AlignedBlock,
-    /// Its first sample is of this run.
+    /// Whether its first sample is of this run.
     begun: bool,
 }
 
-/// A block, or what there is of it so far.
+/// A block, complete or not.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AlignedBlock {
-    /// Absolute index of its first sample over its length.
+    /// Absolute index of its first sample, divided by its length.
     pub(crate) number: u64,
     pub(crate) sum: i64,
-    /// Samples that are present.
     pub(crate) present: u64,
-    /// Twice their distances from the middle of the block, summed.
+    /// The sum of twice their distances from the middle of the block.
     pub(crate) distances: i64,
 }
 
@@ -46,7 +45,7 @@ impl AlignedSums {
         Self { block, end: 0, current: AlignedBlock::empty(0), begun: true }
     }
 
-    /// `complete` gets each block that ends with these samples.
+    /// Adds samples; `complete` receives each block that ends with them.
     #[inline]
     pub(crate) fn push<T: Copy + Into<i64>>(&mut self, mut counts: &[T], mut complete: impl FnMut(AlignedBlock)) {
         while !counts.is_empty() {
@@ -58,7 +57,7 @@ impl AlignedSums {
                 number: self.current.number,
                 sum: part.iter().map(|&count| count.into()).sum::<i64>(),
                 present: len,
-                // the middle of the part less that of the block
+                // the middle of the part minus that of the block
                 distances: len as i64 * (self.block as i64 - 2 * room as i64 + len as i64),
             });
             self.end += len;
@@ -68,8 +67,8 @@ impl AlignedSums {
         }
     }
 
-    /// `None` for an unknown number of missing samples, which takes no place; a block that is
-    /// parted is none.
+    /// Adds a gap; `None` for an unknown number of missing samples, which takes no place. A divided
+    /// block is dropped.
     pub(crate) fn gap(&mut self, missing: Option<u64>, mut complete: impl FnMut(AlignedBlock)) {
         match missing.map(|missing| room_for(self.end, missing)) {
             Some(missing) if missing > 0 => {
@@ -86,7 +85,7 @@ impl AlignedSums {
         }
     }
 
-    /// The block that ends, if this run holds its beginning.
+    /// The block that ends, if this run contains its beginning.
     fn end_block(&mut self) -> Option<AlignedBlock> {
         let whole = self.begun.then_some(self.current);
         self.begin_block();

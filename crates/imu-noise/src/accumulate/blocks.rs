@@ -5,19 +5,18 @@ use multiversion::multiversion;
 
 use super::counts;
 
-/// The most blocks of a record; where these are filled, half as many of twice the length replace
-/// them.
+/// The most blocks of a record; when they are full, half as many of twice the length replace them.
 pub const MAX_BLOCKS: usize = 96;
 
-/// Samples of the shortest block, and of the windows in which disturbances are sought.
+/// Samples of the shortest block, and of the windows in which disturbances are searched.
 pub(crate) const WINDOW: usize = 32;
 
 /// Exact statistics of at most [`MAX_BLOCKS`] blocks of equal length, the smallest power of two,
-/// from 32 samples up, with which the record fits. They lie on a grid of absolute sample indices.
+/// from 32 samples up, for which the record fits. They lie on a grid of absolute sample indices.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Blocks {
     length_log2: u32,
-    /// The blocks from absolute index 0 on; those without a sample are empty.
+    /// The blocks from absolute index 0 on; blocks without a sample are empty.
     sums: Vec<BlockSums>,
 }
 
@@ -28,7 +27,7 @@ pub struct Block {
     pub first_sample: u64,
     /// Number of places of the block, a power of two.
     pub length: u64,
-    /// Number of samples in the block, at least 1; less than `length` where samples are missing.
+    /// Number of samples in the block, at least 1; less than `length` if samples are missing.
     pub count: u64,
     /// Arithmetic mean.
     pub mean_counts: f64,
@@ -59,7 +58,7 @@ pub(crate) struct Spreads {
     pub(crate) windows: u64,
     /// Windows of one value.
     pub(crate) constant: u64,
-    /// Sum of the logarithms of the spreads that are not 0, see [`log2_spread`].
+    /// Sum of the logarithms of the spreads that are not 0; see [`log2_spread`].
     logs: u64,
     log_squares: u64,
 }
@@ -69,7 +68,7 @@ impl Blocks {
         Self { length_log2: WINDOW.ilog2(), sums: Vec::with_capacity(MAX_BLOCKS) }
     }
 
-    /// Adds samples of one window, that is of one block of the shortest length.
+    /// Adds samples of one window, which is one block of the shortest length.
     pub(crate) fn add(&mut self, sample: u64, sums: &BlockSums) {
         while sample >> self.length_log2 >= MAX_BLOCKS as u64 {
             self.merge_pairs();
@@ -124,11 +123,11 @@ impl BlockSums {
         let Deviations { sum: first, squares: second, min, max } = deviations(window, pivot);
         let (p, n) = (i64::from(pivot), window.len() as i64);
         let (first_f64, n_f64) = (first as f64, window.len() as f64);
-        // fits but for counts of full scale, and is converted faster
+        // fits except for counts of full scale, and is converted faster
         let second_f64 = i64::try_from(second).map_or(second as f64, |second| second as f64);
         let spread = second_f64 * n_f64 - first_f64 * first_f64;
         let sums = Self {
-            // Not negative: a sum of squares.
+            // Not negative, because it is a sum of squares.
             squares: (second + i128::from(p) * i128::from(2 * first + n * p)) as u128,
             sum: first + n * p,
             count: window.len() as u64,
@@ -201,8 +200,8 @@ impl Spreads {
 }
 
 /// Binary logarithm of a spread from 1 to 2^75, within 0.01, in units of 1/4096, rounded down:
-/// exponent and fraction of the float, and a parabola for what the logarithm of the fraction has
-/// more.
+/// exponent and fraction of the float, and a parabola for the excess of the logarithm over the
+/// fraction.
 fn log2_spread(spread: f64) -> u64 {
     const BIAS: u64 = 1023 << 12;
     let bits = (spread.to_bits() >> 40) - BIAS;
@@ -225,11 +224,11 @@ fn deviations(window: &[i32], pivot: i32) -> Deviations {
 }
 
 impl Deviations {
-    /// Of a window of a sensor at rest; `None` where a sample is farther away. Vector registers
-    /// hold twice as many of 16 bits.
+    /// The deviations in a window of a sensor at rest; `None` if a sample is too far away. Vector
+    /// registers hold twice as many values of 16 bits.
     #[inline(always)]
     fn of_near(window: &[i32], pivot: i32) -> Option<Self> {
-        /// The squares of as many as a window holds are below 2^31.
+        /// The sum of the squares of a window of such deviations is below 2^31.
         const FARTHEST: i16 = 8000;
         // differences from other pivots may wrap around to small ones
         if pivot.unsigned_abs() >= 1 << 30 || window.len() > WINDOW {
@@ -239,7 +238,7 @@ impl Deviations {
         for count in window {
             let deviation = count.wrapping_sub(pivot).clamp(i16::MIN.into(), i16::MAX.into()) as i16;
             (min, max) = (min.min(deviation), max.max(deviation));
-            // may wrap around where one is too far
+            // may wrap around if a deviation is too large
             sum = sum.wrapping_add(deviation.into());
             squares = squares.wrapping_add(i32::from(deviation).pow(2));
         }
@@ -254,7 +253,7 @@ impl Deviations {
         let squares = counts::lane_sum([window], |[count]| deviation(count) * deviation(count));
         let is_exact = squares < counts::EXACT_BELOW;
         Self {
-            // no more than 32 times 2^32: exact
+            // no more than 32 times 2^32, so exact
             sum: counts::lane_sum([window], |[count]| deviation(count)) as i64,
             squares: if is_exact { i128::from(squares as i64) } else { squares_about(window, pivot) },
             min: window.iter().fold(pivot, |min, &count| min.min(count)),
@@ -311,7 +310,7 @@ mod tests {
                 let near = Deviations::of_near(&window, pivot);
                 let is_near = |&count: &i32| (i64::from(count) - i64::from(pivot)).abs() <= 8000;
                 prop_assert_eq!(near.is_some(), pivot.unsigned_abs() < 1 << 30 && window.iter().all(is_near));
-                // it begins with the pivot, as a window does
+                // it begins with the pivot, like a window
                 let with_pivot = Deviations::of(&window, pivot);
                 prop_assert!(near.is_none_or(|near| near == with_pivot));
             }
@@ -326,7 +325,7 @@ mod tests {
         window.remove(9);
         let (_, rest) = BlockSums::of(&window);
         let without = sums.spread_without_farthest(spread);
-        // n of them are in the one, n - 1 in the other
+        // one has n samples, the other n - 1
         assert!((without - rest * 32.0 / 31.0).abs() < 1e-6 * spread, "{without} {rest}");
     }
 }

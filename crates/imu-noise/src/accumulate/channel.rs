@@ -35,7 +35,7 @@ impl ChannelAccumulator {
         }
     }
 
-    /// The accumulator with the sums that [`Octaves::sum_at`] needs. To be called before any
+    /// The accumulator with the sums that [`Octaves::sum_at`] needs. Must be called before any
     /// sample.
     #[must_use]
     pub fn keeping_runs(mut self) -> Self {
@@ -50,7 +50,7 @@ impl ChannelAccumulator {
         }
     }
 
-    /// Adds the samples of a stretch, in time order: as [`push`](Self::push) of its runs and
+    /// Adds the samples of a stretch, in time order: like [`push`](Self::push) of its runs and
     /// [`gap`](Self::gap) between them. `plans` are for all channels of the stretch.
     pub fn push_stretch(&mut self, counts: &[i32], stretch: &Stretch, plans: &mut WindowPlans) {
         self.moments.push(counts);
@@ -64,7 +64,7 @@ impl ChannelAccumulator {
         }
     }
 
-    /// Adds a gap, see [`Octaves::gap`]. Moments and histogram do not depend on gaps.
+    /// Adds a gap; see [`Octaves::gap`]. Moments and histogram do not depend on gaps.
     pub fn gap(&mut self, missing: Option<u64>) {
         self.octaves.gap(missing);
         self.aligned.gap(missing, |block| add_block(block, &mut self.lag_one, &mut self.trend));

@@ -1,13 +1,13 @@
 //! Sums of integer-valued `f64` in vector registers, and the bound that proves them exact.
 //!
-//! Functions that are always inlined are compiled for each width of registers, in functions that
-//! are `multiversion`.
+//! Functions that are always inlined are compiled for each width of registers, in `multiversion`
+//! functions.
 
-/// Integer-valued `f64` below 2^53 are not rounded. As sums of terms that are not negative never
-/// fall, one that ends below was never rounded on the way, in any order of additions.
+/// Integer-valued `f64` below 2^53 are not rounded. Sums of terms that are not negative never
+/// decrease, so a sum that ends below this was never rounded, in any order of additions.
 pub(crate) const EXACT_BELOW: f64 = (1_u64 << 53) as f64;
 
-/// Independent partial sums, so that additions neither wait for each other nor stay scalar.
+/// Independent partial sums, so that additions are independent and can be vectorised.
 const LANES: usize = 8;
 
 /// Sum of `term` over the places of `slices`, which are equally long.
@@ -26,7 +26,7 @@ pub(crate) fn lane_sum<T: Copy, const S: usize>(slices: [&[T]; S], term: impl Fn
     whole + rest
 }
 
-/// Converts a value in counts to the unit of a channel with `decimals` digits behind the point: one
+/// Converts a value in counts to the unit of a channel with `decimals` digits after the point: one
 /// count is 10^-decimals.
 ///
 /// Divides once by a power of ten, which is exact up to 22 decimals. For a variance, give twice the

@@ -10,9 +10,9 @@ const MIN_PLACES: usize = 64;
 
 /// Exact frequencies of the counts of one channel, in at most [`MAX_BINS`] bins.
 ///
-/// The bin width is the smallest power of two, in counts, with which all samples are in at most
+/// The bin width is the smallest power of two, in counts, for which all samples are in at most
 /// [`MAX_BINS`] bins; bins are aligned at 0 (bin b holds b·width <= count < (b+1)·width). So the
-/// histogram depends on the samples only, not on their order or division. At most 64 KiB.
+/// histogram depends only on the samples, not on their order or division. At most 64 KiB.
 ///
 /// ```
 /// use imu_noise::Histogram;
@@ -29,7 +29,7 @@ pub struct Histogram {
     first: i64,
     /// Frequencies, modulo 2^32; places outside the span of the samples hold 0.
     places: Vec<u32>,
-    /// By the lowest count of the bin, how many times 2^32 more. Places of 32 bits halve the
+    /// The further multiples of 2^32, by the lowest count of the bin. Places of 32 bits halve the
     /// memory.
     carries: BTreeMap<i64, u64>,
 }
@@ -41,7 +41,7 @@ pub struct Bars {
     pub first_counts: f64,
     /// Width of every bar in counts: 1, 2, 4, ... steps, or 1, 2, 4, ... bins.
     pub width_counts: f64,
-    /// Number of samples in each bar; those of the first and of the last bar are not 0.
+    /// Number of samples in each bar; the first and the last bar are not empty.
     pub frequencies: Vec<u64>,
 }
 
@@ -79,7 +79,7 @@ impl Histogram {
         self.bins().map(|(_, frequency)| frequency).sum()
     }
 
-    /// The bins that have samples, in rising order: lowest count of the bin, and number of samples.
+    /// The bins that have samples, in ascending order: lowest count of the bin, and number of samples.
     pub fn bins(&self) -> impl Iterator<Item = (i64, u64)> {
         let bins = self.places.iter().enumerate().map(|(place, &frequency)| {
             let lowest = (self.first + place as i64) << self.width_log2;
@@ -89,11 +89,11 @@ impl Histogram {
         bins.filter(|&(_, frequency)| frequency > 0)
     }
 
-    /// The actual step between neighbouring values in counts, which need not be a whole number: the
-    /// even distance of values, or of clusters of values, in the core of the distribution, where
-    /// each occurred so often that one between them would have occurred, too. Of two values it is
-    /// their distance. `None` below two counts, where the printed digit is the step, and where the
-    /// samples are too few, or too far apart, to show a step.
+    /// The actual step between neighbouring values in counts, which need not be an integer: the
+    /// even distance of values, or of clusters of values, in the core of the distribution. Each of
+    /// these occurred so often that a value between them would have occurred as well. For two
+    /// values it is their distance. `None` below two counts, because the printed digit is then the
+    /// step, and if the samples are too few, or too far apart, to show a step.
     #[must_use]
     pub fn step_counts(&self) -> Option<f64> {
         self.values().map(|(_, step)| step)
@@ -101,18 +101,20 @@ impl Histogram {
 
     /// The first value of the core, and the step from value to value.
     fn values(&self) -> Option<(f64, f64)> {
-        /// Samples of every value in the core: one as frequent fails to come with e^-8.
+        /// Samples of every value in the core: a value as frequent is absent with probability e^-8.
         const LEAST: u64 = 8;
-        /// Of the most frequent value: 2.35 standard deviations from the middle of normal noise.
+        /// Divisor of the frequency of the most frequent value: 2.35 standard deviations from the
+        /// middle of normal noise.
         const CORE: u64 = 16;
-        /// By how many counts steps may differ that rounding and a rotation of the axes scatter.
+        /// The largest difference in counts between steps that rounding and a rotation of the axes
+        /// scatter.
         const EVEN: f64 = 1.25;
         if self.width_log2 > 0 {
             return None;
         }
         let frequent = |least: u64| self.bins().filter(|(_, frequency)| *frequency >= least).collect::<Vec<_>>();
         let mut core = frequent(LEAST.max(self.bins().map(|(_, frequency)| frequency).max()? / CORE));
-        // where a step is wider than the noise, its core is a value or two
+        // if a step is wider than the noise, its core is one or two values
         if core.len() < 3 {
             core = frequent(LEAST);
         }
@@ -129,7 +131,7 @@ impl Histogram {
         (steps >= 1 && step >= 2.0 && widest <= step / 2.0 && is_even).then_some((*first, step))
     }
 
-    /// The count that the share `p` of the samples does not exceed, in the middle of its bin;
+    /// The count that a fraction `p` of the samples does not exceed, in the middle of its bin;
     /// `None` without samples.
     pub(crate) fn quantile_counts(&self, p: f64) -> Option<f64> {
         let mut missing = p * self.total() as f64;
@@ -142,7 +144,7 @@ impl Histogram {
     }
 
     /// Mean distance of the values that occur in the middle half of the samples: the step of the
-    /// channel, or more where few samples lie far apart; infinite where they have one value.
+    /// channel, or more if there are few samples far apart; infinite if they have one value.
     pub(crate) fn spacing_counts(&self) -> f64 {
         let quarter = self.total() as f64 / 4.0;
         let mut before = 0.0;
@@ -158,16 +160,16 @@ impl Histogram {
         }
     }
 
-    /// The histogram in at most `most` bars for a drawing, including empty ones between others:
-    /// bars as narrow as that allows, each of the same number of actual steps. `None` without
-    /// samples, and where `most` is 0.
+    /// The histogram in at most `most` bars for a drawing, including empty ones between others: the
+    /// narrowest possible bars, each with the same number of actual steps. `None` without samples,
+    /// and if `most` is 0.
     #[must_use]
     pub fn bars(&self, most: usize) -> Option<Bars> {
         let (lowest, highest) = (self.bins().next()?.0, self.bins().last()?.0);
         let (origin, step) = self.values().unwrap_or((0.0, self.bin_width_counts() as f64));
         let number = |count: i64| ((count as f64 - origin) / step).round() as i64;
         let bars = |joined_log2: u32| ((number(highest) >> joined_log2) - (number(lowest) >> joined_log2) + 1) as usize;
-        // two bars are left when the values lie on both sides of the origin
+        // two bars remain if the values lie on both sides of the origin
         let joined_log2 = (0..i64::BITS).find(|joined_log2| bars(*joined_log2) <= most)?;
         let first = number(lowest) >> joined_log2;
         let mut frequencies = vec![0; bars(joined_log2)];
@@ -213,7 +215,7 @@ impl Histogram {
 }
 
 impl PartialEq for Histogram {
-    /// How many places are kept free is no part of it.
+    /// The number of free places is not compared.
     fn eq(&self, other: &Self) -> bool {
         self.width_log2 == other.width_log2 && self.bins().eq(other.bins())
     }
@@ -226,7 +228,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn more_than_a_place_holds_is_carried() {
+    fn frequencies_beyond_a_place_are_carried() {
         let mut histogram = Histogram::new();
         histogram.push(&[5, 6, 7]);
         let first = histogram.first;

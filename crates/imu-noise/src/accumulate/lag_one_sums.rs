@@ -1,14 +1,14 @@
-//! The lag-1 autocorrelation of block sums at each block length: what kind of noise they show.
+//! The lag-1 autocorrelation of block sums at each block length, which shows the kind of noise.
 
-/// Times that block sums are differenced at most, as suits the Allan deviation.
+/// The most times that block sums are differenced, as needed for the Allan deviation.
 pub(crate) const MAX_DIFFERENCES: usize = 2;
 
-/// Longest blocks, 2^26 samples: then sums cannot overflow in years of full-scale data.
+/// Longest blocks, 2^26 samples: with these, sums cannot overflow in years of full-scale data.
 const LONGEST: u64 = 1 << 26;
 
 /// Streaming lag-1 autocorrelation of adjacent block sums, at block lengths of 64, 128, ... samples
-/// (Riley and Greenhall, 2004). Shorter blocks would cost as much as all the octaves; there the
-/// slope shows the noise type. Blocks that miss samples have no part in it.
+/// (Riley and Greenhall, 2004). Shorter blocks would cost as much as all octaves; at those lengths
+/// the slope shows the noise type. Blocks with missing samples are not used.
 #[derive(Clone, Debug)]
 pub(crate) struct LagOneSums {
     pub(crate) block: u64,
@@ -17,7 +17,7 @@ pub(crate) struct LagOneSums {
 
 #[derive(Clone, Debug)]
 struct Level {
-    /// By number of differences taken.
+    /// The series, by number of differences taken.
     series: [LagOneSeries; MAX_DIFFERENCES + 1],
     /// Number of the last block of the present run.
     last: Option<u64>,
@@ -39,12 +39,12 @@ impl LagOneSums {
         }
     }
 
-    /// Neighbours across a break are no neighbours.
+    /// Neighbours across a break do not count as neighbours.
     pub(crate) fn part(&mut self) {
         self.levels.iter_mut().for_each(Level::part);
     }
 
-    /// `None` for blocks longer than the longest.
+    /// The level `k`; `None` for blocks longer than the longest.
     fn level(&mut self, k: usize) -> Option<&mut Level> {
         if k >= self.levels.len() {
             if self.block << k > LONGEST {
@@ -55,7 +55,7 @@ impl LagOneSums {
         self.levels.get_mut(k)
     }
 
-    /// By the number of differences taken; `None` for lengths that are not kept.
+    /// The series, by the number of differences taken; `None` for lengths that are not kept.
     pub(crate) fn series(&self, m: u64) -> Option<&[LagOneSeries; MAX_DIFFERENCES + 1]> {
         let level = self.levels.get((m / self.block).checked_ilog2()? as usize).filter(|_| m.is_power_of_two())?;
         Some(&level.series)
@@ -102,7 +102,7 @@ pub(crate) struct LagOneSeries {
 }
 
 impl LagOneSeries {
-    /// The difference to the value before.
+    /// Adds a value; returns its difference to the value before.
     #[inline]
     fn push(&mut self, value: i64) -> Option<i64> {
         let wide = i128::from(value);
@@ -125,7 +125,7 @@ impl LagOneSeries {
     /// Σ (z_i - z̄)(z_(i+1) - z̄) / Σ (z_i - z̄)²; `None` without values that differ.
     pub(crate) fn lag_one_autocorrelation(&self) -> Option<f64> {
         let n = self.count as f64;
-        // About the integer nearest the mean: what remains is small enough for floats.
+        // Sums about the integer nearest the mean are small enough for floats.
         let centre = if self.count == 0 { return None } else { self.sum.div_euclid(i128::from(self.count)) };
         let count = i128::from(self.count);
         let sum = (self.sum - count * centre) as f64;

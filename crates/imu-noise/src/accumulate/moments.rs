@@ -8,8 +8,8 @@ use super::counts;
 const BLOCK: usize = 256;
 
 /// Exact moments of a channel in counts. The sums of the first four powers are integers that cannot
-/// overflow, so that the results do not depend on how the samples were divided; their relative
-/// error is below 1e-12.
+/// overflow, so the results do not depend on the division of the samples; their relative error is
+/// below 1e-12.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Moments {
     sums: PowerSums,
@@ -17,7 +17,7 @@ pub struct Moments {
     max: i32,
 }
 
-/// Count and sums of c, c², c³, c⁴. With n < 2^63 samples of 32 bits: 94, 125, 156 and 187 bits.
+/// Count and sums of c, c², c³, c⁴. With n < 2^63 samples of 32 bits they have 94, 125, 156 and 187 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct PowerSums {
     count: u64,
@@ -99,7 +99,7 @@ impl Moments {
         Some(fourth / (second * second) - 3.0)
     }
 
-    /// The integer nearest the mean, and the sums about it: exact, and small enough for floats.
+    /// The integer nearest the mean, and the exact sums about it, which are small enough for floats.
     fn centred(&self) -> Option<(i64, PowerSums)> {
         if self.count() == 0 {
             return None;
@@ -181,8 +181,8 @@ fn of_block(block: &[i32]) -> (Option<PowerSums>, i32, i32) {
     (in_lanes(block), min, max)
 }
 
-/// The sums about zero of a block whose values lie within 2^21 of the first one, else `None`. Those
-/// about the first count are exact floats where the fourth stays below [`counts::EXACT_BELOW`]:
+/// The sums about zero of a block whose values lie within 2^21 of the first one, else `None`. The
+/// sums about the first count are exact floats if the fourth stays below [`counts::EXACT_BELOW`]:
 /// |d|^k <= d^4 for integers.
 #[inline(always)]
 fn in_lanes(block: &[i32]) -> Option<PowerSums> {
@@ -203,8 +203,8 @@ fn in_lanes(block: &[i32]) -> Option<PowerSums> {
     Some(about_zero(block.len() as u64, pivot, sums))
 }
 
-/// The sums of third and fourth powers where all values are below 2^21, else `None`: d² = h 2^20 +
-/// l, and the sums of products with h and l are exact.
+/// The sums of third and fourth powers if all values are below 2^21, else `None`: d² = h 2^20 + l,
+/// and the sums of products with h and l are exact.
 #[inline(always)]
 fn of_far_values(d: &[f64]) -> Option<(i128, i128)> {
     const FARTHEST: f64 = (1 << 21) as f64;
@@ -215,7 +215,7 @@ fn of_far_values(d: &[f64]) -> Option<(i128, i128)> {
     for ((d, high), low) in d.iter().zip(&mut *high).zip(&mut *low) {
         let square = d * d;
         all_near &= square < FARTHEST * FARTHEST;
-        // to the nearest: |l| is half of the split at most, and h 2^22
+        // to the nearest: |l| is at most half of the split, and h 2^22
         *high = (square / SPLIT + ROUND) - ROUND;
         *low = square - *high * SPLIT;
     }
@@ -228,16 +228,16 @@ fn of_far_values(d: &[f64]) -> Option<(i128, i128)> {
     })
 }
 
-/// Of terms that are integers, and so few that their sum is below 2^53.
+/// The sum of terms that are integers, and so few that their sum is below 2^53.
 #[inline(always)]
 fn exact_sum<const S: usize>(values: [&[f64]; S], term: impl Fn([f64; S]) -> f64) -> i128 {
     i128::from(counts::lane_sum(values, term) as i64)
 }
 
-/// Added to a float below 2^51, and taken off again: the nearest integer.
+/// Added to a float below 2^51 and subtracted again, it gives the nearest integer.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
-/// From `sums` of powers of c - pivot.
+/// The sums about zero, from `sums` of powers of c - pivot.
 fn about_zero(count: u64, pivot: i32, sums: [i128; 4]) -> PowerSums {
     let [s1, s2, s3, s4] = sums;
     let p = i128::from(pivot);

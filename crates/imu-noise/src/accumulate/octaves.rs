@@ -16,7 +16,7 @@ use overlapping::Overlapping;
 use squares::SquareSum;
 use window_plan::WindowPlans;
 
-/// Of the strided estimator, from there on where the stride grows with the averaging time.
+/// Windows per averaging time of the strided estimator, for averaging times whose stride grows with them.
 pub(crate) const WINDOWS_PER_TAU: usize = 16;
 
 /// Streaming octave sums of one channel of rate data (angular rate, ...), in counts. The result is
@@ -33,24 +33,24 @@ enum Windows {
     Full(Overlapping),
 }
 
-/// The sum of one octave, which is exact over the windows that miss no sample.
+/// The sum of one octave, which is exact over the windows without missing samples.
 ///
 /// A window with missing samples is used if at least half of the samples of each cluster are
-/// present: each cluster is then the mean of those present. The squared difference is multiplied,
-/// for n₁ and n₂ of m samples present, by c = (2/m) / (1/n₁ + 1/n₂), for Hadamard by
+/// present: each cluster is then the mean of the present ones. The squared difference is
+/// multiplied, for n₁ and n₂ of m samples present, by c = (2/m) / (1/n₁ + 1/n₂), for Hadamard by
 /// (6/m) / (1/n₁ + 4/n₂ + 1/n₃), and rounded once, to a multiple of 2^-16 counts². So the variance
-/// of white noise is not biased, whatever is missing. Other noise is underestimated by such a
+/// of white noise is unbiased for any missing samples. Other noise is underestimated by such a
 /// window: see [`Octave::share_present`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctaveSum {
-    /// The deviation: which differences were squared.
+    /// The deviation: the kind of difference that was squared.
     pub deviation: Deviation,
     /// Averaging factor: samples per cluster, from 1 to 2^30; a power of two for an octave.
     pub m: u64,
-    /// Number of windows n, at least 1, including those that miss samples.
+    /// Number of windows n, at least 1, including those with missing samples.
     pub terms: u64,
-    /// Sum of the squared differences of cluster sums over the windows that miss no sample, in
-    /// counts². `None` once the sum has needed more than 128 bits: for strided windows over counts
+    /// Sum of the squared differences of cluster sums over the windows without missing samples, in
+    /// counts². `None` if the sum has needed more than 128 bits: for strided windows over counts
     /// that span 27 bits (±67 rad/s with six decimals) that takes 2^40 samples at m = 2^30, 870
     /// years at 40 Hz.
     pub sum_squares: Option<u128>,
@@ -70,7 +70,7 @@ impl Octaves {
     }
 
     /// The accumulator with the sums that [`sum_at`](Self::sum_at) needs: with [`Estimator::Full`],
-    /// 8 bytes per sample of the record. No effect with the other estimators. To be called before
+    /// 8 bytes per sample of the record. No effect with the other estimators. Must be called before
     /// any sample.
     #[must_use]
     pub fn keeping_runs(mut self) -> Self {
@@ -87,7 +87,7 @@ impl Octaves {
         }
     }
 
-    /// Adds the samples of a stretch, in time order: as [`push`](Self::push) of its runs and
+    /// Adds the samples of a stretch, in time order: like [`push`](Self::push) of its runs and
     /// [`gap`](Self::gap) between them. `plans` are for all channels of the stretch.
     pub fn push_stretch(&mut self, counts: &[i32], stretch: &Stretch, plans: &mut WindowPlans) {
         match &mut self.windows {
@@ -104,7 +104,7 @@ impl Octaves {
     }
 
     /// Adds a gap. `Some(missing)`: the absolute index of the next sample is higher by `missing`,
-    /// and windows span the gap where half of each cluster is present (0 is a break without loss,
+    /// and windows span the gap if half of each cluster is present (0 is a break without loss,
     /// which no window spans). `None`, an unknown number: no window spans the gap, and the index
     /// does not change.
     pub fn gap(&mut self, missing: Option<u64>) {
@@ -152,14 +152,14 @@ impl OctaveSum {
         Octave { m: self.m, terms: self.terms, share_present }
     }
 
-    /// Number of windows that miss no sample, those in [`sum_squares`](Self::sum_squares).
+    /// Number of windows without missing samples, which are in [`sum_squares`](Self::sum_squares).
     #[must_use]
     pub const fn whole_terms(&self) -> u64 {
         self.terms - self.gapped.windows
     }
 
-    /// The octave with another variance in counts², as after the contribution of the temperature is
-    /// removed; the sum of squares is rounded to a whole count².
+    /// The octave with another variance in counts², for example after removing the contribution of
+    /// the temperature; the sum of squares is rounded to a whole count².
     #[must_use]
     pub fn with_variance_counts2(self, variance: f64) -> Self {
         let factor = self.variance_counts2().map_or(1.0, |own| if own > 0.0 { variance / own } else { 1.0 });
@@ -168,7 +168,7 @@ impl OctaveSum {
     }
 
     /// Allan variance in counts², the sum over all windows / (2 m² n); Hadamard variance, / (6 m²
-    /// n). `None` where the sum is unknown.
+    /// n). `None` if the sum is unknown.
     #[must_use]
     pub fn variance_counts2(&self) -> Option<f64> {
         let m = self.m as f64;
@@ -176,7 +176,7 @@ impl OctaveSum {
         self.sum_squares.zip(self.gapped.square_sum()).map(|(whole, gapped)| (whole as f64 + gapped) / divisor)
     }
 
-    /// Root of the variance, in counts, with a relative error below 1e-15; `None` where the sum is
+    /// Root of the variance, in counts, with a relative error below 1e-15; `None` if the sum is
     /// unknown.
     #[must_use]
     pub fn deviation_counts(&self) -> Option<f64> {

@@ -1,10 +1,10 @@
-//! How far the absolute indices of a record reach.
+//! The range of the absolute indices of a record.
 
-/// No gap reaches beyond, whatever it claims: two million years at 800 Hz, with room after it for
-/// all samples there will ever be.
+/// No gap reaches beyond this index, for any claimed length: two million years at 800 Hz, with room
+/// after it for all further samples.
 const FARTHEST: u64 = 1 << 56;
 
-/// Of so many missing samples after the index `end`, those that have a place.
+/// The number of these missing samples after the index `end` that have a place.
 pub(crate) fn room_for(end: u64, missing: u64) -> u64 {
     missing.min(FARTHEST.saturating_sub(end))
 }

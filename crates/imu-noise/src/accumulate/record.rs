@@ -1,9 +1,13 @@
 //! The shape of a record: its windows, its deviation, its octaves.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 /// Which windows of m samples are in the sums: those that start at absolute indices that are
 /// multiples of the stride s. Of N samples without a gap these are n windows (d = 2 for Allan, 3
 /// for Hadamard).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Estimator {
     /// 16 windows per averaging time, s = max(1, m/16), n = floor((N - d m)/s) + 1. Bounded memory.
     /// All overlaps for m <= 16, and at least 99.5 % of the degrees of freedom of all overlaps
@@ -17,12 +21,13 @@ pub enum Estimator {
 }
 
 /// Which difference of cluster sums is squared, and so which slow changes drop out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Deviation {
     /// B2 - B1 of adjacent sums of m samples. Removes a constant. Allan (1966).
     #[default]
     Allan,
-    /// B3 - 2 B2 + B1. Removes a linear drift too. Baugh (1971).
+    /// B3 - 2 B2 + B1. Removes a linear drift as well. Baugh (1971).
     Hadamard,
 }
 
@@ -34,7 +39,7 @@ impl Deviation {
         }
     }
 
-    /// Weights of successive cluster sums in the difference; 0 for a third one that it has not.
+    /// Weights of successive cluster sums in the difference; 0 for a missing third one.
     pub(crate) const fn weights(self) -> [i64; 3] {
         match self {
             Self::Allan => [-1, 1, 0],
@@ -58,13 +63,13 @@ pub struct Octave {
     pub m: u64,
     /// Number of windows: squared differences in the variance.
     pub terms: u64,
-    /// Mean over the windows of the fraction of samples present (the harmonic mean of the
-    /// clusters), 1 where none is missing.
+    /// Mean over the windows of the fraction of present samples (the harmonic mean of the
+    /// clusters), 1 if none is missing.
     ///
-    /// The variance of an octave is that of white noise whatever this fraction is. Of noise with
+    /// For white noise, the variance of an octave does not depend on this fraction. For noise with
     /// the variance V in a record without gaps, the octave shows share · V + (1 - share) · S²/m,
-    /// with the expected sample variance S² within m samples: exactly, where each sample of a
-    /// cluster is equally likely to be missing. Where samples are missing in runs as long as a
+    /// with the expected sample variance S² within m samples. This is exact if each sample of a
+    /// cluster is equally likely to be missing. If samples are missing in runs as long as a
     /// cluster, a random walk shows up to 3 % more or less (30 % missing), 1 % (10 %), 0.5 % (1 to
     /// 5 %).
     pub share_present: f64,
@@ -77,9 +82,9 @@ impl Octave {
         Self { m, terms, share_present: 1.0 }
     }
 
-    /// What noise shows that would show the variance `whole` if no sample were missing, by its
-    /// Allan variance at shorter averaging times: those of half of m, a quarter, ... sum to twice
-    /// the variance within m samples.
+    /// The expected variance of noise that would show the variance `whole` if no sample were
+    /// missing, from its Allan variance at shorter averaging times: those of half of m, a quarter,
+    /// ... sum to twice the variance within m samples.
     pub(crate) fn expected(&self, whole: f64, allan_variance: impl Fn(u64) -> f64) -> f64 {
         if self.share_present == 1.0 {
             return whole;
@@ -91,16 +96,16 @@ impl Octave {
     }
 }
 
-/// Length, interval and windows of a record: what the octaves of all channels have in common.
+/// Length, interval and windows of a record: the common properties of the octaves of all channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecordShape {
     /// Number of samples from the first to the last, including missing ones.
     pub samples: u64,
     /// Time between samples, in seconds, above 0.
     pub interval_s: f64,
-    /// Which windows are in the sums.
+    /// The windows that are in the sums.
     pub estimator: Estimator,
-    /// Which differences were squared.
+    /// The kind of difference that was squared.
     pub deviation: Deviation,
 }
 
@@ -121,15 +126,14 @@ impl RecordShape {
         }
     }
 
-    /// Number of windows of averaging factor `m` if no sample is missing; 0 where none fits.
+    /// Number of windows of averaging factor `m` if no sample is missing; 0 if none fits.
     #[must_use]
     pub const fn windows(&self, m: u64) -> u64 {
         let span = m.saturating_mul(self.deviation.order() as u64);
         if m == 0 || self.samples < span { 0 } else { (self.samples - span) / self.stride(m) + 1 }
     }
 
-    /// Every octave with a window, at m = 1, 2, 4 …, if no sample is missing; empty where none
-    /// fits.
+    /// Every octave with a window, at m = 1, 2, 4 …, if no sample is missing; empty if none fits.
     #[must_use]
     pub fn octaves(&self) -> Vec<Octave> {
         (0..u64::BITS)
@@ -139,7 +143,7 @@ impl RecordShape {
             .collect()
     }
 
-    /// Windows that are there, of those that would be if no sample were missing.
+    /// The number of windows, relative to the number if no sample were missing.
     pub(crate) fn share_of_windows(&self, octave: &Octave) -> f64 {
         (octave.terms as f64 / self.windows(octave.m).max(1) as f64).min(1.0)
     }

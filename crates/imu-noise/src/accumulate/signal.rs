@@ -1,4 +1,4 @@
-//! Spectrum, blocks and windows of one channel, by which a disturbed deviation is recognised.
+//! Spectrum, blocks and windows of one channel, used to recognise a disturbed deviation.
 
 use std::mem;
 
@@ -9,7 +9,7 @@ use super::spectrum::{Spectrum, SpectrumPlan};
 use super::stretch::Stretch;
 use super::window_statistics::WindowStatistics;
 
-/// Windows in a sum of the slowest spectrum, and how many of them must be full.
+/// Windows in a sum of the slowest spectrum, and the number of them that must be full.
 const WINDOWS: u64 = 32;
 const LEAST_WINDOWS: u64 = 24;
 
@@ -17,7 +17,7 @@ const LEAST_WINDOWS: u64 = 24;
 ///
 /// The result is the same, bit by bit, for any division of the samples over calls of
 /// [`push`](Self::push). A sensor at rest takes 21 KiB of memory at first and 40 KiB from hours on,
-/// blocks 7.5 KiB of them and spectra most of the others, whatever the length of the record.
+/// for a record of any length; blocks take 7.5 KiB of this and spectra most of the rest.
 ///
 /// ```
 /// use imu_noise::{ChannelSignal, Sides, SpectrumPlan};
@@ -33,19 +33,19 @@ const LEAST_WINDOWS: u64 = 24;
 #[derive(Clone, Debug)]
 pub struct ChannelSignal {
     spectrum: Spectrum,
-    /// Of the sums of windows: the spectrum up to 1/64 of the sampling rate, in finer steps.
+    /// The spectrum of the sums of windows: up to 1/64 of the sampling rate, in finer steps.
     slow_spectrum: Spectrum<i64>,
-    /// Of the sums of as many windows as a window has samples, for what is slower still. A sum that
-    /// lacks a few windows is enlarged in proportion.
+    /// The spectrum of the sums of as many windows as a window has samples, for still slower
+    /// changes. A sum that lacks a few windows is enlarged in proportion.
     slowest_spectrum: Spectrum<i64>,
     sums: AlignedSums,
     blocks: Blocks,
     pub(crate) windows: WindowStatistics,
     /// Absolute index of the next place.
     end: u64,
-    /// There was a gap of unknown length, or a break.
+    /// Whether there was a gap of unknown length, or a break.
     is_parted: bool,
-    /// The last samples, without a gap between them, of the window that is not full.
+    /// The last samples, without a gap between them, of the incomplete window.
     window: Vec<i32>,
 }
 
@@ -67,7 +67,7 @@ impl ChannelSignal {
     }
 
     /// The accumulator with segments of the spectrum that are spaced by all places of the record,
-    /// including missing samples. To be called before any sample.
+    /// including missing samples. Must be called before any sample.
     #[must_use]
     pub const fn counting_missing(mut self) -> Self {
         self.spectrum.count_missing();
@@ -93,7 +93,7 @@ impl ChannelSignal {
         }
     }
 
-    /// Adds the samples of a stretch, in time order: as [`push`](Self::push) of its runs and
+    /// Adds the samples of a stretch, in time order: like [`push`](Self::push) of its runs and
     /// [`gap`](Self::gap) between them.
     pub fn push_stretch(&mut self, counts: &[i32], stretch: &Stretch) {
         for (missing, run) in stretch.runs_of(counts) {
@@ -106,7 +106,7 @@ impl ChannelSignal {
 
     /// Adds a gap: `Some(missing)` samples, or an unknown number, which counts as none in the
     /// index. The count of seconds continues. A segment of the spectrum or a disturbance window
-    /// that lacks a sample is not used, and none spans a break, which is `Some(0)` or an unknown
+    /// that lacks a sample is not used, and none spans a break, that is, `Some(0)` or an unknown
     /// number.
     pub fn gap(&mut self, missing: Option<u64>) {
         let missing = room_for(self.end, missing.unwrap_or(0));
@@ -115,10 +115,10 @@ impl ChannelSignal {
         self.end += missing;
         if missing == 0 {
             self.is_parted = true;
-            // The window of the break lacks samples: the break is behind it, in any division.
+            // The window of the break lacks samples, so the break comes after it, in any division.
             self.miss_windows_up_to(self.end.div_ceil(WINDOW as u64));
             self.slow_spectrum.gap(0);
-            // a sum of means of either side of a break is a mean as well
+            // a sum of means from both sides of a break is a mean as well
             self.windows.part();
         }
     }
@@ -129,14 +129,14 @@ impl ChannelSignal {
         &self.spectrum
     }
 
-    /// Of the sums of so many samples: 32, and 1024.
+    /// The spectra of the sums of this many samples: 32, and 1024.
     pub(crate) fn slow_spectra(&self) -> [(&Spectrum<i64>, u64); 2] {
         let window = WINDOW as u64;
         [(&self.slow_spectrum, window), (&self.slowest_spectrum, WINDOWS * window)]
     }
 
     /// Mean, standard deviation and extremes of the blocks of the record, in time order: at most
-    /// [`MAX_BLOCKS`](crate::MAX_BLOCKS), without those that have no sample.
+    /// [`MAX_BLOCKS`](crate::MAX_BLOCKS), without empty ones.
     #[must_use]
     pub fn blocks(&self) -> Vec<Block> {
         let mut blocks = self.blocks.clone();
@@ -146,7 +146,7 @@ impl ChannelSignal {
         blocks.iter().collect()
     }
 
-    /// It has a gap of unknown length.
+    /// Whether it has a gap of unknown length.
     pub(crate) const fn is_parted(&self) -> bool {
         self.is_parted
     }

@@ -3,6 +3,8 @@
 mod power_sums;
 mod segments;
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::sync::Arc;
 
 use realfft::RealFftPlanner;
@@ -13,23 +15,22 @@ use segments::{MIN_LONG_SEGMENTS, Places, Segment, Segments};
 
 pub(crate) const LONG: usize = 512;
 
-/// Samples of a segment of records too short to average over long ones.
+/// Samples of a segment of records that are too short to average over long segments.
 pub(crate) const SHORT: usize = 128;
 
 /// Streaming power spectral density: Welch (1967), Hann window, segments of 512 samples without
 /// their mean, half overlapping, at multiples of 256 of the absolute index; of 128 samples for a
 /// record with fewer than 8 segments (2304 samples without gap). A segment that misses samples, or
-/// that a break parts, has no part but the short ones in it that do not.
+/// that a break divides, is replaced by the undamaged short segments in it.
 ///
-/// Beyond 32 768 samples, those missing not counted, the segments are spread evenly: every second
-/// up to twice that length, every fourth up to four times, and so on, each with a weight of as many
-/// as it stands for. So the cost grows with the logarithm of the length, and the
+/// Beyond 32 768 samples, missing ones not counted, the segments are spread evenly: every second up
+/// to twice that length, every fourth up to four times, and so on, each weighted by the number of
+/// segments that it represents. So the cost grows with the logarithm of the length, and the
 /// [averages](Density::averages) stay above 120.
 ///
 /// Transforms are single precision: densities are good to 1e-5 of the largest. Each is rounded
-/// once, to multiples of 2^-12 counts², and depends on the samples of its segment alone: the sums
-/// are the same bits in any division over calls, on processors with the same vector
-/// instructions.
+/// once, to multiples of 2^-12 counts², and depends only on the samples of its segment: for any
+/// division over calls the sums have the same bits on processors with the same vector instructions.
 #[derive(Clone, Debug)]
 pub struct Spectrum<T = i32> {
     plan: SpectrumPlan,
@@ -40,13 +41,13 @@ pub struct Spectrum<T = i32> {
 #[derive(Clone, Debug)]
 struct SpectrumSums {
     long: SegmentPowerSums<LONG>,
-    /// Of the segments in which samples are missing, and of the first ones.
+    /// The power sums of short segments, within segments with missing samples and at the beginning.
     short: SegmentPowerSums<SHORT>,
 }
 
-/// A whole number of counts: a sample, or a sum of samples below 2^53.
+/// An integer number of counts: a sample, or a sum of samples below 2^53.
 pub trait Count: Copy + Default + Into<i64> {
-    /// The same number.
+    /// The same number as a float.
     fn as_f64(self) -> f64;
 }
 
@@ -63,7 +64,7 @@ impl Count for i64 {
 }
 
 impl<T: Count> Spectrum<T> {
-    /// `counts_missing`: missing samples count where segments are spread.
+    /// `counts_missing`: missing samples count when segments are spread.
     pub(crate) fn new(plan: &SpectrumPlan, counts_missing: bool) -> Self {
         let sums = SpectrumSums { long: SegmentPowerSums::new(), short: SegmentPowerSums::new() };
         Self { plan: plan.clone(), segments: Segments::new(counts_missing), sums }
@@ -73,7 +74,7 @@ impl<T: Count> Spectrum<T> {
         self.segments.count_missing();
     }
 
-    /// Absolute index behind the last place.
+    /// Absolute index after the last place.
     pub(crate) const fn end(&self) -> u64 {
         self.segments.end()
     }
@@ -83,7 +84,7 @@ impl<T: Count> Spectrum<T> {
         segments.push(counts, |places, segment| sums.add(plan, places, segment));
     }
 
-    /// Samples are missing here; none for a break.
+    /// Samples are missing here; 0 for a break.
     pub(crate) fn gap(&mut self, missing: u64) {
         let Self { plan, segments, sums } = self;
         match missing {
@@ -120,29 +121,30 @@ impl SpectrumSums {
 }
 
 /// Which frequencies a density counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Sides {
-    /// Positive ones only, as spectrum analysers show it: √2 times the two-sided amplitude, twice
-    /// its power. White noise has the power density 2 N².
+    /// Only positive ones, as in spectrum analysers: √2 times the two-sided amplitude, twice its
+    /// power. White noise has the power density 2 N².
     One,
-    /// Negative ones too (IEEE Std 952): the amplitude density is N itself, the power density N².
+    /// Negative ones as well (IEEE Std 952): the amplitude density is N itself, the power density N².
     Two,
 }
 
 /// A power spectral density at evenly spaced frequencies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Density {
-    /// Which frequencies it is spread over.
+    /// The frequencies over which it is spread.
     pub sides: Sides,
     /// Samples of a segment.
     pub segment_samples: usize,
     /// Segments transformed.
     pub segments: u64,
-    /// Independent segments that average as well. Each point has about twice as many degrees of
+    /// The equivalent number of independent segments. Each point has about twice as many degrees of
     /// freedom (the last point, at half the sampling rate, as many).
     pub averages: f64,
     /// From 1/(segment_samples·interval) to half the sampling rate. Windowing spreads a line over
-    /// four points; the first point is low, since each segment lost its mean.
+    /// four points; the first point is low, because the mean of each segment is removed.
     pub points: Vec<DensityPoint>,
 }
 
@@ -166,7 +168,7 @@ pub(crate) struct Powers {
 
 impl Spectrum {
     /// The density of a channel sampled every `interval_s` seconds with `decimals` digits. `None`
-    /// before the first segment is full, and where `interval_s` is not positive.
+    /// before the first segment is full, and if `interval_s` is not positive.
     #[must_use]
     pub fn density(&self, sides: Sides, interval_s: f64, decimals: u8) -> Option<Density> {
         let Powers { segment_samples, segments, averages, powers } = self.powers()?;
@@ -175,7 +177,8 @@ impl Spectrum {
         }
         let step_hz = 1.0 / (segment_samples as f64 * interval_s);
         let points = powers.iter().enumerate().skip(1).map(|(k, power)| {
-            // At half the sampling rate too: it is its own negative, in a point half as wide.
+            // At half the sampling rate as well: this frequency is its own negative, but its point
+            // is half as wide.
             let counts2_hz = power * interval_s * if sides == Sides::One { 2.0 } else { 1.0 };
             let density_unit2_hz = counts_to_unit(counts_to_unit(counts2_hz, decimals), decimals);
             DensityPoint { frequency_hz: k as f64 * step_hz, density_unit2_hz }
@@ -184,19 +187,19 @@ impl Spectrum {
     }
 
     /// Autocovariances within segments in counts² (Wiener and Khinchin), from lag 0 to a quarter of
-    /// a segment: so far the window takes at most 35 % of them. `None` before four segments are
-    /// full.
+    /// a segment: up to there the window reduces them by at most 35 %. `None` before four segments
+    /// are full.
     pub(crate) fn autocovariances_counts2(&self) -> Option<Vec<f64>> {
         Some(self.powers().filter(|powers| powers.segments >= 4)?.autocovariances())
     }
 }
 
 impl Powers {
-    /// From lag 0 to a quarter of a segment, but for the mean.
+    /// Autocovariances from lag 0 to a quarter of a segment, without the effect of the mean.
     fn autocovariances(&self) -> Vec<f64> {
         let Self { segment_samples, powers, .. } = self;
         let samples = *segment_samples;
-        // a power of two, so that a mask is the remainder
+        // a power of two, so a mask gives the remainder
         let (half, last) = (samples / 2, samples - 1);
         let step = std::f64::consts::TAU / samples as f64;
         let quarter: Vec<f64> = (0..samples / 4).map(|i| (step * i as f64).cos()).chain([0.0]).collect();
@@ -205,7 +208,7 @@ impl Powers {
             i => -quarter[half - i],
         };
         let cosines: Vec<f64> = (0..samples).map(cosine).collect();
-        // cosines of points k and half - k are the same at even lags, and opposite at the others
+        // cosines of points k and half - k are equal at even lags, and opposite at the others
         let pair = |k: usize, sign: f64| powers[k] + if 2 * k < half { sign * powers[half - k] } else { 0.0 };
         let [differences, sums] = [-1.0, 1.0].map(|sign| (1..=half / 2).map(|k| pair(k, sign)).collect::<Vec<f64>>());
         let covariance = |lag: usize| {
@@ -217,7 +220,7 @@ impl Powers {
     }
 }
 
-/// Window and Fourier transform, made once and shared by the channels: a copy is a reference.
+/// Window and Fourier transform, made once and shared by the channels, because a copy is a reference.
 #[derive(Clone, Debug)]
 pub struct SpectrumPlan {
     long: Arc<Transform<LONG>>,

@@ -1,4 +1,4 @@
-//! A short part of a record: which of its places hold a sample.
+//! A short part of a record: the places with and without a sample.
 
 const WORD: usize = u64::BITS as usize;
 
@@ -28,7 +28,7 @@ impl Stretch {
     /// A stretch without places.
     pub const EMPTY: Self = Self { places: 0, present: [0; Self::MOST / WORD] };
 
-    /// As many places with a sample; at most [`MOST`](Self::MOST).
+    /// This many places with a sample; at most [`MOST`](Self::MOST).
     #[must_use]
     pub fn full(samples: usize) -> Self {
         let mut stretch = Self::EMPTY;
@@ -36,7 +36,7 @@ impl Stretch {
         stretch
     }
 
-    /// Adds places, with or without samples. Returns how many had room.
+    /// Adds places, with or without samples. Returns the number for which there was room.
     pub fn push(&mut self, places: usize, with_samples: bool) -> usize {
         let end = self.places + places.min(Self::MOST - self.places);
         let added = end - self.places;
@@ -91,8 +91,8 @@ impl Stretch {
         runs.filter(|(_, run)| !run.is_empty())
     }
 
-    /// The stretch without these of its samples, which are numbered from 0; numbers that it does
-    /// not have are ignored.
+    /// The stretch without these samples, which are numbered from 0; numbers that it does not have
+    /// are ignored.
     #[must_use]
     pub fn without(&self, samples: &[usize]) -> Self {
         let mut left = *self;
@@ -103,7 +103,7 @@ impl Stretch {
     }
 
     /// The places before a sample, numbered from 0, and those from this sample on; all places and
-    /// none if it has no such sample.
+    /// none if there is no such sample.
     #[must_use]
     pub fn split_before_sample(&self, sample: usize) -> [Self; 2] {
         let (mut before, mut after) = (Self::EMPTY, Self::EMPTY);
@@ -115,7 +115,7 @@ impl Stretch {
         [before, after]
     }
 
-    /// The places with a sample, from the first of the stretch on.
+    /// The places with a sample, beginning with the first of the stretch.
     pub(crate) fn has_sample(&self) -> impl Iterator<Item = bool> {
         (0..self.places).map(|place| self.present[place / WORD] >> (place % WORD) & 1 == 1)
     }
@@ -136,8 +136,8 @@ impl Stretch {
         None
     }
 
-    /// The first place from this one on that has a sample if these have none, or none if these have
-    /// one; the end of the stretch without such a place.
+    /// The first place from this one on whose presence of a sample differs from `have_samples`; the
+    /// end of the stretch if there is none.
     fn end_of_alike(&self, from: usize, have_samples: bool) -> usize {
         let mut place = from;
         while place < self.places {

@@ -1,37 +1,37 @@
 //! Sums of the axes of a sensor and of its temperature, block by block.
 
-/// Most blocks of a record; once filled, half as many of twice the length hold it.
+/// The most blocks of a record; when they are full, half as many of twice the length replace them.
 pub(crate) const MOST_BLOCKS: u64 = 1024;
 
 /// Binary logarithm of the samples of the shortest block.
 const SHORTEST_LOG2: u32 = 5;
 
 /// Sums of the axes of a sensor and of its temperature: exact sums over at most 1024 blocks of
-/// equal length, the smallest power of two of at least 32 samples with which the record fits. The
-/// blocks lie on the grid of absolute indices. The result is the same, bit by bit, however the
-/// samples were divided over calls. At most 64 KiB for six axes.
+/// equal length, the smallest power of two of at least 32 samples for which the record fits. The
+/// blocks lie on the grid of absolute indices. The result is the same, bit by bit, for any division
+/// of the samples over calls. At most 64 KiB for six axes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TemperatureBlocks {
     axes: usize,
     length_log2: u32,
-    /// From absolute index 0 on.
+    /// The blocks from absolute index 0 on.
     blocks: Vec<Presence>,
-    /// Of each block the sums of all axes, in counts: exact for up to 2^32 samples in a block.
+    /// The sums of all axes for each block, in counts: exact for up to 2^32 samples in a block.
     sums: Vec<i64>,
-    /// As `sums`: how many samples each axis lacks of those announced. Empty while none does.
+    /// Like `sums`: the number of announced samples that each axis lacks. Empty while no axis lacks any.
     absent: Vec<u64>,
     /// Absolute index of the last sample.
     last: Option<u64>,
 }
 
-/// What is there of a block.
+/// The samples and readings present in a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Presence {
     pub(crate) samples: u64,
     /// Readings of the temperature, and their sum.
     pub(crate) readings: u64,
     pub(crate) temperature_counts: i64,
-    /// An unknown number of samples is missing in the block or behind it.
+    /// Whether an unknown number of samples is missing in the block or after it.
     pub(crate) is_broken: bool,
 }
 
@@ -111,17 +111,18 @@ impl TemperatureBlocks {
         self.axes
     }
 
-    /// Samples that a block has room for.
+    /// The number of places of a block.
     pub(crate) const fn length(&self) -> u64 {
         1 << self.length_log2
     }
 
-    /// From absolute index 0 on.
+    /// The blocks from absolute index 0 on.
     pub(crate) fn blocks(&self) -> &[Presence] {
         &self.blocks
     }
 
-    /// In counts; `None` where the axis lacks more than a quarter of the samples.
+    /// The mean of an axis in a block, in counts; `None` if the axis lacks more than a quarter of
+    /// the samples.
     pub(crate) fn mean_counts(&self, block: usize, axis: usize) -> Option<f64> {
         let (place, samples) = (block * self.axes + axis, self.blocks[block].samples);
         let absent = self.absent.get(place).copied().unwrap_or(0);
@@ -185,7 +186,7 @@ impl Presence {
     }
 }
 
-/// The sum of the counts in each block, and how many they are.
+/// The sum of the counts in each block, and their number.
 fn in_blocks(log2: u32, first: u64, mut counts: &[i32], mut add: impl FnMut(usize, i64, u64)) {
     let mut at = first;
     while !counts.is_empty() {
@@ -204,7 +205,7 @@ mod tests {
 
     use super::*;
 
-    /// What comes: samples of two axes and the temperature, one reading, a gap, a break.
+    /// One step of a record: samples of two axes and the temperature, one reading, a gap, a break.
     #[derive(Clone, Debug)]
     enum Step {
         Samples(usize),
@@ -227,7 +228,7 @@ mod tests {
         (index as i32).wrapping_mul(26_544_357).wrapping_add(axis as i32 * 977)
     }
 
-    /// In calls of at most `cut` samples; gives where it ends.
+    /// The sums of these steps in calls of at most `cut` samples; also returns the end.
     fn of(start: u64, steps: &[Step], cut: usize) -> (TemperatureBlocks, u64) {
         let mut blocks = TemperatureBlocks::new(2);
         let mut at = start;

@@ -4,28 +4,28 @@ use ethnum::I256;
 
 use super::aligned_sums::{AlignedBlock, BLOCK};
 
-/// Least-squares line through the means of blocks, each at the mean place of its samples and with
-/// their number as its weight: as blocks are short against the record, the regression over the
-/// samples within its noise. Of a block that misses samples, each sum is rounded once.
+/// Least-squares line through the means of blocks, each at the mean place of its samples and with their
+/// number as its weight: because blocks are short compared to the record, this equals the regression
+/// over the samples within its noise. For a block that misses samples, each sum is rounded once.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Trend {
-    /// Samples present, and sums over them of the place of their block, in half samples, and of its
-    /// square.
+    /// Number of present samples, and the sums over them of the place of their block, in half
+    /// samples, and of its square.
     samples: i128,
     places: i128,
     squares: I256,
-    /// Sums of the sums, and of these times the places of their blocks.
+    /// Sums of the sums of the blocks, and of these times the places of their blocks.
     sums: i128,
     products: i128,
     blocks: u64,
     grids: Grids,
 }
 
-/// Whether the places of the blocks are those of the samples, but for a constant.
+/// Whether the places of the blocks equal those of the samples, except for a constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Grids {
     One,
-    /// A gap of unknown length stands before the first block.
+    /// A gap of unknown length precedes the first block.
     LastOf,
     /// Such gaps stand between blocks.
     Several,
@@ -36,7 +36,7 @@ impl Trend {
         Self { samples: 0, places: 0, squares: I256::ZERO, sums: 0, products: 0, blocks: 0, grids: Grids::One }
     }
 
-    /// One block of [`BLOCK`] samples, one of them present at least.
+    /// One block of [`BLOCK`] samples, at least one of them present.
     #[inline]
     pub(crate) fn push(&mut self, block: AlignedBlock) {
         let middle = i128::from(2 * BLOCK * block.number);
@@ -71,7 +71,8 @@ impl Trend {
     }
 }
 
-/// Half up, for a divisor above 0: a whole number more is that number more of the result.
+/// The quotient rounded half up, for a divisor above 0: adding an integer to the exact quotient
+/// adds it to the result.
 fn rounded_quotient(value: i128, divisor: i128) -> i128 {
     (2 * value + divisor).div_euclid(2 * divisor)
 }

@@ -17,26 +17,26 @@
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unwrap {
     turn_counts: i64,
-    /// The last wrapped count, and the continuous one minus that, a multiple of a turn.
+    /// The last wrapped count, and the difference of the continuous count to it, a multiple of a turn.
     last: Option<(i64, i64)>,
 }
 
 impl Unwrap {
-    /// For an angle with `turn_counts` counts in a full turn: 360 000 for degrees with three
+    /// Unwraps an angle with `turn_counts` counts in a full turn: 360 000 for degrees with three
     /// decimals.
     ///
     /// # Panics
-    /// When `turn_counts` is not positive.
+    /// If `turn_counts` is not positive.
     #[must_use]
     pub fn new(turn_counts: i32) -> Self {
         assert!(turn_counts > 0, "a turn has {turn_counts} counts, it needs at least 1");
         Self { turn_counts: turn_counts.into(), last: None }
     }
 
-    /// Replaces the counts by the continuous series. Returns how many of them are continuous: fewer
-    /// than all when the angle has left the range of `i32` (after 5965 turns of 360 000 counts).
-    /// The rest is unchanged, and unwrapping it restarts in the principal branch; accumulators need
-    /// a break without loss there ([`gap(Some(0))`](crate::Octaves::gap)).
+    /// Replaces the counts by the continuous series. Returns the number of continuous ones: fewer
+    /// than all if the angle has left the range of `i32` (after 5965 turns of 360 000 counts). The
+    /// rest is unchanged, and unwrapping it restarts in the principal branch; accumulators need a
+    /// break without loss there ([`gap(Some(0))`](crate::Octaves::gap)).
     #[must_use = "the counts behind the returned number still wrap"]
     pub fn unwrap(&mut self, counts: &mut [i32]) -> usize {
         for (i, count) in counts.iter_mut().enumerate() {

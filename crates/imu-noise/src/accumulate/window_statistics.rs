@@ -1,18 +1,20 @@
-//! Change of mean from window to window, spread within windows, and when either was large.
+//! The change of mean from window to window, the spread within windows, and the windows in which
+//! either was large.
 
 use super::blocks::BlockSums;
 
-/// Bits of the fraction of a float that count: 8 bins an octave.
+/// Significant bits of the fraction of a float: 8 bins per octave.
 const FRACTION_BITS: u32 = 3;
 
-/// Cells of which the highest numbers are kept.
+/// Number of cells whose highest numbers are kept.
 const KEPT: usize = 16;
 
-/// Windows of a cell, at a multiple of as many: a stretch of high numbers is cut where it ends.
+/// Windows of a cell, which begins at a multiple of this number: a stretch of high numbers is cut
+/// at its end.
 const CELL: u64 = 16;
 
-/// Change of mean from window to window and spread within windows of 32 samples: the same all the
-/// time for white, flicker and random-walk noise.
+/// Change of mean from window to window and spread within windows of 32 samples: constant over time
+/// for white, flicker and random-walk noise.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowStatistics {
     /// |ΔΣc| of adjacent windows.
@@ -32,7 +34,7 @@ struct Window {
 }
 
 /// A change of mean below this share of the standard deviation in its windows is no peak: one
-/// sample far out moves the mean of 32 by a fifth of the deviation that it gives them.
+/// outlier moves the mean of 32 samples by a fifth of the deviation that it causes in them.
 const LEAST_CHANGE: f64 = 0.5;
 
 impl WindowStatistics {
@@ -45,16 +47,16 @@ impl WindowStatistics {
         if let Some(last) = self.last.replace(window) {
             self.add_change(&last, &window);
         }
-        // One sample far out is a matter of the tails: a disturbance has more.
+        // A single outlier belongs to the tails; a disturbance has more.
         self.spreads.push(number, spread, || sums.spread_without_farthest(spread));
     }
 
-    /// No change is seen across a break.
+    /// No change is computed across a break.
     pub(crate) const fn part(&mut self) {
         self.last = None;
     }
 
-    /// Of neighbours.
+    /// The change between neighbours.
     fn add_change(&mut self, last: &Window, window: &Window) {
         if last.number + 1 == window.number {
             let change = (window.sum - last.sum).unsigned_abs() as f64;
@@ -73,13 +75,13 @@ pub(crate) struct Magnitudes {
     pub(crate) total: u32,
     /// The cell of the last window.
     last: Option<Cell>,
-    /// Rising peaks of the cells before.
+    /// Ascending peaks of the earlier cells.
     highest: Vec<PeakWindows>,
-    /// The lowest of these once all are kept.
+    /// The lowest of these, if the maximum number is kept.
     least: f64,
 }
 
-/// What the windows of a cell count for, 0 where that is too low to matter.
+/// The numbers that the windows of a cell count as, 0 if they are too low to matter.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     number: u64,
@@ -87,7 +89,7 @@ struct Cell {
     peaks: [f64; CELL as usize],
 }
 
-/// Windows in a row, of one cell, whose numbers are at least half of the highest.
+/// Consecutive windows of one cell whose numbers are at least half of the highest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PeakWindows {
     pub(crate) first_window: u64,
@@ -100,11 +102,11 @@ impl Magnitudes {
         Self { first: 0, frequencies: Vec::new(), total: 0, last: None, highest: Vec::new(), least: 0.0 }
     }
 
-    /// Adds the number of one window: not negative, and finite. `peak`, at most as high, is what it
-    /// counts for among the highest.
+    /// Adds the number of one window: not negative, and finite. `peak`, at most as high, is its
+    /// number among the highest.
     pub(crate) fn push(&mut self, window: u64, number: f64, peak: impl FnOnce() -> f64) {
         self.count(bin_of(number), 1);
-        // No number below half of the lowest is part of a higher one.
+        // A number below half of the lowest is not part of a higher one.
         if number >= self.least / 2.0 {
             let number = window / CELL;
             if self.last.is_none_or(|last| last.number != number) {
@@ -132,7 +134,7 @@ impl Magnitudes {
         }
     }
 
-    /// The number that the share `p` of all does not exceed; `None` without numbers.
+    /// The number that a fraction `p` of all does not exceed; `None` without numbers.
     pub(crate) fn quantile(&self, p: f64) -> Option<f64> {
         let mut missing = p * f64::from(self.total);
         for (bin, &frequency) in (self.first..).zip(&self.frequencies) {
@@ -146,7 +148,7 @@ impl Magnitudes {
         None
     }
 
-    /// At most 16, in rising order of their peaks; those of neighbouring cells may be parts of one.
+    /// At most 16, in ascending order of their peaks; those of neighbouring cells may be parts of one.
     pub(crate) fn highest(&self) -> Vec<PeakWindows> {
         let mut highest = self.highest.clone();
         self.last.iter().filter_map(Cell::stretch).for_each(|stretch| keep(&mut highest, stretch));
@@ -171,7 +173,7 @@ impl Magnitudes {
     }
 }
 
-/// Of equal peaks the first ones.
+/// Keeps the highest; for equal peaks the first ones.
 fn keep(highest: &mut Vec<PeakWindows>, stretch: PeakWindows) {
     let is_below = |kept: &PeakWindows| {
         let order = kept.peak.total_cmp(&stretch.peak).then(stretch.first_window.cmp(&kept.first_window));
@@ -185,7 +187,7 @@ fn keep(highest: &mut Vec<PeakWindows>, stretch: PeakWindows) {
 }
 
 impl Cell {
-    /// Around its highest number, the first of equal ones; `None` without any.
+    /// The stretch around its highest number, the first of equal ones; `None` if it has none.
     fn stretch(&self) -> Option<PeakWindows> {
         let highest = |best: usize, (place, peak): (usize, &f64)| if *peak > self.peaks[best] { place } else { best };
         let place = self.peaks.iter().enumerate().fold(0, highest);
@@ -198,7 +200,7 @@ impl Cell {
     }
 }
 
-/// Numbers below 1 share the lowest bin: they come from integers, and are 0.
+/// Numbers below 1 share the lowest bin: they come from integers, so they are 0.
 fn bin_of(number: f64) -> u16 {
     let bits = number.max(0.5).to_bits() >> (f64::MANTISSA_DIGITS - 1 - FRACTION_BITS);
     bits as u16

@@ -4,6 +4,8 @@ use super::chi_squared;
 use crate::accumulate::blocks::WINDOW;
 use crate::accumulate::signal::ChannelSignal;
 use crate::accumulate::window_statistics::{Magnitudes, PeakWindows, WindowStatistics};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// Probability that a clean record of twelve channels shows a disturbance of one of the two kinds.
 const FALSE_ALARM: f64 = 1e-4;
@@ -33,7 +35,7 @@ const NORMAL_GROWTH: f64 = 0.23;
 const HEAVY_TAIL: f64 = 0.22;
 
 /// A short interval that the rest of the record does not explain.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Disturbance {
     /// Start in seconds of data from the first sample, to a window of 32 samples.
     pub start_s: f64,

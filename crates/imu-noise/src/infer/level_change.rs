@@ -5,6 +5,8 @@ use super::level_shapes::{BlockShape, is_few};
 use crate::accumulate::blocks::Block;
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::signal::ChannelSignal;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 const MIN_BLOCKS: usize = 16;
 
@@ -29,9 +31,10 @@ const AS_GOOD: f64 = 6.0;
 const LEAST_PRESENT: f64 = 0.75;
 
 /// A change of level that the noise of the record, with flicker and random walk, does not explain.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct LevelChange {
     /// Its shape.
+    #[serde(flatten)]
     pub shape: LevelShape,
     /// Square root of twice the log-likelihood ratio: the sigmas of a known shape in known noise.
     pub sigmas: f64,
@@ -40,7 +43,8 @@ pub struct LevelChange {
 }
 
 /// The shape of a change of level.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case", tag = "shape")]
 pub enum LevelShape {
     /// The level relaxes from the start of the record on.
     WarmUp {

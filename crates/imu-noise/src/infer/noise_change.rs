@@ -11,6 +11,8 @@ use super::spikes::{FALSE_ALARM, Spikes};
 use crate::accumulate::blocks::{Spreads, WINDOW};
 use crate::accumulate::histogram::Histogram;
 use crate::accumulate::signal::ChannelSignal;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 const MIN_BLOCKS: usize = 16;
 
@@ -49,7 +51,7 @@ pub struct NoiseChanges {
 }
 
 /// A stretch with more or less noise than the rest of the record.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct NoiseChange {
     /// Start in seconds of data from the first sample, to a block.
     pub start_s: f64,
@@ -62,7 +64,7 @@ pub struct NoiseChange {
 }
 
 /// A stretch with windows of one value.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Frozen {
     /// Start in seconds of data of the block in which it begins.
     pub start_s: f64,

@@ -34,7 +34,7 @@ pub use search::Rival;
 use shapes::MeanShapes;
 use spectral_rows::Grid;
 pub use term::{Term, Terms};
-use thresholds::{LONGEST_PROCESS, ORDERS, PROCESSES_APART, SHORTEST_PROCESS};
+use thresholds::{LONGEST_PROCESS, MOST_COSINES, PROCESSES_APART, SHORTEST_PROCESS};
 
 /// A noise model for all channels that were sampled together: it holds what their statistics have in
 /// common.
@@ -151,8 +151,8 @@ fn layout(shape: &RecordShape, terms: Terms, window: Option<BoxcarWindow>) -> La
     let times = core::iter::successors(longest, |time| Some(time / PROCESSES_APART));
     components.extend(times.take_while(|time| *time >= SHORTEST_PROCESS).map(Component::GaussMarkov));
     let processes = first..components.len();
-    let most = if quantization.is_some() { 0 } else { ORDERS[ORDERS.len() - 1] };
-    components.extend((1..=most).map(|number| Component::Cosine { number, band: 0.5 }));
+    let most = if quantization.is_some() { 0 } else { MOST_COSINES };
+    components.extend((1..=most).map(Component::Cosine));
     let cosines = processes.end..components.len();
     Layout { components, flicker, walk, quantization, processes, cosines }
 }

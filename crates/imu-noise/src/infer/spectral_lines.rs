@@ -5,6 +5,8 @@ use super::spectral_peak::{JOINED, LOWEST, REACH, interpolated, is_folded, passe
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::signal::ChannelSignal;
 use crate::accumulate::spectrum::Powers;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// Points on either side in the median that is the noise around a point.
 const SIDE: usize = 10;
@@ -14,7 +16,7 @@ const FALSE_ALARM: f64 = 1e-4;
 const SPECTRA: f64 = 3.0;
 
 /// A vibration line of one channel.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct SpectralLine {
     /// In Hz, between 0 and half the sampling rate, interpolated between the points.
     pub frequency_hz: f64,

@@ -2,6 +2,8 @@
 
 use super::chi_squared::{self, CHANNELS};
 use crate::accumulate::histogram::Histogram;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// Probability that a clean record of twelve channels shows one of these, for each of them.
 pub(super) const FALSE_ALARM: f64 = 1e-3;
@@ -16,7 +18,7 @@ const FAR: f64 = 6.5;
 const MOST_SLOW: f64 = 1.25;
 
 /// Single samples far from the others, which the tails of the noise do not explain.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Spikes {
     /// Samples beyond 6.5 standard deviations.
     pub count: u64,

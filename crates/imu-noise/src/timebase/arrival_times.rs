@@ -1,4 +1,4 @@
-//! Gaps and the rate of a stream by the arrival times of its samples.
+//! Gaps and the rate of a stream from the arrival times of its samples.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -10,14 +10,14 @@ use super::local_steps::{LocalSteps, Stretch, Unevenness};
 use super::rate_search::{Found, RateSearch};
 use super::sensor_rates::{RUN, SensorRates, TOO_FAST};
 
-/// The time by which a stamp may go back without effect: disciplined clocks step back as well.
+/// The decrease of a stamp that has no effect: disciplined clocks step back as well.
 const BACKWARDS_TOLERANCE: Duration = Duration::from_millis(10);
 
-/// The number of stamps before an earlier one from which the clock counts as set back. Chosen: two
-/// stamps may be out of order.
+/// The number of successive stamps before an earlier one that shows a clock that was set back.
+/// Chosen: two stamps may be out of order.
 const SET_BACK_SAMPLES: usize = 3;
 
-/// Stamps that go back more often than this, and more than once in so many samples, are no time
+/// Stamps that decrease more often than this, and more than once in this many samples, are no time
 /// base. Chosen.
 const MAX_BACKWARDS: u64 = 8;
 const MIN_SAMPLES_PER_BACKWARDS: u64 = 256;
@@ -30,13 +30,13 @@ pub(super) struct ArrivalTimes {
     rates: SensorRates,
     phase: ArrivalPhase,
     nominal: Option<NominalRate>,
-    /// Whether the nominal rate is one that the sensor reports, which gives way to even arrivals at
+    /// Whether the nominal rate is reported by the sensor, so that it gives way to even arrivals at
     /// another of its rates.
     is_reported: bool,
     unevenness: Option<Unevenness>,
     /// The first stamp of the present clock, and its time in seconds.
     origin: (Duration, f64),
-    /// The last stamp; it never goes back unless the clock does.
+    /// The last stamp; it never decreases unless the clock does.
     last: Duration,
     /// The latest stamps, if they lie before `last`.
     out_of_order: Vec<Duration>,
@@ -48,14 +48,14 @@ pub(super) struct ArrivalTimes {
     gaps: u64,
 }
 
-/// How the samples are handled.
+/// The treatment of the samples.
 #[derive(Clone, Debug)]
 enum ArrivalPhase {
-    /// The samples are pending: which rate of the sensor they have is not known.
+    /// The samples are pending, because their rate is not known.
     Searching(RateSearch),
     /// Each sample is judged by its lag.
     Tracking(Box<EdgeTracker>),
-    /// No rate is known, and none is listed: each sample is judged by its lag, once its local step
+    /// No rate is known, and none is listed: each sample is judged by its lag, when its local step
     /// is known. There is no tracker before the first step.
     Stepping(LocalSteps, Option<Box<EdgeTracker>>),
     /// Arrival times are not used: each sample follows the one before.
@@ -115,7 +115,7 @@ impl ArrivalTimes {
         self.intervals.restart();
     }
 
-    /// No sample follows.
+    /// Ends the stream, because no sample follows.
     pub(super) fn finish(&mut self) {
         let out_of_order = std::mem::take(&mut self.out_of_order).len();
         self.finish_clock();
@@ -153,7 +153,8 @@ impl ArrivalTimes {
         }
     }
 
-    /// All samples over all time without gaps, in Hz, of a stream without a nominal rate.
+    /// The number of all samples divided by all time without gaps, in Hz, for a stream without a
+    /// nominal rate.
     fn rate_of_all(&self) -> Option<f64> {
         let ArrivalPhase::Stepping(_, Some(tracker)) = &self.phase else { return None };
         let (samples, seconds) = tracker.even;
@@ -161,7 +162,7 @@ impl ArrivalTimes {
     }
 }
 
-/// From stamps to times: stamps out of order, and clocks that are set back.
+/// From stamps to times: handles stamps out of order, and clocks that are set back.
 impl ArrivalTimes {
     fn push_stamp(&mut self, at: Duration) {
         if let ArrivalPhase::Refused(_) = self.phase {
@@ -170,7 +171,7 @@ impl ArrivalTimes {
         if self.last.saturating_sub(at) > BACKWARDS_TOLERANCE {
             return self.push_out_of_order(at);
         }
-        // samples whose stamps lie before the last one arrived no later than this one
+        // samples whose stamps are before the last one arrived no later than this one
         while self.out_of_order.pop().is_some() {
             self.push_ordered(at);
         }
@@ -193,7 +194,7 @@ impl ArrivalTimes {
         }
     }
 
-    /// The stamps before the last one are those of a new clock, by which the first of them arrived
+    /// The stamps before the last one are those of a new clock, on which the first of them arrived
     /// when it was due.
     fn set_clock_back(&mut self) {
         let mut stamps = std::mem::take(&mut self.out_of_order).into_iter();
@@ -215,7 +216,7 @@ impl ArrivalTimes {
         stamps.for_each(|at| self.push_stamp(at));
     }
 
-    /// Takes the next sample, by a clock that showed `at` at the time `at_s`.
+    /// Takes the next sample, on a clock that showed `at` at the time `at_s`.
     fn begin_clock(&mut self, at: Duration, at_s: f64) {
         self.origin = (at, at_s);
         self.last = at;
@@ -399,7 +400,7 @@ impl ArrivalTimes {
         }
     }
 
-    /// The samples that are pending arrive evenly at another rate, or faster than samples can.
+    /// The pending samples arrive evenly at another rate, or faster than samples can.
     fn take_other_rate(&mut self, hz: f64) {
         let ArrivalPhase::Tracking(tracker) = &mut self.phase else { return };
         let (Some(nominal), fastest_hz) = (self.nominal, self.rates.fastest()) else { return };
@@ -424,7 +425,7 @@ impl ArrivalTimes {
         }
     }
 
-    /// Refuses arrival times: the pending samples, and all that follow, have no gap before them.
+    /// Refuses arrival times: the pending samples, and all later ones, have no gap before them.
     fn refuse(&mut self, refusal: Refusal) {
         let pending = match &mut self.phase {
             ArrivalPhase::Searching(search) => search.samples(),
@@ -465,7 +466,7 @@ impl ArrivalTimes {
     }
 }
 
-/// To twelve digits: more are the errors of sums of doubles.
+/// Rounds to twelve digits: further digits are errors of sums of doubles.
 fn rounded(hz: f64) -> f64 {
     let unit = 10_f64.powf(11.0 - hz.log10().floor());
     (hz * unit).round() / unit

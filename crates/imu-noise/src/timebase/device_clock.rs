@@ -1,4 +1,4 @@
-//! Missing samples by the device time of each sample.
+//! Missing samples from the device time of each sample.
 
 mod doubtful_run;
 mod ticks;
@@ -16,33 +16,33 @@ use ticks::period_ns;
 /// the intervals of real sensors differ by a fortieth.
 const TOLERANCE: f64 = 0.25;
 
-/// An interval of more periods is no gap but another clock: at 800 Hz such a gap would last two
+/// An interval of more periods is another clock and not a gap: at 800 Hz such a gap would last two
 /// months.
 const MAX_PERIODS: f64 = 4_294_967_296.0;
 
 /// A record shorter than this shows no offset between the clocks of sensor and host.
 const MIN_COMPARED: Duration = Duration::from_secs(60);
 
-/// How far the duration of an outage may differ between the clocks of sensor and host: samples may
-/// wait that long in the host, and the rates of the clocks may differ by that fraction.
+/// The largest difference of the duration of an outage between the clocks of sensor and host:
+/// samples may wait that long in the host, and the rates of the clocks may differ by that fraction.
 const LATEST_ARRIVAL: Duration = Duration::from_millis(500);
 const CLOCK_DIFFERENCE: f64 = 1e-3;
 
 /// Judges the device times of the samples of a stream, in bounded memory.
 ///
-/// The period is a whole number of ticks of 1.25 ms where the mean of the shortest of the first 31
-/// intervals is one, else that mean; it is correct as long as two consecutive samples are anywhere
-/// among them. An interval of n periods, n a whole number, means n - 1 missing samples. Other
-/// intervals break the record:
+/// The period is a whole number of ticks of 1.25 ms if the mean of the shortest of the first 31
+/// intervals is one, else that mean; it is correct if there are two consecutive samples among them.
+/// An interval of n periods, n an integer, means n - 1 missing samples. Other intervals break the
+/// record:
 ///
-/// - a time that goes back is a restart of the sensor, [`GapEvent::Restart`];
-/// - a time by which the sample would have arrived before it was sent is a step of the sensor's
+/// - a time that decreases is a restart of the sensor, [`GapEvent::Restart`];
+/// - a time for which the sample would have arrived before it was sent is a step of the sensor's
 ///   clock, [`GapEvent::TimeStep`];
-/// - any other interval is of another clock, [`GapEvent::UnknownGap`];
+/// - any other interval belongs to another clock, [`GapEvent::UnknownGap`];
 /// - 31 equal intervals of another length are another rate.
 ///
 /// A sample that does not follow by one period is in doubt until the next one arrives. If the next
-/// one follows the sample before the doubtful one by two periods, the doubtful time was false,
+/// one follows the sample before the doubtful one by two periods, the doubtful time is false,
 /// [`GapEvent::FalseTime`]. If its interval is equal to the doubtful one, both samples are in
 /// doubt.
 #[derive(Clone, Debug)]
@@ -54,13 +54,13 @@ pub(super) struct DeviceClock {
     held: Vec<Stamped>,
     period_ns: Option<f64>,
     in_doubt: DoubtfulRun,
-    /// Whether the next sample is the first one after an outage, whose arrival time shows no
+    /// Whether the next sample is the first one after an outage, so that its arrival time shows no
     /// interval.
     after_outage: bool,
-    /// Index of the last sample, in periods since the time base began.
+    /// Index of the last sample, in periods since the start of the time base.
     index: u64,
-    /// The least time in nanoseconds from a device time to its arrival, each counted from its own
-    /// origin; the value rises with time, because the clocks may drift.
+    /// The least time in nanoseconds from a device time to its arrival, each with its own origin;
+    /// the value grows with time, because the clocks may drift.
     least_lag_ns: Option<f64>,
     envelope: Option<Envelope>,
     intervals: IntervalStatistics,
@@ -73,12 +73,12 @@ pub(super) struct DeviceClock {
     pub(super) events: VecDeque<GapEvent>,
 }
 
-/// What the first sample after an outage shows of the clock of the sensor.
+/// The state of the sensor's clock according to the first sample after an outage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockAfterOutage {
-    /// The clock kept running: the next interval shows how many samples are missing.
+    /// The clock kept running: the next interval shows the number of missing samples.
     RunsOn,
-    /// The clock started anew.
+    /// The clock restarted.
     Restarted,
     /// Not known: there is no device time, or no arrival time to confirm it, or the two differ.
     Unknown,
@@ -107,7 +107,7 @@ impl DeviceClock {
         }
     }
 
-    /// Takes the next sample; `at` is the arrival time, where it is known.
+    /// Takes the next sample; `at` is the arrival time, if it is known.
     pub(super) fn push(&mut self, device_ns: u64, at: Option<Duration>) {
         if self.samples == 0 {
             self.first_ns = device_ns;
@@ -135,8 +135,8 @@ impl DeviceClock {
         self.decide();
     }
 
-    /// Whether the clock of the sensor kept running over an outage, after which this sample is the
-    /// first. Call [`finish`](Self::finish) before.
+    /// Whether the clock of the sensor kept running over an outage, if this sample is the first one
+    /// after it. Call [`finish`](Self::finish) before.
     pub(super) fn after_outage(&mut self, device_ns: u64, at: Duration) -> ClockAfterOutage {
         let Some(interval_ns) = device_ns.checked_sub(self.last_ns) else { return ClockAfterOutage::Restarted };
         let known = self.period_ns.filter(|_| self.samples >= RUN as u64);
@@ -150,7 +150,7 @@ impl DeviceClock {
         if self.after_outage { ClockAfterOutage::RunsOn } else { ClockAfterOutage::Unknown }
     }
 
-    /// What the arrival times show of the clock of the sensor; `None` without arrival times.
+    /// The offset of the sensor's clock according to the arrival times; `None` without arrival times.
     pub(super) fn summary(&self) -> Option<TimebaseSummary> {
         self.last_at.map(|_| self.so_far())
     }
@@ -268,8 +268,7 @@ impl DeviceClock {
         self.add_sample(stamped);
     }
 
-    /// Whether the sample arrived before its device time can have passed: a host may read late, but
-    /// not early.
+    /// Whether the sample arrived before its device time: a host may read late, but not early.
     fn is_too_early(&self, stamped: Stamped, interval_ns: u64) -> bool {
         let Some((least_ns, at)) = self.least_lag_ns.zip(stamped.at) else { return false };
         let earlier_ns = least_ns - (at.as_nanos() as f64 - stamped.device_ns as f64);
@@ -285,7 +284,7 @@ impl DeviceClock {
         }
     }
 
-    /// Starts the time base again at this sample, which follows the one before by an unknown time,
+    /// Starts the time base again at this sample, which comes an unknown time after the one before,
     /// for this reason.
     fn begin_anew(&mut self, stamped: Stamped, reason: GapEvent) {
         self.index = 0;

@@ -1,20 +1,20 @@
-//! Gaps at a known period, by the lag of each sample: its arrival less the time when it was due by
-//! the lower edge of the arrivals.
+//! Gaps at a known period, by the lag of each sample: its arrival minus the time when it was due
+//! according to the lower edge of the arrivals.
 
 use std::collections::VecDeque;
 
 use super::envelope::Envelope;
 use super::sensor_rates::{RUN, SensorRates};
 
-/// Lag in periods from which a sample is in doubt: above 0.76, by which the phase of a host was
-/// seen to shift, and below 0.88, the part of a period that remained at the end of a real pause.
+/// Lag in periods from which a sample is in doubt: above 0.76, an observed shift of the phase of a
+/// host, and below 0.88, the part of a period that remained at the end of a real pause.
 const LATE_PERIODS: f64 = 0.82;
 
 /// Periods by which a sample must be early to be in doubt: half of the amount by which each sample
 /// is early at the next rate of a sensor (1.25 times as high).
 const EARLY_PERIODS: f64 = 0.1;
 
-/// The number of reads, or samples, after which a doubt is decided if nothing contradicts it.
+/// The number of reads, or samples, after which a doubt is decided if no sample contradicts it.
 /// Chosen.
 const CONFIRMATIONS: usize = 12;
 
@@ -27,22 +27,22 @@ const LONGEST_WINDOW_S: f64 = 4.0;
 /// catches up, or its reads drift relative to the samples. No clock is off by 4000 ppm.
 const FALLING_PERIODS: f64 = 0.004;
 
-/// A few samples that are early by more than this, and by less than a period, are those that end
-/// with a full packet of a USB adapter, one in 31 or 62, while the ends of the others wait for the
-/// sample after: the edge follows if [`EDGE_SAMPLES`] of [`CONFIRMATIONS`] samples are that early.
+/// A few samples that are early by more than this, and by less than a period, end with a full
+/// packet of a USB adapter, one in 31 or 62, while the ends of the others wait for the next sample.
+/// The edge follows if [`EDGE_SAMPLES`] of [`CONFIRMATIONS`] samples are that early.
 const FAR_EARLY_PERIODS: f64 = 0.3;
 const EDGE_SAMPLES: usize = 4;
 
-/// Samples closer together than this many periods were returned by one read.
+/// Samples less than this many periods apart were returned by one read.
 pub(super) const TOGETHER_PERIODS: f64 = 0.2;
 
-/// The number of reads over which their pattern is averaged, and how near to a multiple of the period
-/// the time between reads may be. Chosen.
+/// The number of reads over which their pattern is averaged, and the tolerance for a time between
+/// reads that is a multiple of the period. Chosen.
 const AVERAGED_READS: f64 = 32.0;
 const JUMPY_PERIODS: f64 = 0.1;
 
 /// The number of samples after which the edge follows the least lag among them, at most by this
-/// many periods a sample if they do not arrive steadily. Chosen.
+/// many periods per sample if they do not arrive steadily. Chosen.
 const BLOCK_LEN: u64 = 16;
 const FOLLOWED_PERIODS: f64 = 0.001;
 const TIGHT_PERIODS: f64 = 0.42;
@@ -50,10 +50,10 @@ const TIGHT_PERIODS: f64 = 0.42;
 /// Samples that are early by this many periods show that all samples before them were late. Chosen.
 const ALL_LATE_PERIODS: f64 = 4.0;
 
-/// A step of any sensor that is a gap has at least this many periods.
+/// For any sensor, a step that is a gap has at least this many periods.
 const LONG_STEP: f64 = 1.5;
 
-/// The most missing samples whose number is exact however the period is rounded.
+/// The most missing samples whose number is exact for any rounding of the period.
 const SHORT_GAP: f64 = 16.0;
 
 /// The most samples in doubt, 5 min at 200 Hz: a longer stall counts as a gap.
@@ -65,22 +65,22 @@ const DECAY: f64 = 0.999;
 /// A decision on the first pending samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Decision {
-    /// So many samples have no gap before them.
+    /// This many samples have no gap before them.
     Samples(u64),
-    /// So many samples are missing before the first pending one.
+    /// This many samples are missing before the first pending one.
     Missing(u64),
-    /// The pending samples arrive at this rate in Hz, which is not that of the tracker.
+    /// The pending samples arrive at this rate in Hz, which differs from that of the tracker.
     OtherRate(f64),
 }
 
-/// How the host reads: averages over its latest reads.
+/// The pattern of the host's reads: averages over the latest ones.
 #[derive(Clone, Copy, Debug, Default)]
 struct Reads {
     previous_s: f64,
-    /// When the last read but one ended, and the samples after it.
+    /// The end of the last read but one, and the samples after it.
     ended_s: Option<f64>,
     samples: u64,
-    /// Reads averaged over, the time between two, and the share of those that returned several samples.
+    /// The number of averaged reads, the time between two, and the share of reads with several samples.
     reads: f64,
     interval_s: f64,
     several: f64,
@@ -110,16 +110,16 @@ impl Reads {
     }
 }
 
-/// Samples that are late or early, until others show why.
+/// Samples that are late or early, until others show the reason.
 #[derive(Clone, Copy, Debug)]
 struct Doubt {
     is_early: bool,
-    /// When the first sample in doubt was due.
+    /// The time when the first sample in doubt was due.
     first_due_s: f64,
     /// The least and the greatest lag.
     least_s: f64,
     most_s: f64,
-    /// The sample in doubt since which the least lag has not fallen, its time, and the reads since.
+    /// The sample in doubt since which the least lag has not decreased, its time, and the reads since.
     steady_from: usize,
     steady_s: f64,
     reads: usize,
@@ -127,44 +127,46 @@ struct Doubt {
 
 #[derive(Clone, Debug)]
 pub(super) struct EdgeTracker {
-    /// The rates to which the sensor may change; `None` if its steps are examined elsewhere.
+    /// The rates to which the sensor may change; `None` if another part examines its steps.
     rates: Option<SensorRates>,
     pub(super) period_s: f64,
-    /// Whether the period is that of few samples, and follows the fit to all of them.
+    /// Whether the period comes from few samples, and follows the fit to all of them.
     pub(super) follows_fit: bool,
-    /// When the next sample to be judged is due at the earliest.
+    /// The earliest time when the next sample to be judged is due.
     due_s: f64,
     pending: VecDeque<f64>,
-    /// The number of pending samples in doubt, the first ones.
+    /// The number of pending samples in doubt, which are the first ones.
     judged: usize,
     doubt: Option<Doubt>,
-    /// How early samples may come after a gap that was counted too large; the next gap is smaller.
+    /// The time by which samples may come early after a gap that was counted too large; the next
+    /// gap is smaller.
     owed_s: f64,
-    /// By how much the phase of the arrivals may jump, if their reads do not show it.
+    /// The possible jump of the phase of the arrivals, if their reads do not show it.
     pub(super) jump_s: f64,
     reads: Reads,
-    /// How long a doubt lasts at least.
+    /// The shortest time of a doubt.
     window_s: f64,
     /// The present block: its samples, first time, least and greatest lag.
     block: (u64, f64, f64, f64),
     /// The greatest recent lag that was no gap.
     late_s: f64,
-    /// Index of the next sample, dropped ones counted.
+    /// Index of the next sample, including dropped ones.
     index: u64,
-    /// Samples that were decided.
+    /// Number of decided samples.
     pub(super) settled: u64,
-    /// The time of the last of them; `last_s` is `None` after a long gap.
+    /// The time of the last decided sample; `last_s` is `None` after a long gap.
     previous_s: f64,
     last_s: Option<f64>,
-    /// The intervals without a long gap, those of dropped samples counted, and their sum in seconds.
+    /// The number of intervals without a long gap, including those of dropped samples, and their sum
+    /// in seconds.
     pub(super) even: (u64, f64),
-    /// Samples at the beginning that arrived together, after the time when they were due.
+    /// Number of samples at the beginning that arrived together, after they were due.
     pub(super) flushed: u64,
     pub(super) envelope: Envelope,
 }
 
 impl EdgeTracker {
-    /// A tracker of samples at this rate, the first of which is due at `due_s`.
+    /// A tracker of samples at this rate, the first one due at `due_s`.
     pub(super) fn new(rates: Option<SensorRates>, hz: f64, due_s: f64) -> Self {
         let period_s = hz.recip();
         Self {
@@ -197,7 +199,7 @@ impl EdgeTracker {
         self.pending.push_back(at_s);
     }
 
-    /// Takes the times of all samples that are not decided.
+    /// Takes the times of all undecided samples.
     pub(super) fn take_pending(&mut self) -> Vec<f64> {
         self.doubt = None;
         self.judged = 0;
@@ -205,7 +207,7 @@ impl EdgeTracker {
     }
 
     /// Ends the present clock. Returns the number of pending samples, without a gap before them,
-    /// and when the next sample is due.
+    /// and the time when the next sample is due.
     pub(super) fn restart_clock(&mut self) -> (u64, f64) {
         let pending = self.take_pending().len() as u64;
         self.index += pending;
@@ -243,7 +245,7 @@ impl EdgeTracker {
         None
     }
 
-    /// The decision if no sample follows: a gap where samples arrive steadily, else the part of the
+    /// The decision if no sample follows: a gap if samples arrive steadily, else the part of the
     /// lag that bunching cannot explain.
     pub(super) fn finish(&mut self) -> Option<Decision> {
         let mut doubt = self.doubt?;
@@ -319,7 +321,7 @@ impl EdgeTracker {
         }
     }
 
-    /// Whether the samples in doubt follow by about one local step: then it was a little longer for a
+    /// Whether the samples in doubt follow at about one local step, which was a little longer for a
     /// while.
     fn is_drift(&self) -> bool {
         let step_s = self.pending[0] - self.previous_s;
@@ -330,8 +332,7 @@ impl EdgeTracker {
         self.pending.iter().take(self.judged).copied()
     }
 
-    /// Decides that the first `samples` ones have no gap before them; the last of them lags by
-    /// `lag_s`.
+    /// Decides that the first `samples` have no gap before them; the last of them lags by `lag_s`.
     fn settle(&mut self, samples: usize, lag_s: f64) -> Decision {
         let at_s = self.pending[samples - 1];
         self.due_s += self.period_s;
@@ -349,7 +350,7 @@ impl EdgeTracker {
         self.drop(samples)
     }
 
-    /// Decides that the first `samples` ones have no gap before them.
+    /// Decides that the first `samples` have no gap before them.
     fn drop(&mut self, samples: usize) -> Decision {
         let at_s = self.pending[samples - 1];
         self.previous_s = at_s;
@@ -371,7 +372,7 @@ impl EdgeTracker {
     }
 
     /// Ends a doubt about early samples: those up to `samples` have no gap before them, and the
-    /// edge follows unless too few were that early.
+    /// edge follows unless too few were early.
     fn end_early(&mut self, doubt: Doubt, samples: usize) -> Decision {
         let from_s = |place: usize| doubt.first_due_s + place as f64 * self.period_s;
         let near_s = doubt.least_s + FAR_EARLY_PERIODS * self.period_s;
@@ -384,7 +385,7 @@ impl EdgeTracker {
         self.due_s = from_s(samples) + edge_s;
         if edge_s < 0.0 {
             self.owed_s = 0.0;
-            // the last of them lies on the edge
+            // the last of them is on the edge
             let (_, _, least_s, most_s) = &mut self.block;
             (*least_s, *most_s) = ((*least_s - edge_s).min(0.0), *most_s - edge_s);
             if edge_s < -ALL_LATE_PERIODS * self.period_s {
@@ -423,8 +424,8 @@ impl EdgeTracker {
     fn end_block(&mut self, at_s: f64) {
         let (count, _, least_s, most_s) = self.block;
         let is_tight = most_s - least_s <= TIGHT_PERIODS * self.period_s;
-        // samples that are early after gaps show that these were counted too large; one that is late
-        // itself is early by less than a period
+        // samples that are early after gaps show that the gaps were counted too large; a sample that
+        // is late itself is early by less than a period
         let early = -least_s / self.period_s;
         let owed = if is_tight { early.round() } else { (early - EARLY_PERIODS).ceil() };
         let owed = owed.max(0.0) * self.period_s;

@@ -2,35 +2,35 @@
 
 use super::sensor_rates::RUN;
 
-/// Relative difference from the nominal rate of a fit that is credible.
+/// The largest relative difference of a credible fit from the nominal rate.
 const CREDIBLE: f64 = 0.05;
 
-/// The most points that are kept: the slopes of all pairs of points are computed at each fit.
-/// Chosen.
+/// The most points that are kept, because the slopes of all pairs of points are computed at each
+/// fit. Chosen.
 const MAX_POINTS: usize = 64;
 
-/// Fewest points of a fit. Chosen.
+/// The fewest points of a fit. Chosen.
 const MIN_POINTS: usize = 4;
 
-/// An arrival; the index is that in the stream, with dropped samples counted.
+/// An arrival; the index is that in the stream, including dropped samples.
 #[derive(Clone, Copy, Debug)]
 struct LaggedArrival {
     index: u64,
     at_s: f64,
-    /// The lag behind the nominal rate; only differences of lags matter.
+    /// The lag after the nominal rate; only differences of lags matter.
     lag_s: f64,
 }
 
-/// A point that every arrival replaces.
+/// A placeholder that every arrival replaces.
 const NO_ARRIVAL: LaggedArrival = LaggedArrival { index: 0, at_s: 0.0, lag_s: f64::INFINITY };
 
-/// The earliest arrival, against the nominal rate, of each of at most 64 blocks of equal length:
-/// [`RUN`] samples at first, doubled as the record grows.
+/// The earliest arrival, relative to the nominal rate, of each of at most 64 blocks of equal
+/// length: [`RUN`] samples at first, doubled as the record grows.
 #[derive(Clone, Debug)]
 pub(super) struct Envelope {
     nominal_period_s: f64,
     block_len: u64,
-    /// First index after the present block.
+    /// The first index after the present block.
     block_end: u64,
     lowest: LaggedArrival,
     points: Vec<LaggedArrival>,
@@ -50,7 +50,7 @@ impl Envelope {
         }
     }
 
-    /// Forgets all points: their arrivals were late.
+    /// Forgets all points, because their arrivals were late.
     pub(super) fn restart(&mut self) {
         *self = Self::new(self.nominal_period_s);
     }
@@ -68,7 +68,7 @@ impl Envelope {
         closes
     }
 
-    /// The fitted period if it is near the nominal one, else the nominal one.
+    /// The fitted period if it is close to the nominal one, else the nominal one.
     pub(super) fn credible_period_s(&self) -> f64 {
         let is_credible = |fitted_s: &f64| (fitted_s / self.nominal_period_s - 1.0).abs() < CREDIBLE;
         self.fitted_period_s.filter(is_credible).unwrap_or(self.nominal_period_s)

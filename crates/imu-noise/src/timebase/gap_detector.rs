@@ -1,4 +1,4 @@
-//! The time base of a stream: which samples are missing, by counters, arrival times or device time.
+//! The time base of a stream: its missing samples, from counters, arrival times or device time.
 
 use std::time::Duration;
 
@@ -10,11 +10,11 @@ use super::sample_counter::SampleCounter;
 /// Finds the gaps of one stream, sample by sample, in bounded memory and without a clock of its
 /// own.
 ///
-/// Every sample that is added comes out once, in order, in a [`GapEvent::Samples`] or as a
-/// [`GapEvent::FalseTime`], as soon as it is decided whether samples are missing before it. Where
-/// samples carry device times, these alone decide. Otherwise a counter decides, because it is
-/// exact, and arrival times only show the rate; after the end of the counter, or without one,
-/// arrival times decide. No stamp is an error: stamps that are no time base are
+/// Every added sample is reported once, in order, in a [`GapEvent::Samples`] or as a
+/// [`GapEvent::FalseTime`], as soon as it is decided whether samples are missing before it. If
+/// samples carry device times, only these decide. Otherwise a counter decides, because it is exact,
+/// and arrival times only show the rate; after the end of the counter, or without one, arrival
+/// times decide. No stamp is an error: stamps that are no time base are
 /// [refused](GapEvent::Refused).
 ///
 /// ```
@@ -36,12 +36,12 @@ pub struct GapDetector {
     arrivals: Option<ArrivalTimes>,
     counter: Option<SampleCounter>,
     counter_in_use: bool,
-    /// Used instead of counter and arrival times; `None` without device times.
+    /// Used in place of counter and arrival times; `None` without device times.
     device_clock: Option<Box<DeviceClock>>,
-    /// Number of samples added; `reported` is the number of those that came out.
+    /// Number of added samples; `reported` is the number of reported ones.
     pushed: u64,
     reported: u64,
-    /// Number of decided samples that have not come out yet, by arrival times and by counter;
+    /// Number of decided samples that are not reported yet, by arrival times and by counter;
     /// `u64::MAX` without stamps or counters.
     by_arrival: u64,
     by_counter: u64,
@@ -49,10 +49,10 @@ pub struct GapDetector {
 
 impl GapDetector {
     /// A detector for a stream with arrival stamps, of a sensor with these rates in Hz, finite and
-    /// positive; none for any sensor, whose rate is measured. `known_hz`, which need not be listed,
-    /// is used from the first sample on: slower arrivals are dropped samples, unless they are even,
-    /// and faster ones are [refused](crate::timebase::Refusal::OtherRate). A `known_hz` that is not
-    /// finite and positive is ignored.
+    /// positive; empty for any sensor, whose rate is measured. `known_hz`, which need not be
+    /// listed, is used from the first sample on: slower arrivals are dropped samples, unless they
+    /// are even, and faster ones are [refused](crate::timebase::Refusal::OtherRate). A `known_hz`
+    /// that is not finite and positive is ignored.
     #[must_use]
     pub fn new(rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {
         let known_hz = known_hz.filter(|hz| is_rate(*hz));
@@ -68,7 +68,7 @@ impl GapDetector {
     /// Sets the rate in Hz that the sensor reports, for the samples that are still pending and all
     /// later ones. Unlike a known rate, a reported one gives way to even arrivals at another listed
     /// rate, which is then [`NominalRate::Snapped`](crate::timebase::NominalRate::Snapped). No effect
-    /// once a [rate](GapEvent::Rate) was reported, or the stamps were refused, and without listed
+    /// after a [rate](GapEvent::Rate) was reported or the stamps were refused, and without listed
     /// rates.
     pub fn set_reported_rate(&mut self, reported_hz: f64) {
         if let (Some(arrivals), true) = (&mut self.arrivals, is_rate(reported_hz)) {
@@ -96,9 +96,8 @@ impl GapDetector {
     }
 
     /// Adds the next sample of a stream in which all samples carry their device time, in
-    /// nanoseconds since the sensor started: device times alone decide, and arrival times show the
-    /// offset of the clocks. All samples of a stream must be added by the same one of the two
-    /// methods.
+    /// nanoseconds since the sensor started: only device times decide, and arrival times show the
+    /// offset of the clocks. All samples of a stream must be added by the same method.
     pub fn push_device_time(&mut self, device_ns: u64, at: Option<Duration>) {
         self.device_clock.get_or_insert_with(|| Box::new(DeviceClock::new())).push(device_ns, at);
     }
@@ -109,10 +108,10 @@ impl GapDetector {
         self.device_clock.is_some()
     }
 
-    /// What the first sample after an outage shows of the clock of the sensor, if that sample has
-    /// this device time in nanoseconds and this arrival time. Unless the clock [ran
-    /// on](ClockAfterOutage::RunsOn), the samples after the outage need a new detector. To be
-    /// called after [`finish`](Self::finish).
+    /// The state of the sensor's clock if the first sample after an outage has this device time in
+    /// nanoseconds and this arrival time. Unless the clock [kept
+    /// running](ClockAfterOutage::RunsOn), the samples after the outage need a new detector. Must
+    /// be called after [`finish`](Self::finish).
     pub fn after_outage(&mut self, device_ns: Option<u64>, at: Duration) -> ClockAfterOutage {
         match (&mut self.device_clock, device_ns) {
             (Some(clock), Some(device_ns)) => clock.after_outage(device_ns, at),
@@ -130,8 +129,7 @@ impl GapDetector {
         }
     }
 
-    /// No sample follows: decides the samples that are still pending, for [`poll`](Self::poll) to
-    /// report.
+    /// No sample follows: decides the pending samples, which [`poll`](Self::poll) then reports.
     pub fn finish(&mut self) {
         if let Some(clock) = &mut self.device_clock {
             clock.finish();
@@ -144,7 +142,7 @@ impl GapDetector {
         }
     }
 
-    /// The next event that is decided; `None` where the next one depends on later samples.
+    /// The next decided event; `None` if it depends on later samples.
     pub fn poll(&mut self) -> Option<GapEvent> {
         if let Some(clock) = &mut self.device_clock {
             return clock.events.pop_front();
@@ -179,7 +177,7 @@ impl GapDetector {
         }
     }
 
-    /// What the arrival times show so far; `None` without stamps.
+    /// The summary of the arrival times so far; `None` without stamps.
     #[must_use]
     pub fn summary(&self) -> Option<TimebaseSummary> {
         if let Some(clock) = &self.device_clock {
@@ -223,7 +221,7 @@ mod tests {
         events
     }
 
-    /// Samples of a 40 Hz stream, without those dropped, with a counter of 20 events a sample.
+    /// Samples of a 40 Hz stream, without the dropped ones, with a counter of 20 events per sample.
     fn kept(dropped: std::ops::Range<u64>) -> impl Iterator<Item = (u64, u64)> + Clone {
         (0..500).filter(move |sample| !dropped.contains(sample)).map(|sample| (25 * sample, 20 * sample + 7))
     }
@@ -248,7 +246,7 @@ mod tests {
 
     #[test]
     fn late_arrivals_do_not_overrule_a_counter() {
-        // a pause of the host: the samples behind it are late for good
+        // a pause of the host: the samples after it are permanently late
         let late = kept(0..0).map(|(at_ms, count)| (if count > 6000 { at_ms + 500 } else { at_ms }, Some(count)));
         assert!(!events(true, late).iter().any(|event| matches!(event, Missing(_))));
     }
@@ -261,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_counters_end_the_stamps_decide() {
+    fn after_the_end_of_counters_the_stamps_decide() {
         let ends = kept(300..305).map(|(at_ms, count)| (at_ms, (count < 4000).then_some(count)));
         let found = events(true, ends.clone());
         assert_eq!(found.last_chunk(), Some(&[Missing(5), Samples(195)]));
@@ -277,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_counter_that_starts_anew_leaves_an_unknown_gap() {
+    fn a_restarted_counter_leaves_an_unknown_gap() {
         let restarted = (0..100).chain(3..50).map(|count| (0, Some(count)));
         assert_eq!(events(false, restarted), [Samples(1), CounterInUse, Samples(99), UnknownGap, Samples(47)]);
     }

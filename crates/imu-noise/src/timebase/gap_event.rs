@@ -1,15 +1,15 @@
-//! A gap: how many samples are missing at which place, and how that is known.
+//! A gap: the number of missing samples, their place, and the source of this knowledge.
 
 use std::fmt;
 
 use super::interval_statistics::Arrivals;
 use super::local_steps::Unevenness;
 
-/// The fastest rate of any sensor, in Hz. Stamps that show more have another unit.
+/// The fastest rate of any sensor, in Hz. Stamps with a higher rate have another unit.
 pub(super) const FASTEST_HZ: f64 = 50_000.0;
 
-/// The next decided event of a stream. When the detector is polled has no effect but on how the
-/// samples between two other events are divided among [`Samples`](Self::Samples).
+/// The next decided event of a stream. The times of polling only affect the division of the samples
+/// between two other events among [`Samples`](Self::Samples).
 #[derive(Clone, Debug, PartialEq)]
 pub enum GapEvent {
     /// This number of samples, at least 1, follow each other without a gap.
@@ -17,30 +17,30 @@ pub enum GapEvent {
     /// This number of samples, at least 1, were dropped here.
     Missing(u64),
     /// An unknown number of samples may have been dropped here: the counter restarted, or the times
-    /// of the sensor show no whole number of samples.
+    /// of the sensor do not fit a whole number of samples.
     UnknownGap,
-    /// The clock of the sensor started anew here, and an unknown number of samples may have been
+    /// The clock of the sensor restarted here, and an unknown number of samples may have been
     /// dropped.
     Restart,
-    /// The clock of the sensor stepped here: more time passed on it than on the clock of the host.
-    /// An unknown number of samples may have been dropped.
+    /// The clock of the sensor stepped here: it advanced more than the clock of the host. An
+    /// unknown number of samples may have been dropped.
     TimeStep,
     /// The next sample has a time that neither neighbour confirms: its packet was damaged in a way
     /// that the checksum does not detect. The sample does not count, and one sample is missing in
     /// its place.
     FalseTime,
-    /// From here on a counter decides which samples are missing, as long as samples carry it.
+    /// From here on a counter decides which samples are missing, while samples carry it.
     CounterInUse,
     /// From here on the device times of the samples decide which samples are missing, and show this
     /// rate.
     DeviceTimeInUse {
-        /// In Hz.
+        /// The rate in Hz.
         rate_hz: f64,
     },
-    /// The nominal rate, from which on arrival times decide which samples are missing: reported
-    /// before the first sample, and once more if a reported rate is false. A
-    /// [measured](NominalRate::Measured) one is reported again as it becomes more exact, and at the
-    /// end. Absent after an earlier refusal, and for a single sample of unknown rate.
+    /// The nominal rate; from here on arrival times decide which samples are missing. It is
+    /// reported before the first sample, and once more if a reported rate is false. A
+    /// [measured](NominalRate::Measured) rate is reported again when it becomes more exact, and at
+    /// the end. Absent after an earlier refusal, and for a single sample of unknown rate.
     Rate(NominalRate),
     /// From about here on samples arrive at another rate of the sensor; time is not continuous.
     RateChanged {
@@ -48,7 +48,7 @@ pub enum GapEvent {
         from_hz: f64,
         /// Rate from here on, in Hz.
         to_hz: f64,
-        /// Summary of the samples before; `samples` and `backwards` in it count all samples added.
+        /// Summary of the samples before; its `samples` and `backwards` count all added samples.
         until: Box<TimebaseSummary>,
     },
     /// From here on arrival times are ignored. Reported once; no event of arrival times follows.
@@ -58,12 +58,12 @@ pub enum GapEvent {
 /// Nominal rate of a stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NominalRate {
-    /// Known beforehand, in Hz.
+    /// Known in advance, in Hz.
     Known(f64),
     /// The rate of the sensor that the arrivals show, in Hz.
     Snapped(f64),
-    /// Measured, in Hz: the sensor has no rate near it, or none is listed, and then it is that of all
-    /// samples so far.
+    /// Measured, in Hz: the sensor has no rate close to it, or none is listed; in the latter case it
+    /// is the rate of all samples so far.
     Measured(f64),
 }
 
@@ -77,12 +77,12 @@ impl NominalRate {
     }
 }
 
-/// Why arrival times are no time base. No dropped sample is detected by them from there on.
+/// The reason why arrival times are no time base. From there on they detect no dropped sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Refusal {
-    /// Stamps go back by more than 10 ms too often: 9 times, and more than once in 256 samples.
+    /// Stamps decrease by more than 10 ms too often: 9 times, and more than once in 256 samples.
     Backwards {
-        /// Number of stamps that go back.
+        /// Number of stamps that decrease.
         times: u64,
         /// Number of samples.
         samples: u64,
@@ -94,20 +94,20 @@ pub enum Refusal {
         /// The sensor's fastest rate in Hz.
         fastest_hz: f64,
     },
-    /// Samples arrive unevenly: some are missing, or the rate is none of the sensor's. How many are
-    /// missing cannot be known.
+    /// Samples arrive unevenly: some are missing, or the rate is not one of the sensor. The number
+    /// of missing samples cannot be known.
     Uneven {
-        /// Samples that arrive in a second, in Hz.
+        /// Samples that arrive per second, in Hz.
         measured_hz: f64,
     },
     /// Samples of any sensor come in even pairs: two sources, or a buffer of two.
     Pairs {
-        /// Samples that arrive in a second, in Hz.
+        /// Samples that arrive per second, in Hz.
         measured_hz: f64,
     },
     /// The measured rate contradicts the known one.
     OtherRate {
-        /// Rate known beforehand, in Hz.
+        /// Rate known in advance, in Hz.
         known_hz: f64,
         /// Measured rate, in Hz.
         measured_hz: f64,
@@ -151,30 +151,30 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// What arrival times show of a stream. After a change of rate `nominal`, `measured_hz` and
+/// Summary of the arrival times of a stream. After a change of rate `nominal`, `measured_hz` and
 /// `offset_ppm` describe the samples since the last change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimebaseSummary {
     /// Number of samples added.
     pub samples: u64,
-    /// Number of stamps more than 10 ms before the stamp before; a clock that was set back counts
-    /// once. With device times: number of restarts of the sensor.
+    /// Number of stamps more than 10 ms earlier than the previous stamp; a clock that was set back
+    /// counts once. With device times: number of restarts of the sensor.
     pub backwards: u64,
-    /// Nominal rate, the last one where it changed; `None` until it is known, and after a refusal.
+    /// Nominal rate, the last one if it changed; `None` until it is known, and after a refusal.
     pub nominal: Option<NominalRate>,
     /// Fitted rate in Hz; `None` below about 130 samples since the rate changed. Without a nominal
     /// rate it is that of all samples.
     pub measured_hz: Option<f64>,
-    /// (Fitted / nominal rate - 1) in ppm: positive where the clock of the sensor is fast against
-    /// that of the host. `None` without either rate.
+    /// (Fitted / nominal rate - 1) in ppm: positive if the clock of the sensor is faster than that
+    /// of the host. `None` if either rate is missing.
     pub offset_ppm: Option<f64>,
-    /// Why the stamps are no time base; `None` where they are one.
+    /// The reason why the stamps are no time base; `None` if they are one.
     pub refusal: Option<Refusal>,
-    /// Samples missing, by arrival times, or by device time where samples carry it.
+    /// Missing samples, by arrival times, or by device time if samples carry it.
     pub missing: u64,
     /// Number of gaps, in the same way.
     pub gaps: u64,
-    /// How the stamps are uneven, of a stream without a nominal rate; `None` for even ones.
+    /// The unevenness of the stamps, for a stream without a nominal rate; `None` for even ones.
     pub unevenness: Option<Unevenness>,
     /// Number of samples at the beginning that had waited, and arrived together.
     pub flushed: u64,
@@ -184,7 +184,7 @@ pub struct TimebaseSummary {
 
 impl TimebaseSummary {
     /// Number of samples that are pending until their arrival times show or confirm the rate;
-    /// `None` where none are.
+    /// `None` if there are none.
     #[must_use]
     pub fn samples_pending(&self) -> Option<u64> {
         (self.nominal.is_none() && self.refusal.is_none() && self.samples > 0).then_some(self.samples)

@@ -1,5 +1,7 @@
 //! Running statistics of the intervals between arrivals.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::collections::VecDeque;
 
 use hdrhistogram::Histogram;
@@ -10,13 +12,16 @@ use super::edge_tracker::TOGETHER_PERIODS;
 const MAX_INTERVAL_US: u64 = 3_600_000_000;
 
 /// Times between samples over the whole stream, changes of rate included.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Arrivals {
     /// Median time between samples in microseconds, to three digits.
+    #[serde(rename = "p50")]
     pub p50_us: u64,
     /// 99th percentile in microseconds, to three digits.
+    #[serde(rename = "p99")]
     pub p99_us: u64,
     /// Longest time between samples in microseconds, exactly.
+    #[serde(rename = "max")]
     pub max_us: u64,
     /// Share of the samples, 0 to 1, that arrived within 0.2 nominal periods of the one before.
     pub share_together: f64,
@@ -41,7 +46,7 @@ impl IntervalStatistics {
         Self { histogram, min_us: u64::MAX, max_us: 0, pending_us: VecDeque::new() }
     }
 
-    /// Adds an interval, `None` if the clock changed before the next sample. It counts once the
+    /// Adds an interval, `None` if the clock changed before the next sample. It counts when the
     /// sample is decided.
     pub(super) fn push(&mut self, interval_us: Option<u64>) {
         self.pending_us.push_back(interval_us);

@@ -1,16 +1,15 @@
-//! The steps between the samples of any sensor, whose rate nothing tells: local, from a bounded
-//! number of samples before and after.
+//! The local steps between the samples of a sensor of unknown rate, from a bounded number of
+//! samples before and after.
 //!
 //! Stamps need not be even: a reader may take several samples at once, a clock may be coarse, a
-//! host may be late. All that is asked of them is a lower edge that rises evenly, or single steps
-//! of which the others are multiples.
+//! host may be late. They only need a lower edge that rises evenly, or single steps with multiples.
 
 use std::f64::consts::TAU;
 
-/// Samples that are examined together; the first half of them is decided, unless the rate changes.
+/// Samples that are examined together; the first half is decided, unless the rate changes.
 const WINDOW: usize = 1024;
 
-/// Samples of a block, whose mean step, or earliest sample, counts.
+/// Samples of a block, represented by its mean step or its earliest sample.
 const BLOCK: usize = 64;
 
 /// The relative difference of the mean steps before and after a change of the rate, and that of the
@@ -18,34 +17,38 @@ const BLOCK: usize = 64;
 const CHANGED: f64 = 0.15;
 const SAME: f64 = 0.06;
 
-/// Relative difference of a single step, and of a sum of two.
+/// Relative tolerance of a single step, and of a sum of two.
 const NEAR: f64 = 0.2;
 const COARSE_TICKS_S: [f64; 3] = [0.01, 0.015_625, 0.016];
 const NEAR_SUM: f64 = 0.04;
 
-/// Where samples are missing, the mean step over a single one is below this: with more of them
-/// missing, stamps that come in bursts are as likely.
+/// If samples are missing, the mean step divided by a single one is below this: with more missing
+/// samples, stamps in bursts are equally likely.
 const MOST_MISSING: f64 = 1.8;
 
-/// Steps above this many median ones are pauses.
+/// Steps above this many median ones are pauses, and below this part of one samples come together.
 const PAUSE: f64 = 16.0;
+const SHORT: f64 = 0.4;
 
-/// Rises of the edge over blocks that are farther from the usual one than so many times the median
-/// distance are gaps; and how far, in median distances, they lead away together.
+/// The most samples that wait while a host stands still, for each period that it does.
+const MOST_HELD: f64 = 1.2;
+
+/// Rises of the edge over blocks whose distance from the usual rise is more than this many times the
+/// median distance are gaps; and the distance, in median distances, by which they lead away together.
 const OUTLIER: f64 = 4.0;
 const RETURNS: f64 = 1.6;
 const MOST_SPREAD: f64 = 1.5;
 
 /// The least mean resultant of stamps that are whole periods of a frequency, for a search far from
-/// the mean step, and near it.
+/// the mean step, and close to it.
 const LEAST_RESULTANT: f64 = 0.3;
 const SURE_RESULTANT: f64 = 0.45;
 const AS_LONG: f64 = 0.85;
-/// Samples of that search, and how many periods a mean step may have.
+/// Samples of that search, and the most periods of a mean step.
 const SEARCHED: usize = 256;
 const MOST_PERIODS: f64 = 5.0;
 
-/// How the stamps of an even stream are uneven.
+/// The unevenness of the stamps of an even stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unevenness {
     /// Several samples at once, as read from a buffer.
@@ -54,7 +57,7 @@ pub enum Unevenness {
     CoarseClock,
     /// Two samples together, then a pause: a buffer of two, or two sources.
     Pairs,
-    /// By no rule: late stamps, or samples that are not equally spaced.
+    /// No rule: late stamps, or samples that are not equally spaced.
     Irregular,
 }
 
@@ -62,9 +65,9 @@ pub enum Unevenness {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Steps {
     pub(super) period_s: f64,
-    /// `None` for steps that are nearly equal, or multiples of one that is.
+    /// `None` for steps that are nearly equal, or multiples of a nearly equal step.
     pub(super) unevenness: Option<Unevenness>,
-    /// By how much the lower edge of the stamps may rise for long, although no sample is missing.
+    /// The possible lasting rise of the lower edge of the stamps without a missing sample.
     pub(super) jump_s: f64,
 }
 
@@ -74,7 +77,7 @@ pub(super) struct Stretch {
     pub(super) stamps_s: Vec<f64>,
     /// `None` without an even step.
     pub(super) steps: Option<Steps>,
-    /// Whether the rate changed before them, or they are the first.
+    /// Whether the rate changed before them, or they are the first ones.
     pub(super) begins: bool,
 }
 
@@ -82,7 +85,7 @@ pub(super) struct Stretch {
 pub(super) struct LocalSteps {
     pub(super) pending_s: Vec<f64>,
     begins: bool,
-    /// Whether no sample has been taken.
+    /// Whether no sample has been taken yet.
     is_first: bool,
     last: Option<Steps>,
 }
@@ -92,7 +95,7 @@ impl LocalSteps {
         Self { pending_s: Vec::new(), begins: true, is_first: true, last: None }
     }
 
-    /// Adds a sample. Returns samples that are decided with it.
+    /// Adds a sample. Returns the samples that are decided with it.
     pub(super) fn push(&mut self, at_s: f64) -> Option<Stretch> {
         self.pending_s.push(at_s);
         (self.pending_s.len() == WINDOW).then(|| self.take(WINDOW / 2))
@@ -103,10 +106,25 @@ impl LocalSteps {
         (!self.pending_s.is_empty()).then(|| self.take(WINDOW))
     }
 
+    /// The pending stamps as if no host had stood still, without those whose stall came before.
+    fn without_stalls(&self) -> Vec<f64> {
+        let steps_s = || self.pending_s.windows(2).map(|pair| pair[1] - pair[0]);
+        let period_s = match self.last {
+            Some(last) => last.unevenness.is_none().then_some(last.period_s),
+            None => median(&steps_s().collect::<Vec<_>>()),
+        };
+        let Some(period_s) = period_s else { return self.pending_s.clone() };
+        let held = steps_s().take_while(|step_s| self.last.is_some() && *step_s < SHORT * period_s).count();
+        let held = if held < WINDOW / 2 { held } else { 0 };
+        spread(&self.pending_s[held..], period_s)
+    }
+
     fn take(&mut self, most: usize) -> Stretch {
-        let (mut from, mut until) = (0, self.pending_s.len());
-        if let Some(place) = change_of_rate(&self.pending_s) {
-            let parts = self.pending_s.split_at(place);
+        let even_s = self.without_stalls();
+        let (mut from, mut until) = (self.pending_s.len() - even_s.len(), self.pending_s.len());
+        let skipped = from;
+        if let Some(place) = change_of_rate(&even_s).map(|place| skipped + place) {
+            let parts = even_s.split_at(place - skipped);
             let period = |part: &[f64]| Some(steps_of(part, None)?.period_s).filter(|_| part.len() >= BLOCK);
             match (period(parts.0), period(parts.1)) {
                 // samples that waited when the recording began come faster than the sensor sends
@@ -116,9 +134,9 @@ impl LocalSteps {
             }
         }
         if self.is_first {
-            from = from.max(waited(&self.pending_s[..until]));
+            from = from.max(waited(&even_s[..until]));
         }
-        let steps = steps_of(&self.pending_s[from..until], self.last);
+        let steps = steps_of(&even_s[from - skipped..until - skipped], self.last);
         let taken = if until < self.pending_s.len() { until } else { most.min(until) };
         let stretch = Stretch { stamps_s: self.pending_s.drain(..taken).collect(), steps, begins: self.begins };
         self.begins = taken == until && !self.pending_s.is_empty();
@@ -126,6 +144,28 @@ impl LocalSteps {
         self.last = if self.begins { None } else { steps };
         stretch
     }
+}
+
+/// The stamps with the samples that waited while a host stood still at most a period apart, up to
+/// the last of them.
+fn spread(stamps_s: &[f64], period_s: f64) -> Vec<f64> {
+    let mut spread_s = stamps_s.to_vec();
+    let step_s = |place: usize| stamps_s.get(place).map_or(f64::INFINITY, |at_s| at_s - stamps_s[place - 1]);
+    let mut before = None;
+    for place in 1..stamps_s.len() {
+        if step_s(place) >= SHORT * period_s {
+            before = Some(place - 1).filter(|_| step_s(place) >= PAUSE * period_s);
+        }
+        let ends = before.filter(|_| step_s(place + 1) >= SHORT * period_s);
+        let Some(before) = ends else { continue };
+        // more samples than the stall had time for are faster ones
+        if (place - before) as f64 * period_s <= MOST_HELD * (stamps_s[place] - stamps_s[before]) {
+            for held in (before + 1..place).rev() {
+                spread_s[held] = (spread_s[held + 1] - period_s).max(stamps_s[before]);
+            }
+        }
+    }
+    spread_s
 }
 
 /// The number of first samples, up to half a window, that follow each other by less than half of the
@@ -155,7 +195,7 @@ fn change_of_rate(stamps_s: &[f64]) -> Option<usize> {
         is_change.then(|| (rest(&means[..block], before) + rest(&means[block..], after), block, before, after))
     });
     let (_, block, before, after) = parts.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    // against a step between the two, the lag has its extreme at the change
+    // relative to a step between the two, the lag has its extreme at the change
     let (between, sign) = (0.5 * (before + after), if after > before { -1.0 } else { 1.0 });
     let around = (block - 1) * BLOCK..((block + 1) * BLOCK + 1).min(stamps_s.len());
     let lag = |place: usize| sign * (stamps_s[place] - place as f64 * between);
@@ -163,8 +203,8 @@ fn change_of_rate(stamps_s: &[f64]) -> Option<usize> {
     Some(place + 1)
 }
 
-/// The steps of these samples; `None` for less than two, or without an even step. `last` are those
-/// of the samples before.
+/// The steps of these samples; `None` for fewer than two, or without an even step. `last` are the
+/// steps of the samples before.
 fn steps_of(stamps_s: &[f64], last: Option<Steps>) -> Option<Steps> {
     let steps_s: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let even = |period_s: f64| Steps { period_s, unevenness: None, jump_s: 0.0 };
@@ -173,6 +213,10 @@ fn steps_of(stamps_s: &[f64], last: Option<Steps>) -> Option<Steps> {
         let tick_s = if unevenness == Unevenness::CoarseClock { tick_s } else { 0.0 };
         Steps { period_s, unevenness: Some(unevenness), jump_s: jump_s.max(tick_s) }
     };
+    // a clock that shows this few times has no step that can be seen
+    if 8 * equal_stamps(stamps_s) > stamps_s.len().max(8 * BLOCK) {
+        return None;
+    }
     if let Some(period_s) = pairs(&steps_s) {
         return Some(Steps { period_s, unevenness: Some(Unevenness::Pairs), jump_s: 0.0 });
     }
@@ -203,15 +247,20 @@ fn steps_of(stamps_s: &[f64], last: Option<Steps>) -> Option<Steps> {
     edge_step(stamps_s).map(uneven).or_else(|| common().map(|(_, period_s)| even(period_s)))
 }
 
+/// The most samples in a row with one stamp.
+fn equal_stamps(stamps_s: &[f64]) -> usize {
+    stamps_s.chunk_by(|a, b| a == b).map(<[f64]>::len).max().unwrap_or_default()
+}
+
 /// The mean step of samples that come in pairs: two steps together are even, and each is not.
 fn pairs(steps_s: &[f64]) -> Option<f64> {
     let sums_s: Vec<f64> = steps_s.windows(2).map(|pair| pair[0] + pair[1]).collect();
     let period_s = 0.5 * median(&sums_s).filter(|sum_s| *sum_s > 0.0)?;
     let even = sums_s.iter().filter(|sum_s| (*sum_s / (2.0 * period_s) - 1.0).abs() <= NEAR_SUM).count();
     let single = steps_s.iter().filter(|step_s| (*step_s / period_s - 1.0).abs() <= NEAR_SUM).count();
-    // equal stamps are those of a coarse clock
+    // equal stamps belong to a coarse clock
     let equal = steps_s.iter().filter(|step_s| **step_s <= 0.0).count();
-    // steps that differ by a tick of a coarse clock are of one that is half a tick longer or shorter
+    // steps that differ by a tick of a coarse clock come from one that is half a tick longer or shorter
     let differences_s: Vec<f64> = steps_s.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     let difference_s = median(&differences_s)?;
     let is_clock = COARSE_TICKS_S.iter().any(|tick_s| (difference_s / tick_s - 1.0).abs() < NEAR_SUM);
@@ -220,8 +269,8 @@ fn pairs(steps_s: &[f64]) -> Option<f64> {
     is_rule.then_some(period_s)
 }
 
-/// The steps if single ones are the rule, of which the others are multiples: as many as samples
-/// that are missing make, and by no rule.
+/// The steps if single ones are the rule and the others are multiples of them, as caused by missing
+/// samples, without a pattern.
 fn singles(steps_s: &[f64]) -> Option<Steps> {
     let median_s = median(steps_s).filter(|median_s| *median_s > 0.0)?;
     let is_near = |step_s: &&f64| (*step_s / median_s - 1.0).abs() <= NEAR;
@@ -243,15 +292,15 @@ fn singles(steps_s: &[f64]) -> Option<Steps> {
     let (every, length) = even_pauses(&kept);
     let whole_s = kept.iter().sum::<f64>() * single_s / kept.iter().map(|periods| periods.round()).sum::<f64>();
     let count = |is: &dyn Fn(f64) -> bool| kept.iter().filter(|periods| is(**periods)).count();
-    let short = count(&|periods| periods < 0.4);
+    let short = count(&|periods| periods < SHORT);
     let on_ticks = count(&|periods| (periods - periods.round()).abs() <= 0.5 * NEAR);
-    // stamps that are uneven are late at times, for long
+    // uneven stamps are late at times, for long
     let uneven = |unevenness| {
         let period_s = mean * single_s;
         Some(Steps { period_s, unevenness: Some(unevenness), jump_s: period_s })
     };
     match () {
-        // a clock whose ticks are about as long as the steps skips one now and then, or repeats one
+        // a clock whose ticks are about as long as the steps skips one occasionally, or repeats one
         () if 20 * on_ticks >= 19 * kept.len() && (short > 0 || every && length < 2.5) => {
             uneven(Unevenness::CoarseClock)
         }
@@ -262,8 +311,8 @@ fn singles(steps_s: &[f64]) -> Option<Steps> {
     }
 }
 
-/// Whether the steps that are no multiples of a single one are equal, as where a single one has some
-/// ticks of a clock and the others one more.
+/// Whether the steps that are no multiples of a single one are equal, as with a clock for which a
+/// single step has some ticks and the others one more.
 fn are_ticks_more(periods: &[f64]) -> bool {
     let others: Vec<f64> =
         periods.iter().copied().filter(|periods| (periods - periods.round()).abs() > NEAR && *periods < 2.0).collect();
@@ -272,7 +321,7 @@ fn are_ticks_more(periods: &[f64]) -> bool {
     others.len() >= 4 && 10 * equal >= 9 * others.len()
 }
 
-/// Whether longer steps come after equal numbers of single ones, as where a buffer is read, and the
+/// Whether longer steps come after equal numbers of single ones, as for reads of a buffer, and the
 /// length of such a step in single ones.
 fn even_pauses(periods: &[f64]) -> (bool, f64) {
     let long: Vec<usize> = (0..periods.len()).filter(|place| periods[*place] > 1.5).collect();
@@ -283,11 +332,12 @@ fn even_pauses(periods: &[f64]) -> (bool, f64) {
     (between.len() >= 4 && middle >= 2.0 && 10 * even >= 9 * between.len(), length)
 }
 
-/// The step by which the lower edge of the stamps rises, and by how much it varies for long; `None`
-/// if it does not rise evenly.
+/// The step by which the lower edge of the stamps rises, and its lasting variation; `None` if it
+/// does not rise evenly.
 fn edge_step(stamps_s: &[f64]) -> Option<(f64, f64)> {
     let near_s = (stamps_s.last()? - stamps_s.first()?) / (stamps_s.len() - 1) as f64;
-    let block = BLOCK.min(stamps_s.len() / 8).max(1);
+    // at least as many as have one stamp, for the first of them to be among each block
+    let block = BLOCK.max(equal_stamps(stamps_s)).min(stamps_s.len() / 8).max(1);
     let lag_s = |place: usize| stamps_s[place] - place as f64 * near_s;
     let earliest = |start: usize| (start..start + block).min_by(|a, b| lag_s(*a).total_cmp(&lag_s(*b)));
     let points: Vec<usize> = (0..stamps_s.len() / block).filter_map(|number| earliest(number * block)).collect();
@@ -303,7 +353,7 @@ fn edge_step(stamps_s: &[f64]) -> Option<(f64, f64)> {
     let even: Vec<(usize, f64)> =
         rises().filter(|rise| off(*rise).abs() < f64::max(1.0, OUTLIER * spread).max(tick)).collect();
     let (samples, rise_s) = even.iter().fold((0, 0.0), |sum, rise| (sum.0 + rise.0, sum.1 + rise.1));
-    // an edge that varies returns, and samples that are missing raise it for good
+    // an edge that varies returns, and missing samples raise it permanently
     let far: f64 = even
         .iter()
         .scan(0.0, |sum, rise| {
@@ -317,13 +367,13 @@ fn edge_step(stamps_s: &[f64]) -> Option<(f64, f64)> {
     is_even.then(|| (rise_s / samples as f64, RETURNS * spread * slope_s))
 }
 
-/// How these steps are uneven, and the usual one that is not zero.
+/// The unevenness of these steps, and the usual step that is not zero.
 fn unevenness(steps_s: &[f64], period_s: f64) -> (Unevenness, f64) {
     let share = |count: usize, of: usize| count as f64 / of.max(1) as f64;
     let positive: Vec<f64> = steps_s.iter().copied().filter(|step_s| *step_s > 0.0).collect();
     let tick_s = median(&positive).unwrap_or(period_s);
     let on_ticks = positive.iter().filter(|step_s| (*step_s / tick_s - (*step_s / tick_s).round()).abs() < 0.1).count();
-    let close = steps_s.iter().filter(|step_s| **step_s < 0.4 * period_s).count();
+    let close = steps_s.iter().filter(|step_s| **step_s < SHORT * period_s).count();
     let unevenness = match () {
         () if tick_s > 0.7 * period_s && share(on_ticks, positive.len()) > 0.9 => Unevenness::CoarseClock,
         () if share(close, steps_s.len()) > 0.45 => Unevenness::Bursts,
@@ -332,8 +382,8 @@ fn unevenness(steps_s: &[f64], period_s: f64) -> (Unevenness, f64) {
     (unevenness, tick_s)
 }
 
-/// The period, up to the mean step and above the `most`-th part of it, of which all stamps are
-/// multiples, whatever is missing and a little late; with the resultant length.
+/// The period, between the mean step and the `most`-th part of it, for which all stamps are
+/// multiples, with any missing and slightly late samples; with the resultant length.
 fn common_period(stamps_s: &[f64], most: f64) -> Option<(f64, f64)> {
     let span_s = stamps_s.last()? - stamps_s.first()?;
     let mean_hz = (stamps_s.len() - 1) as f64 / span_s;
@@ -346,7 +396,7 @@ fn common_period(stamps_s: &[f64], most: f64) -> Option<(f64, f64)> {
     let candidates = ((most * mean_hz - lowest_hz) / step_hz) as u32;
     let all: Vec<_> = (0..candidates).map(|index| with_length(lowest_hz + f64::from(index) * step_hz)).collect();
     let longest = all.iter().map(|(length, _)| *length).fold(0.0, f64::max);
-    // multiples of the rate, and sums with that of the digits of the stamps, are about as good
+    // multiples of the rate, and sums with that of the digits of the stamps, fit about as well
     let (_, near_hz) = *all.iter().find(|(length, _)| *length >= AS_LONG * longest)?;
     let fine = (0..41).map(|index| with_length(near_hz + (f64::from(index) - 20.0) * 0.1 * step_hz));
     let (length, hz) = fine.max_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -1,10 +1,10 @@
 //! The rate of a sensor with known rates, found from its first samples.
 //!
-//! Samples that arrive singly and evenly show it at once, and so does a lower edge that varies by
-//! no more than a reader makes it vary. Otherwise each possible rate is asked how long a description
-//! of the arrivals it allows: how late the samples are, and how many are missing where. Too high a
-//! rate needs many missing samples, too low a one late samples. The shortest description counts if
-//! it is clearly the shortest.
+//! Samples that arrive singly and evenly show it at once, and so does a lower edge that varies by no
+//! more than a reader causes. Otherwise the length of a description of the arrivals is computed for
+//! each possible rate: the lateness of the samples, and the number and places of missing ones. Too
+//! high a rate needs many missing samples, too low a rate late samples. The shortest description
+//! counts if it is clearly the shortest.
 
 use super::edge_tracker::TOGETHER_PERIODS;
 use super::sensor_rates::{LISTED_TOLERANCE, RUN, SensorRates, TOO_FAST, WHOLE_TOLERANCE, mean_hz, near};
@@ -14,33 +14,32 @@ use super::sensor_rates::{LISTED_TOLERANCE, RUN, SensorRates, TOO_FAST, WHOLE_TO
 const EVEN_S: f64 = 1.0;
 const EVEN_INTERVALS: usize = 6;
 
-/// The share of samples that arrive singly, of which others may arrive at once, or late. Chosen.
+/// The required share of samples that arrive singly; the others may arrive at once, or late. Chosen.
 const MANY_SINGLE: f64 = 0.85;
 
-/// Seconds until other evidence counts, and until the search ends; with the number of samples for
-/// each.
+/// Seconds until other evidence counts, and until the search ends, each with a number of samples.
 const EVIDENCE_S: f64 = 2.0;
 const LONGEST_S: f64 = 4.0;
 const ENOUGH: usize = 2 * RUN;
 const MOST_SAMPLES: usize = 1024;
 
-/// The most by which the lag of samples varies, in periods, where a reader takes each in time.
+/// The largest variation of the lag of samples, in periods, if a reader takes each in time.
 const READER_PERIODS: f64 = 1.5;
 
-/// Lateness in seconds below which samples are equally well described.
+/// Lateness in seconds below which descriptions of samples do not differ.
 const RESOLUTION_S: f64 = 0.0005;
 
-/// Phases of the lower edge that are tried, and by how many periods a sample may lie before it.
+/// Phases of the lower edge that are tried, and the periods by which a sample may be before it.
 const PHASES: u32 = 8;
 const BEFORE_EDGE: f64 = 0.15;
 
-/// By how much a description must be shorter, in nats and in nats a sample; and what the rate
-/// costs if the sensor does not have it. Chosen.
+/// The required advantage of a description, in nats and in nats per sample; and the cost of a rate
+/// that the sensor does not have. Chosen.
 const CLEARLY: f64 = 8.0;
 const CLEARLY_PER_SAMPLE: f64 = 0.15;
 const UNLISTED: f64 = 30.0;
 
-/// What the first samples show.
+/// The result of the first samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Found {
     /// A rate of the sensor, in Hz.
@@ -69,18 +68,18 @@ impl RateSearch {
         self.unstamped + self.pending_s.len() as u64
     }
 
-    /// The clock was set back: the stamps so far cannot be compared with those that follow.
+    /// The clock was set back: the stamps so far cannot be compared with later ones.
     pub(super) fn restart_clock(&mut self) {
         self.unstamped = self.samples();
         self.pending_s.clear();
     }
 
-    /// Takes the number of samples whose stamps are not used, and the stamps of those that follow.
+    /// Takes the number of samples whose stamps are not used, and the stamps of the later ones.
     pub(super) fn take_pending(&mut self) -> (u64, Vec<f64>) {
         (std::mem::take(&mut self.unstamped), std::mem::take(&mut self.pending_s))
     }
 
-    /// Adds a sample. Returns what was found, if the search ends with it.
+    /// Adds a sample. Returns the result, if the search ends with it.
     pub(super) fn push(&mut self, at_s: f64) -> Option<Found> {
         self.pending_s.push(at_s);
         let span_s = at_s - self.pending_s[0];
@@ -98,7 +97,7 @@ impl RateSearch {
         found.filter(|found| matches!(found, Found::Listed(_)))
     }
 
-    /// What all samples show, if no other follows; `None` below two of them.
+    /// The result of all samples, if no other follows; `None` below two of them.
     pub(super) fn finish(&self) -> Option<Found> {
         let mean_hz = mean_hz(&self.pending_s)?;
         if mean_hz > TOO_FAST * self.rates.fastest() {
@@ -118,7 +117,7 @@ impl RateSearch {
         self.found().or(Some(Found::Uneven(mean_hz)))
     }
 
-    /// The rate if the latest second of samples arrived singly and evenly; of [`RUN`] samples most are
+    /// The rate if the latest second of samples arrived singly and evenly; most of [`RUN`] samples are
     /// enough.
     fn even(&self) -> Option<f64> {
         let last_s = self.pending_s.last()?;
@@ -163,8 +162,8 @@ impl RateSearch {
         self.is_read_in_time(mean_hz, late).then(|| above_hz.map_or(Found::Unlisted(mean_hz), Found::Listed))
     }
 
-    /// Whether no sample is missing at this rate, and a reader takes all that have come, but for so
-    /// many `late` reads: the last sample of each read is less than a period late.
+    /// Whether no sample is missing at this rate, and a reader takes all available samples, except
+    /// in this many `late` reads: the last sample of each read is less than a period late.
     fn is_read_in_time(&self, hz: f64, late: usize) -> bool {
         let waits = |place: usize| {
             self.pending_s.get(place + 1).is_none_or(|next_s| (next_s - self.pending_s[place]) * hz >= TOGETHER_PERIODS)
@@ -177,8 +176,8 @@ impl RateSearch {
         lags.len() >= RUN / 2 && range.is_some_and(|range| range <= READER_PERIODS)
     }
 
-    /// The length in nats of a description of the arrivals by this rate: lateness has an exponential
-    /// distribution, and the number of missing samples a geometric one.
+    /// The length in nats of a description of the arrivals with this rate: lateness has an
+    /// exponential distribution, and the number of missing samples a geometric one.
     fn description(&self, hz: f64) -> f64 {
         let samples = self.pending_s.len();
         let lags: Vec<f64> = self.pending_s.iter().enumerate().map(|(place, at_s)| at_s * hz - place as f64).collect();

@@ -1,4 +1,4 @@
-//! Missing samples by the counter that each sample carries.
+//! Missing samples from the counter that each sample carries.
 
 use std::collections::VecDeque;
 
@@ -9,19 +9,19 @@ use super::sensor_rates::RUN;
 /// counters that run at 800 Hz differ by one event in four or more.
 const TOLERANCE: f64 = 0.25;
 
-/// An increment of more steps is no gap but another counter: at 200 Hz such a gap would last eight
-/// months.
+/// An increment of more steps is another counter and not a gap: at 200 Hz such a gap would last
+/// eight months.
 const MAX_STEPS: f64 = 4_294_967_296.0;
 
 /// Judges the counters of the samples of a stream, in bounded memory.
 ///
-/// A sensor counts events of its own, a fixed number of them per sample: the step. The step is the
-/// mean of those among the first 31 increments that are within half of the smallest one; it is
-/// correct as long as two consecutive samples are anywhere among them. An increment of n steps
-/// means n - 1 missing samples. Any other increment, one of more than 2^32 steps, and a counter
-/// that goes back is a new start: [`GapEvent::UnknownGap`]. Counters may wrap at 2^32.
+/// A sensor counts events of its own, a fixed number per sample: the step. The step is the mean of
+/// the increments among the first 31 that are within half of the smallest one; it is correct if
+/// there are two consecutive samples among them. An increment of n steps means n - 1 missing
+/// samples. Any other increment, one of more than 2^32 steps, and a counter that decreases is a new
+/// start: [`GapEvent::UnknownGap`]. Counters may wrap at 2^32.
 ///
-/// A counter that does not change between two of the first samples counts something slower: it is
+/// A counter that does not change between two of the first samples counts slower events: it is
 /// ignored, and [`GapEvent::CounterInUse`] is never reported.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SampleCounter {
@@ -29,7 +29,7 @@ pub(super) struct SampleCounter {
     last: Option<u64>,
     /// Increments before the pending samples; empty once the step is known.
     pending: Vec<Increment>,
-    /// 0 for a counter that is ignored.
+    /// 0 for an ignored counter.
     step: Option<f64>,
     pub(super) events: VecDeque<GapEvent>,
     /// Whether [`finish`](Self::finish) was called.
@@ -142,7 +142,7 @@ mod tests {
         std::iter::from_fn(|| counter.events.pop_front()).collect()
     }
 
-    /// The first sample, that the counter is used, and this.
+    /// The first sample, the start of the counter's use, and these events.
     fn counted(then: impl IntoIterator<Item = GapEvent>) -> Vec<GapEvent> {
         [Samples(1), CounterInUse].into_iter().chain(then).collect()
     }
@@ -182,7 +182,7 @@ mod tests {
 
     #[test]
     fn a_leap_that_no_gap_makes_is_a_new_start() {
-        // twice, as two such gaps are more than 64 bits hold
+        // two, because the sum of two such gaps exceeds 64 bits
         let leaps = (1..=40).chain([u64::MAX - 9, 1, u64::MAX]);
         let starts = std::iter::repeat_n([UnknownGap, Samples(1)], 3).flatten();
         assert_eq!(events(leaps), counted(std::iter::once(Samples(39)).chain(starts)));
@@ -202,7 +202,7 @@ mod tests {
     }
 
     proptest! {
-        /// Any samples dropped, each sample reported once and in its place.
+        /// Any samples are dropped, and each sample is reported once and in its place.
         #[test]
         fn any_gap_is_counted(
             step in prop_oneof![Just(1_u64), Just(4), Just(20), Just(800)],

@@ -1,8 +1,8 @@
-//! Stalls: times in which nothing arrived, and whose samples all arrive at their end.
+//! Stalls: times without an arrival, after which all delayed samples arrive at once.
 
 use std::time::Duration;
 
-/// How late, on a busy computer, the last sample of a measurement may arrive.
+/// The largest delay of the last sample of a measurement on a busy computer.
 pub const LATEST_ARRIVAL: Duration = Duration::from_millis(500);
 
 /// Finds stalls in arrival times. A stall is longer than the longest interval before it by more
@@ -12,14 +12,14 @@ pub struct StallDetector {
     last: Option<Duration>,
     /// The longest interval, except stalls.
     longest: Duration,
-    /// From when to when the latest stall lasted; dropped when a later time lies before its end.
+    /// The start and the end of the latest stall; dropped if a later time is before its end.
     stall: Option<(Duration, Duration)>,
 }
 
 impl StallDetector {
     /// Takes the next arrival time, since any origin.
     pub fn push(&mut self, at: Duration) {
-        // one time that is far too late is no stall
+        // a single time that is far too late is no stall
         self.stall = self.stall.filter(|(_, to)| *to <= at);
         let Some(last) = self.last.replace(at) else { return };
         let interval = at.saturating_sub(last);
@@ -30,8 +30,8 @@ impl StallDetector {
         }
     }
 
-    /// When a stall began behind which less than [`LATEST_ARRIVAL`] has passed, so that samples it
-    /// has delayed may still arrive; `None` where there is none, as before the third arrival.
+    /// The start of a stall that ended less than [`LATEST_ARRIVAL`] ago, so that delayed samples
+    /// may still arrive; `None` if there is none, as before the third arrival.
     #[must_use]
     pub fn recent(&self) -> Option<Duration> {
         let (from, to) = self.stall?;
@@ -48,7 +48,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stall_is_recent_for_half_a_second_unless_time_goes_back() {
+    fn a_stall_is_recent_for_half_a_second_unless_time_decreases() {
         let mut stalls = StallDetector::default();
         let mut recent = |at_ms| {
             stalls.push(ms(at_ms));

@@ -12,7 +12,7 @@ pub(crate) struct Row {
     pub(crate) m: u64,
     pub(crate) terms: u64,
     pub(crate) sum_squares: u128,
-    /// Absent in tables of sums only.
+    /// Absent in tables of sums.
     pub(crate) deviation: Option<f64>,
 }
 
@@ -66,7 +66,7 @@ pub(crate) fn published(file: &str) -> Vec<(String, u64, f64)> {
     rows.collect()
 }
 
-/// The counts of a series of fixed-point numbers, one a line.
+/// The counts of a series of fixed-point numbers, one per line.
 pub(crate) fn series(file: &str) -> Vec<i32> {
     let text = text(file);
     let lines = text.lines().filter(|line| !line.starts_with('#'));
@@ -102,7 +102,7 @@ fn lehmer() -> impl Iterator<Item = u64> {
     std::iter::successors(Some(1_234_567_890), |state| Some(16807 * state % 2_147_483_647))
 }
 
-/// Present ranges of `imu_a_gaps.csv`, each with the number of samples missing before it.
+/// Ranges of `imu_a_gaps.csv` that are present, each with the number of missing samples before it.
 pub(crate) fn with_gaps(counts: &[i32]) -> Vec<(u64, &[i32])> {
     const MISSING: [(usize, usize); 6] =
         [(137, 137), (1000, 1003), (2048, 2303), (4999, 5600), (8191, 8192), (9990, 9999)];

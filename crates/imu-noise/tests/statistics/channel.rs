@@ -1,4 +1,4 @@
-//! A channel is its accumulators, in any division.
+//! A channel equals its accumulators, for any division.
 
 use imu_noise::{ChannelAccumulator, Deviation, Estimator, Histogram, Moments, Octaves, RecordShape};
 use proptest::{collection::vec, prelude::*};

@@ -1,4 +1,4 @@
-//! What missing samples cost, and what noise shows of itself in windows that lack some.
+//! The effect of missing samples on the variance of noise in windows that lack some.
 
 use imu_noise::{
     ChannelAccumulator, ChannelCurve, Deviation, Estimator, NoiseModel, Octave, OctaveSum, Octaves, PowerLaw,
@@ -15,8 +15,8 @@ fn uniform(state: &mut u64) -> f64 {
     (*state >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Which samples arrive, where `share` of them are lost in runs of this mean length; independently
-/// of each other where that is 1 / (1 - share).
+/// The samples that arrive, if `share` of them are lost in runs of this mean length; losses are
+/// independent of each other if it is 1 / (1 - share).
 fn arrived(samples: usize, share: f64, run: f64, state: &mut u64) -> Vec<bool> {
     let mut is_lost = false;
     let begins = share / (1.0 - share) / run;
@@ -36,7 +36,7 @@ fn sums(values: &[f64], arrived: &[bool]) -> Vec<OctaveSum> {
     octaves.sums().collect()
 }
 
-/// Counts of a thousandth, or what is missing.
+/// Counts of a thousandth, or the number of missing samples.
 fn feed(values: &[f64], arrived: &[bool], mut take: impl FnMut(Result<i32, u64>)) {
     for (value, arrived) in values.iter().zip(arrived) {
         take(if *arrived { Ok((value * 1000.0).round() as i32) } else { Err(1) });
@@ -50,11 +50,11 @@ fn mean_and_variance(values: &[f64]) -> (f64, f64) {
 
 const LAWS: [PowerLaw; 3] = [PowerLaw::White, PowerLaw::Flicker, PowerLaw::RandomWalk];
 
-/// Octaves that are looked at: the longest have too few degrees of freedom for a hundred records.
+/// Octaves that are tested: the longest have too few degrees of freedom for a hundred records.
 const OCTAVES: usize = 10;
 
 #[test]
-fn one_percent_lost_costs_at_most_a_tenth_of_the_information() {
+fn one_percent_lost_loses_at_most_a_tenth_of_the_information() {
     const RECORDS: usize = 300;
     let mut synthesis = Synthesis::new(SAMPLES, 3);
     let mut state = 1;
@@ -66,7 +66,7 @@ fn one_percent_lost_costs_at_most_a_tenth_of_the_information() {
             let of = |arrived: &[bool]| sums(noise, arrived);
             for ((all, left), variances) in of(&[true; SAMPLES]).iter().zip(of(&lossy)).zip(variances) {
                 variances.0.push(all.variance_counts2().unwrap());
-                // as a share of what the noise is expected to show in these windows
+                // relative to the expected variance of the noise in these windows
                 let octave = left.octave();
                 let expected = octave.expected_variance(Deviation::Allan, *law)
                     / Octave::whole(octave.m, 1).expected_variance(Deviation::Allan, *law);
@@ -79,15 +79,15 @@ fn one_percent_lost_costs_at_most_a_tenth_of_the_information() {
             let ((mean, variance), (mean_left, variance_left)) = (mean_and_variance(all), mean_and_variance(left));
             let kept = variance / variance_left * (mean_left / mean).powi(2);
             println!("{law:?}, m = {}: {kept:.3} of the information, bias {:+.4}", 1 << k, mean_left / mean - 1.0);
-            // 300 pairs of records, that differ in few windows, show it to 2 %
+            // 300 pairs of records, which differ in few windows, show it to 2 %
             assert!(kept > 0.9, "{law:?}, m = {}: {kept}", 1 << k);
             assert!((mean_left / mean - 1.0).abs() < 0.003, "{law:?}, m = {}: {mean_left}, not {mean}", 1 << k);
         }
     }
 }
 
-/// The expected difference of a random walk over these samples, half squared: by the distances of
-/// all pairs of samples.
+/// The expected difference of a random walk over these samples, squared and halved, from the
+/// distances of all pairs of samples.
 fn of_walk(window: &[bool]) -> Option<(f64, f64)> {
     let m = window.len() / 2;
     let places = |range: std::ops::Range<usize>| range.filter(|i| window[*i]).map(|i| i as f64).collect::<Vec<_>>();
@@ -105,9 +105,9 @@ fn of_walk(window: &[bool]) -> Option<(f64, f64)> {
 }
 
 #[test]
-fn a_random_walk_shows_what_its_distances_say_within_the_bounds_told() {
+fn a_random_walk_agrees_with_its_distances_within_the_stated_bounds() {
     let mut state = 5;
-    // share lost, mean length of a run, and how far off the expectation by the share alone may be
+    // share lost, mean length of a run, and the tolerance of the expectation from the share alone
     for (lost, run, bound) in
         [(0.01, 1.0 / 0.99, 0.002), (0.3, 1.0 / 0.7, 0.005), (0.05, 10.0, 0.005), (0.1, 30.0, 0.01), (0.3, 10.0, 0.03)]
     {
@@ -157,6 +157,6 @@ fn records_that_lack_three_of_ten_samples_are_fitted_all_the_same() {
             *held += usize::from((lower..=upper).contains(&truth));
         }
     }
-    // 95 %, of which fewer come by chance once in a thousand
+    // 95 %; fewer occur by chance once in a thousand
     assert!(held.iter().all(|held| *held >= RECORDS - 7), "{held:?}");
 }

@@ -1,11 +1,11 @@
-//! Histograms against their definition, in any order and division.
+//! Histograms against their definition, for any order and division.
 
 use std::collections::BTreeMap;
 
 use imu_noise::{Histogram, MAX_BINS};
 use proptest::{collection::vec, prelude::*};
 
-/// Bin width, then lowest count and frequency of every bin, by the definition.
+/// Bin width, then lowest count and frequency of every bin, from the definition.
 fn definition(counts: &[i32]) -> (u64, Vec<(i64, u64)>) {
     let bins = |width: i64| {
         let mut bins = BTreeMap::new();
@@ -43,7 +43,7 @@ fn bins_widen_when_the_span_needs_it() {
     let last = MAX_BINS as i32 - 1;
     assert_eq!(histogram(&[0, last]).bin_width_counts(), 1);
     assert_eq!(read_out(&histogram(&[0, last + 1])), (2, vec![(0, 1), (i64::from(last) + 1, 1)]));
-    // -1 and 0 never share a bin, so the span -1 ... last keeps one bin more.
+    // -1 and 0 never share a bin, so the span -1 ... last needs one more bin.
     assert_eq!(histogram(&[-1, last]).bin_width_counts(), 2);
     assert_eq!(
         read_out(&histogram(&[i32::MIN, i32::MAX])),
@@ -73,7 +73,7 @@ proptest! {
 
 proptest! {
     #[test]
-    fn bars_hold_every_sample_where_it_lies(
+    fn bars_contain_every_sample_at_its_place(
         counts in vec(prop_oneof![-50_i32..50, -5000_i32..5000, any::<i32>()], 1..200),
         most in 2_usize..70,
     ) {
@@ -104,7 +104,7 @@ fn stepping(step: f64, reach: i32, times: i32) -> Histogram {
 }
 
 #[test]
-fn the_step_of_the_values_is_found_where_they_came_often() {
+fn the_step_of_frequent_values_is_found() {
     for step in [2.0, 2.5, 9.765_625, 152.0] {
         let found = stepping(step, 20, 10).step_counts().unwrap();
         assert!((found / step - 1.0).abs() < 0.03, "{found}, not {step}");
@@ -115,7 +115,7 @@ fn the_step_of_the_values_is_found_where_they_came_often() {
     assert_eq!(stepping(1.0, 20, 10).step_counts(), None, "the printed digit");
     let with_holes = [0, 1, 2, 3, 5, 6, 7, 8, 9, 11, 12].repeat(100);
     assert_eq!(histogram(&with_holes).step_counts(), None, "a value that is missing now and then is no step");
-    // of a magnetometer whose axes are rotated: three counts around each step of ten
+    // from a magnetometer with rotated axes: three counts around each step of ten
     let scattered: Vec<i32> = (-6..=6).flat_map(|number| [-1, 0, 0, 1].map(|off| 10 * number + off)).collect();
     let found = histogram(&scattered.repeat(50)).step_counts().unwrap();
     assert!((found - 10.0).abs() < 0.01, "{found}");
@@ -126,7 +126,7 @@ fn the_step_of_the_values_is_found_where_they_came_often() {
 }
 
 #[test]
-fn bars_hold_as_many_steps_each() {
+fn bars_have_equal_numbers_of_steps() {
     let bars = stepping(9.765_625, 20, 10).bars(64).unwrap();
     let triangle: Vec<u64> = (-20_i64..=20).map(|number| 10 * (21 - number.unsigned_abs())).collect();
     assert_eq!(bars.frequencies, triangle);

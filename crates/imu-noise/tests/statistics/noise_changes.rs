@@ -1,4 +1,4 @@
-//! Noise that changes is found where it does, and tails, walks and coarse channels are no change.
+//! Changes of noise are found at their place, and tails, walks and coarse channels are no change.
 
 use imu_noise::{ChannelSignal, Histogram, LevelSearch, NoiseChanges, SpectrumPlan};
 
@@ -13,7 +13,7 @@ const COUNTS: f64 = 100.0;
 #[derive(Clone, Copy, Debug)]
 enum Tails {
     Normal,
-    /// With five degrees of freedom.
+    /// Student's t with five degrees of freedom.
     Student,
     Laplace,
 }
@@ -35,7 +35,7 @@ impl Tails {
     }
 }
 
-/// By the sine of a random phase (Box and Muller, 1958).
+/// From the sine of a random phase (Box and Muller, 1958).
 fn normal(random: &mut Random) -> f64 {
     let radius = (-2.0 * (1.0 - random.uniform()).ln()).sqrt();
     radius * (std::f64::consts::TAU * random.uniform()).sin()
@@ -69,7 +69,7 @@ fn channel(seed: u64, tails: Tails, change: impl Fn(usize, f64) -> f64) -> Chann
 const TAILS: [Tails; 3] = [Tails::Normal, Tails::Student, Tails::Laplace];
 
 #[test]
-fn louder_noise_is_found_from_where_it_begins() {
+fn louder_noise_is_found_from_its_beginning() {
     for tails in TAILS {
         let half = |i: usize, value: f64| if i < SAMPLES / 2 { value } else { 1.2 * value };
         let changes = channel(1, tails, half).changes();
@@ -98,7 +98,7 @@ fn a_frozen_channel_is_found_for_as_long_as_it_is() {
     for tails in TAILS {
         let found = channel(3, tails, frozen).changes().frozen.unwrap();
         assert!(found.start_s <= 200.0 && found.end_s >= 204.0 && found.end_s - found.start_s < 20.0, "{found:?}");
-        // of five seconds five or six windows of 0.8 s
+        // five seconds are five or six windows of 0.8 s
         assert!(found.duration_s > 3.9 && found.duration_s < 5.1, "{found:?}");
     }
 }
@@ -114,7 +114,7 @@ fn spikes_are_counted_and_heavy_tails_are_none() {
 }
 
 #[test]
-fn bursts_are_told_from_heavy_tails() {
+fn bursts_are_distinguished_from_heavy_tails() {
     let bursts = |i: usize, value: f64| if (i / 80 * 7).is_multiple_of(31) { 3.0 * value } else { value };
     let changes = channel(5, Tails::Normal, bursts).changes();
     assert!(changes.bursts.is_some_and(|ratio| ratio > 1.5), "{changes:?}");
@@ -137,7 +137,8 @@ fn nothing_is_found_in_noise_of_any_tails() {
     }
 }
 
-/// Where in a step the level lies decides how much noise is seen, and for how long a value stays.
+/// The position of the level within a step determines the visible noise, and the time for which a
+/// value stays.
 #[test]
 fn a_coarse_channel_is_neither_frozen_nor_louder() {
     for (seed, std_counts) in (50..60).zip([0.1, 0.2, 0.3, 0.4].into_iter().cycle()) {

@@ -1,4 +1,4 @@
-//! The fit against noise-free curves, and what it says when data do not follow the model.
+//! The fit for noise-free curves, and its results if data do not follow the model.
 
 use std::f64::consts::TAU;
 
@@ -17,7 +17,7 @@ fn shape(samples: u64) -> RecordShape {
     RecordShape { samples, interval_s: INTERVAL_S, estimator: Estimator::Strided, deviation: Deviation::Allan }
 }
 
-/// Fits `terms` to values in units of 1e-4, with what their spectrum shows.
+/// Fits `terms` to values in units of 1e-4, with the results of their spectrum.
 fn fit_record(values: &[f64], terms: Terms, window: Option<BoxcarWindow>) -> NoiseFit {
     let counts: Vec<i32> = values.iter().map(|value| (value * 1e4).round() as i32).collect();
     let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
@@ -41,13 +41,13 @@ fn near(found: f64, expected: f64, tolerance: f64) -> bool {
 }
 
 #[test]
-fn curves_without_noise_give_their_parameters_back() {
+fn curves_without_noise_return_their_parameters() {
     let text = oracle::text("fit_curves.csv");
     let mut sets = 0;
     for parameters in text.lines().filter_map(|line| line.strip_prefix("#   ")).filter(|line| line.starts_with('{')) {
         let parameters: serde_json::Value = serde_json::from_str(parameters).unwrap();
         let number = |name: &str| parameters[name].as_str().unwrap().parse::<f64>().unwrap();
-        // The ramp of one set needs the slope of the record; it is not in the curve alone.
+        // The ramp of one set needs the slope of the record, which is not in the curve.
         if number("R") != 0.0 {
             continue;
         }
@@ -59,7 +59,7 @@ fn curves_without_noise_give_their_parameters_back() {
                 (field("m").parse().unwrap(), field("avar_disc").parse().unwrap())
             })
             .collect();
-        // So many samples that the estimates have no spread.
+        // With this many samples the estimates have no spread.
         let shape = RecordShape { interval_s: number("tau0"), ..shape(1 << 36) };
         let octaves: Vec<_> = rows.iter().map(|(m, _)| Octave::whole(*m, shape.windows(*m))).collect();
         let variances: Vec<_> = rows.iter().map(|(_, variance)| *variance).collect();
@@ -91,7 +91,7 @@ fn shaken(samples: usize, seed: u64, frequency_hz: f64, amplitude: f64) -> Vec<f
 
 #[test]
 fn a_line_is_a_term_of_its_own_at_any_frequency() {
-    // Slow ones, one at half the rate of the windows, fast ones, folded ones.
+    // Slow ones, one at half the rate of the windows, fast ones, aliased ones.
     for (seed, frequency_hz) in [0.2, 0.53, 0.625, 3.1, 7.93, 18.4, 43.3].into_iter().enumerate() {
         let fit = fit_record(&shaken(24_000, seed as u64 + 20, frequency_hz, 1.0), STOCHASTIC, None);
         let quality = fit.quality.unwrap();
@@ -131,11 +131,11 @@ fn noise_without_lines_shows_none() {
             bands += found.len();
         }
     }
-    // Of 50 records with 500 points each, a hundred-thousandth.
+    // A hundred-thousandth of 50 records with 500 points each.
     assert!(bands <= 3, "{bands}");
 }
 
-/// A filter that changes a tenth of the variance, either way, as that of a VN-100 does at 200 Hz.
+/// A filter that changes a tenth of the variance, up or down, like that of a VN-100 at 200 Hz.
 #[test]
 fn a_weak_filter_of_unknown_transfer_leaves_n_right() {
     for (seed, before) in [(71, 0.1), (72, -0.05), (73, 0.05), (74, -0.08)] {
@@ -149,7 +149,7 @@ fn a_weak_filter_of_unknown_transfer_leaves_n_right() {
 }
 
 #[test]
-fn a_line_changes_nothing_of_the_filter_beside_it() {
+fn a_line_does_not_affect_the_filter() {
     let (white, ..) = Synthesis::new(24_000, 61).next_record();
     let filtered: Vec<f64> = white.windows(2).map(|pair| pair[0] + pair[1]).collect();
     let roll_off = |line: f64| {
@@ -165,7 +165,7 @@ fn a_line_changes_nothing_of_the_filter_beside_it() {
 }
 
 #[test]
-fn correlated_noise_beside_white_noise_is_not_taken_for_it() {
+fn correlated_noise_is_distinguished_from_white_noise() {
     for (seed, time_s, sigma) in [(51, 0.5, 0.5), (52, 5.0, 0.5), (53, 20.0, 0.5)] {
         let mut synthesis = Synthesis::new(24_000, seed);
         let (white, ..) = synthesis.next_record();
@@ -211,7 +211,7 @@ fn octaves_alone_leave_a_filter_possible() {
 }
 
 #[test]
-fn too_little_and_constant_data_say_nothing() {
+fn too_few_and_constant_data_give_no_result() {
     for values in [vec![], vec![1.0], vec![1.0, 2.0], vec![1.0, 3.0, 2.0, 5.0], vec![1.0; 5000]] {
         let fit = fit_record(&values, STOCHASTIC, None);
         assert_eq!(fit.quality, None, "{} samples", values.len());
@@ -273,7 +273,7 @@ fn lost_samples_widen_the_intervals_as_they_must() {
         let (white, ..) = synthesis.next_record();
         let counts: Vec<i32> = white.iter().map(|value| (value * 1e4).round() as i32).collect();
         let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
-        // One in 601 lost: the windows of m = 128 that are left are half of all.
+        // One in 601 lost: half of the windows of m = 128 remain.
         for run in counts.chunks(601) {
             sums.push(&run[..run.len() - 1]);
             sums.gap(Some(1));
@@ -300,10 +300,10 @@ fn lost_samples_widen_the_intervals_as_they_must() {
 }
 
 #[test]
-fn what_may_be_as_good_as_zero_is_no_estimate() {
+fn a_term_that_may_be_zero_is_no_estimate() {
     let mut estimated = 0;
     for seed in 1..=40 {
-        // one second behind a low pass, and short records
+        // one second after a low pass, and short records
         let (white, ..) = Synthesis::new(1000, seed).next_record();
         let smoothed = |values: &[f64]| {
             let smooth = |last: &mut f64, value: &f64| {

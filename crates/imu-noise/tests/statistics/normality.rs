@@ -1,5 +1,5 @@
-//! Normality is affirmed of normal records, correlated and rounded ones too, denied of others, and
-//! left open where nobody can tell.
+//! Normality is confirmed for normal records, including correlated and rounded ones, rejected for
+//! others, and left open if it cannot be decided.
 
 use imu_noise::{ChannelSignal, Moments, Normality, NotJudged, SpectrumPlan};
 
@@ -41,7 +41,7 @@ fn other_distributions_are_not_consistent() {
 }
 
 #[test]
-fn it_is_left_open_where_nobody_can_tell() {
+fn it_is_undecided_without_evidence() {
     let (white, _, walk) = Synthesis::new(SAMPLES, 10).next_record();
     let short = judge(&rounded(&white[..900], 100.0)).unwrap_err();
     assert!(matches!(short, NotJudged::TooShort { effective_samples, .. } if effective_samples <= 900.0), "{short}");

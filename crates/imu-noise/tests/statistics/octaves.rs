@@ -19,7 +19,7 @@ fn one_pass(estimator: Estimator, deviation: Deviation, counts: &[i32]) -> Vec<O
     octaves.sums().collect()
 }
 
-/// Compares with all rows of the six statistics, both ways; returns how many rows there were.
+/// Compares with all rows of the six statistics, both ways; returns the number of rows.
 fn check(rows: &[Row], scale: f64, sums_of: impl Fn(Estimator, Deviation) -> Vec<OctaveSum>) -> usize {
     let mut used = 0;
     for (stat, estimator, deviation) in STATISTICS {
@@ -133,7 +133,7 @@ fn lcg_long() {
     assert_eq!(used, 210);
 }
 
-/// The table of the long streams ends there.
+/// The table of the long streams ends at this factor.
 fn up_to_2_20(sums: Vec<OctaveSum>) -> Vec<OctaveSum> {
     sums.into_iter().filter(|sum| sum.m <= 1 << 20).collect()
 }

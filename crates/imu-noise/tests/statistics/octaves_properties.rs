@@ -1,4 +1,4 @@
-//! Octave sums against their definition, for any division, any gaps and any counts.
+//! Octave sums against their definition, with any division, any gaps and any counts.
 
 use imu_noise::{Deviation, Estimator, Octaves};
 use proptest::{collection::vec, prelude::*};
@@ -15,7 +15,7 @@ struct Definition {
     runs: Vec<(usize, Vec<Option<i32>>)>,
 }
 
-/// An octave: whole windows and their squares, all windows, their share present and variance.
+/// An octave: whole windows and their squares, all windows, their present share and variance.
 #[derive(Debug)]
 struct Row {
     m: u64,
@@ -50,7 +50,7 @@ impl Definition {
         (0..12).filter_map(|k| self.row(1 << k, stride(1 << k), deviation)).collect()
     }
 
-    /// At any averaging factor.
+    /// The row at any averaging factor.
     fn row(&self, m: usize, stride: usize, deviation: Deviation) -> Option<Row> {
         let weights: &[f64] = match deviation {
             Deviation::Allan => &[-1.0, 1.0],
@@ -76,7 +76,7 @@ impl Definition {
                     squares += (z as f64).powi(2);
                     continue;
                 }
-                // about the first sample: means of large counts cancel
+                // about the first sample, because means of large counts cancel
                 let origin = clusters[0][0];
                 let mean = |cluster: &Vec<i64>| {
                     cluster.iter().map(|c| (c - origin) as f64).sum::<f64>() / cluster.len() as f64
@@ -158,7 +158,7 @@ proptest! {
     }
 
     #[test]
-    fn a_long_gap_is_as_many_single_ones(
+    fn a_long_gap_equals_as_many_single_ones(
         (estimator, deviation) in estimators(),
         parts in vec((vec(-4000..4000, 0..200), 1_u64..3000), 1..5),
     ) {
@@ -211,7 +211,7 @@ proptest! {
     }
 
     #[test]
-    fn offset_scale_and_direction_of_time_do_what_they_must(
+    fn offset_scale_and_direction_of_time_have_the_expected_effect(
         counts in vec(-9000..9000, 0..1000),
         offset in -1_000_000..1_000_000,
         factor in 1_i32..1000,

@@ -1,4 +1,4 @@
-//! Planned lengths against records of those lengths.
+//! Planned lengths compared with records of those lengths.
 
 use imu_noise::{
     Aim, ChannelCurve, ChannelSignal, Deviation, Estimator, NoiseModel, Octaves, Parameter, RecordShape, SpectrumPlan,
@@ -16,7 +16,7 @@ struct Noise {
 }
 
 impl Noise {
-    /// As parameters per second.
+    /// The noise as parameters per second.
     fn truth(&self) -> Vec<(Term, f64)> {
         let all = [
             (Term::White, INTERVAL_S.sqrt()),
@@ -30,7 +30,7 @@ impl Noise {
         Wanted { term, aim, truth: &self.truth(), missed: 0.2, tests: 1 }.record_s(INTERVAL_S, 0.95).unwrap()
     }
 
-    /// What `records` of that length say of `term`.
+    /// The results of `records` of that length for `term`.
     fn simulated(&self, term: Term, duration_s: f64, records: usize, seed: u64) -> Vec<Parameter> {
         let samples = (duration_s / INTERVAL_S) as usize;
         let mut synthesis = Synthesis::new(samples, seed);
@@ -65,7 +65,7 @@ impl Noise {
     }
 }
 
-/// Of the regression line, per sample.
+/// The slope of the regression line, per sample.
 fn slope(counts: &[i32]) -> f64 {
     let n = counts.len() as f64;
     let middle = (n - 1.0) / 2.0;
@@ -78,7 +78,7 @@ fn found(parameters: &[Parameter]) -> f64 {
     found as f64 / parameters.len() as f64
 }
 
-/// The spread of the width is larger where there are few windows, of white noise more so.
+/// The spread of the width is larger with few windows, particularly for white noise.
 #[test]
 fn a_wide_interval_is_planned_with_a_wide_margin() {
     let noise = Noise { flicker: 0.0, step: 0.02 };
@@ -166,7 +166,7 @@ fn the_smallest_walk_of_a_length_is_the_one_first_found_at_that_length() {
 }
 
 #[test]
-fn flicker_noise_hides_a_walk_and_what_is_not_there_is_never_found() {
+fn flicker_noise_hides_a_walk_and_absent_noise_is_never_found() {
     let alone = Noise { flicker: 0.0, step: 2e-3 }.record_s(Term::RateRandomWalk, Aim::Found);
     let hidden = Noise { flicker: 0.2, step: 2e-3 }.record_s(Term::RateRandomWalk, Aim::Found);
     assert!(hidden > 3.0 * alone, "{alone} s alone, {hidden} s hidden");

@@ -1,7 +1,7 @@
-//! Real recordings. One at rest with a vibration line: white noise is found beside it, and nothing
-//! is invented. One shaken by hand: said to be so.
+//! Real recordings. One at rest with a vibration line: white noise is found in spite of it, and no
+//! false term. One shaken by hand: detected.
 //!
-//! Reads the folder named by `VN100_CAPTURES`; skipped where there is none.
+//! Reads the folder named by `VN100_CAPTURES`; skipped if there is none.
 
 use std::{env, fs, path::Path};
 
@@ -11,7 +11,7 @@ use imu_noise::{
 };
 
 #[test]
-fn white_noise_is_read_beside_a_vibration_line() {
+fn white_noise_is_measured_with_a_vibration_line() {
     let Some(text) = recording("vn100-static-kiran-330s.vnymr") else { return };
     // (field of the line, decimals, N of the spectrum between the lines)
     for (field, decimals, white) in [(11, 6, 1.21e-4), (8, 3, 2.0e-3)] {
@@ -46,7 +46,7 @@ fn white_noise_is_read_beside_a_vibration_line() {
 const INERTIAL: std::ops::RangeInclusive<usize> = 7..=12;
 
 #[test]
-fn the_vibration_line_is_found_and_nothing_else_is_said_of_a_record_at_rest() {
+fn the_vibration_line_is_the_only_finding_of_a_record_at_rest() {
     let Some(text) = recording("vn100-static-kiran-330s.vnymr") else { return };
     for field in INERTIAL {
         let signal = signal(&counts(&text, field));

@@ -1,11 +1,11 @@
-//! A channel's blocks are exact, and nothing depends on the division of its samples over calls.
+//! A channel's blocks are exact, and the results do not depend on the division of its samples over calls.
 
 use imu_noise::{
     ChannelSignal, Histogram, LevelFindings, LevelSearch, MAX_BLOCKS, Moments, NoiseChanges, Sides, SpectrumPlan,
 };
 use proptest::{collection::vec, prelude::*};
 
-/// Stretches of samples, each with what is missing behind it.
+/// Stretches of samples, each with the number of missing samples after it.
 type Stretches = Vec<(Vec<i32>, Option<u64>)>;
 
 fn stretches(count: impl Strategy<Value = i32> + Clone) -> impl Strategy<Value = Stretches> {
@@ -22,7 +22,7 @@ fn divided(stretches: &Stretches, part: usize) -> ChannelSignal {
     signal
 }
 
-/// Noise with single samples far out, and now and then a sensor that hangs.
+/// Noise with single outliers, and occasionally a frozen sensor.
 fn disturbed() -> impl Strategy<Value = Stretches> {
     let noise = vec(prop_oneof![40 => -90..90, 1 => -90_000..90_000], 0..1500);
     let counts = prop_oneof![4 => noise, 1 => (-90..90, 0_usize..900).prop_map(|(count, len)| vec![count; len])];
@@ -61,7 +61,7 @@ proptest! {
     }
 
     #[test]
-    fn blocks_are_what_their_samples_say(stretches in stretches(any::<i32>())) {
+    fn blocks_agree_with_their_samples(stretches in stretches(any::<i32>())) {
         let signal = divided(&stretches, 97);
         let mut samples = Vec::new();
         let mut next = 0_u64;
@@ -123,7 +123,7 @@ fn blocks_double_as_the_record_grows() {
 }
 
 #[test]
-fn nothing_is_said_of_nothing() {
+fn an_empty_record_has_no_findings() {
     let signal = ChannelSignal::new(&SpectrumPlan::new());
     assert!(signal.disturbances(0.025).is_empty());
     assert_eq!(LevelSearch::of([&signal]).find(&signal, 0.025, 3), LevelFindings::default());

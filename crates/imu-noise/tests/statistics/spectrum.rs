@@ -1,4 +1,4 @@
-//! The spectrum against SciPy's, and what gaps, length and late lines do to it.
+//! The spectrum compared with SciPy's, and the effect of gaps, length and late lines.
 
 use std::f64::consts::TAU;
 
@@ -25,7 +25,8 @@ fn densities_equal_those_of_scipy() {
         for (point, row) in density.points.iter().zip(expected) {
             let number = |name| field(row, name).parse::<f64>().unwrap();
             assert_eq!(point.frequency_hz, number("frequency_hz"));
-            // SciPy leaves the power at half the sampling rate undoubled, spread over half a point
+            // SciPy does not double the power at half the sampling rate, which is spread over half
+            // a point
             let is_last = number("frequency_hz") == 0.5 / INTERVAL_S;
             let expected = number("density") * if is_last && sides == Sides::One { 2.0 } else { 1.0 };
             let error = point.density_unit2_hz / expected - 1.0;
@@ -47,7 +48,7 @@ fn without_a_full_segment_or_an_interval_there_is_no_density() {
     }
 }
 
-/// Behind 65 536 places one segment in four is taken.
+/// After 65 536 places one segment in four is taken.
 #[test]
 fn segments_are_spaced_by_the_samples_or_by_all_places() {
     let segments = |mut signal: ChannelSignal| {
@@ -69,7 +70,7 @@ fn a_constant_has_no_line_and_no_noise() {
 
 #[test]
 fn a_line_has_its_frequency_amplitude_and_share() {
-    // standard deviation 100, of a sine with the amplitude 50 too
+    // standard deviation 100, and a sine with the amplitude 50
     for (frequency_hz, interval_s) in [(7.3, 0.025), (18.4, 0.025), (0.21, 1.0), (61.7, 0.005)] {
         let found = only(&signal(&with_sine(&white(100_000), 50.0, frequency_hz * interval_s)), interval_s);
         assert!((found.frequency_hz / frequency_hz - 1.0).abs() < 1e-3, "{found:?} at {frequency_hz} Hz");
@@ -90,7 +91,7 @@ fn a_line_is_at_one_of_its_aliases() {
 }
 
 #[test]
-fn a_line_that_comes_late_in_a_long_record_is_found() {
+fn a_late_line_in_a_long_record_is_found() {
     let mut counts = white(720_000);
     let late = 600_000;
     let shaken = with_sine(&counts[late..], 50.0, 7.3 * INTERVAL_S);
@@ -124,20 +125,20 @@ fn no_segment_lacks_a_sample_or_reaches_across_a_break() {
         for part in counts.chunks(500) {
             signal.push(part);
             signal.gap(missing);
-            // behind a break, from the next place on at which a long one may begin
+            // after a break, from the next possible start of a long segment on
             let is_break = missing.is_none_or(|missing| missing == 0);
             let first = end.next_multiple_of(if is_break { 256 } else { 64 });
             short += (first..=end + part.len() - 128).step_by(64).count() as u64;
             end += part.len() + missing.unwrap_or(0) as usize;
         }
-        // no long one fits
+        // no long segment fits
         let density = signal.spectrum().density(Sides::One, INTERVAL_S, 0).unwrap();
         assert_eq!((density.segment_samples, density.segments), (128, short), "{missing:?}");
     }
 }
 
 #[test]
-fn gaps_without_end_leave_densities_as_they_are() {
+fn endless_gaps_leave_densities_unchanged() {
     // a line lost after each 300, for as long as 40 hours at 40 Hz
     let mut signal = ChannelSignal::new(&SpectrumPlan::new());
     let counts = white(300);
@@ -153,7 +154,7 @@ fn gaps_without_end_leave_densities_as_they_are() {
 }
 
 #[test]
-fn what_comes_behind_a_long_gap_weighs_no_more() {
+fn samples_after_a_long_gap_have_no_greater_weight() {
     let mut signal = ChannelSignal::new(&SpectrumPlan::new());
     signal.push(&white(20_000));
     signal.gap(Some(100_000_000));
@@ -173,7 +174,7 @@ fn only(signal: &ChannelSignal, interval_s: f64) -> SpectralLine {
 
 #[test]
 fn cycles_of_seconds_and_of_minutes_are_found_in_hours() {
-    // standard deviation 100; by the sums of 32 samples and of 1024
+    // standard deviation 100; from the sums of 32 samples and of 1024
     let (samples, periods, amplitudes) = (400_000, [480.0, 16_000.0], [10.0, 20.0]);
     let cycles = |i: usize| -> f64 {
         let of = |(period, amplitude): (&f64, f64)| amplitude * (TAU * i as f64 / period).sin();
@@ -189,7 +190,7 @@ fn cycles_of_seconds_and_of_minutes_are_found_in_hours() {
         assert!((line.share_of_variance / (amplitude * amplitude / 2e4) - 1.0).abs() < 0.2, "{line:?}");
     }
     assert_eq!(whole.narrow_bands(1.0).len(), 2);
-    // a loss leaves no segment of the fast spectra whole, and takes a few windows of a sum of 1024
+    // a loss leaves no segment of the fast spectra complete, and removes a few windows from a sum of 1024
     let mut lossy = ChannelSignal::new(&SpectrumPlan::new());
     for part in counts.chunks(2000) {
         lossy.push(&part[150..]);

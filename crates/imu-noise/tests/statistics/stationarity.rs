@@ -1,4 +1,4 @@
-//! Where a disturbance, a step and a warm-up are said to be, and how large.
+//! The places and sizes of a disturbance, a step and a warm-up.
 
 use imu_noise::{ChannelSignal, LevelSearch, LevelShape, SpectrumPlan};
 
@@ -10,17 +10,17 @@ const SAMPLES: usize = 24_000;
 const COUNTS: f64 = 100.0;
 
 #[test]
-fn a_disturbance_is_told_by_its_windows() {
+fn a_disturbance_is_reported_by_its_windows() {
     let slam = |i: usize| if (12_000..12_040).contains(&i) && i % 4 < 2 { 6.0 } else { 0.0 };
     let found = signal(&record(slam), &[]).disturbances(INTERVAL_S);
     assert_eq!(found.len(), 1);
-    // windows of 32 samples: 375 and 376 hold the 40 samples
+    // Windows of 32 samples: 375 and 376 contain the 40 samples
     assert_eq!((found[0].start_s, found[0].end_s), (300.0, 301.6));
     assert!(found[0].sigmas > 10.0, "{found:?}");
 }
 
 #[test]
-fn each_of_several_disturbances_is_told_in_time_order() {
+fn several_disturbances_are_reported_in_time_order() {
     let slam = |i: usize| if i % 4000 < 40 && i % 4 < 2 { 6.0 * (1 + i / 4000) as f64 } else { 0.0 };
     let found = signal(&record(slam), &[]).disturbances(INTERVAL_S);
     let starts_s: Vec<_> = found.iter().map(|found| found.start_s).collect();
@@ -28,11 +28,11 @@ fn each_of_several_disturbances_is_told_in_time_order() {
 }
 
 #[test]
-fn a_gap_moves_what_follows_and_is_no_disturbance() {
+fn a_gap_shifts_later_samples_and_is_no_disturbance() {
     let slam = |i: usize| if (12_000..12_040).contains(&i) && i % 4 < 2 { 6.0 } else { 0.0 };
     let found = signal(&record(slam), &[(8000, Some(4000))]).disturbances(INTERVAL_S);
     assert_eq!((found.len(), found[0].start_s), (1, 400.0));
-    // behind a gap of unknown length the level may be another: no window is compared across
+    // after a gap of unknown length the level may differ, so no windows are compared across it
     let moved = |i: usize| if i < 12_000 { 0.0 } else { 50.0 };
     assert!(signal(&record(moved), &[(12_000, None)]).disturbances(INTERVAL_S).is_empty());
     assert!(!signal(&record(moved), &[]).disturbances(INTERVAL_S).is_empty());
@@ -70,7 +70,7 @@ fn a_cycle_has_its_period_and_size() {
 }
 
 #[test]
-fn a_cycle_that_the_record_holds_one_to_three_times_has_its_period_and_size() {
+fn a_cycle_with_one_to_three_periods_has_its_period_and_size() {
     let duration_s = SAMPLES as f64 * INTERVAL_S;
     for cycles in [1.0, 1.5, 1.75, 2.5] {
         for phase in [0.3, 1.7, 3.1, 5.0] {
@@ -88,7 +88,7 @@ fn a_cycle_that_the_record_holds_one_to_three_times_has_its_period_and_size() {
 #[test]
 fn the_level_is_judged_between_long_gaps() {
     let counts = record(|i| if i < 15_000 { 0.0 } else { -0.8 });
-    // the longer part holds the step, and has its place behind the gap
+    // the longer part contains the step, and its place is after the gap
     let find = |gap: usize| change_in(&signal(&counts, &[(gap, Some(4000))]));
     let change = find(4000).unwrap();
     let LevelShape::Step { start_s, .. } = change.shape else { panic!("{change:?}") };
@@ -97,7 +97,7 @@ fn the_level_is_judged_between_long_gaps() {
 }
 
 #[test]
-fn a_drift_without_end_has_no_skip() {
+fn an_endless_drift_has_no_skip() {
     let change = level_change(&|i| 4.0 * i as f64 / SAMPLES as f64).unwrap();
     let LevelShape::WarmUp { amplitude, time_constant_s, skip_s: None } = change.shape else { panic!("{change:?}") };
     assert!(amplitude < -4.0 && time_constant_s > 300.0 && change.is_ramp, "{change:?}");
@@ -111,13 +111,13 @@ fn change_in(signal: &ChannelSignal) -> Option<imu_noise::LevelChange> {
     LevelSearch::of([signal]).find(signal, INTERVAL_S, 2).change
 }
 
-/// White noise with standard deviation 1, and what is added.
+/// White noise with standard deviation 1, plus `added`.
 fn record(added: impl Fn(usize) -> f64) -> Vec<i32> {
     let white = Synthesis::new(SAMPLES, 12).next_record().0;
     white.iter().enumerate().map(|(i, white)| (COUNTS * (white + added(i))).round() as i32).collect()
 }
 
-/// With gaps at the places given.
+/// A channel with gaps at these places.
 fn signal(counts: &[i32], gaps: &[(usize, Option<u64>)]) -> ChannelSignal {
     let mut signal = ChannelSignal::new(&SpectrumPlan::new());
     let mut pushed = 0;

@@ -1,4 +1,4 @@
-//! Stretches with places shared by several channels, against runs and gaps one by one.
+//! Stretches with places shared by several channels, against individual runs and gaps.
 
 use imu_noise::{ChannelAccumulator, ChannelSignal, Deviation, Estimator, Sides, SpectrumPlan, Stretch, WindowPlans};
 use proptest::{collection::vec, prelude::*};
@@ -40,7 +40,7 @@ fn counts(shift: u32) -> impl FnMut() -> i32 {
     }
 }
 
-/// A channel that takes stretches, and one that takes runs and gaps one by one.
+/// A channel that takes stretches, and one that takes individual runs and gaps.
 struct Pair {
     accumulators: [ChannelAccumulator; 2],
     signals: [ChannelSignal; 2],

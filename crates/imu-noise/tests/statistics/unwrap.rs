@@ -31,7 +31,7 @@ fn the_first_sample_is_brought_to_the_principal_branch() {
 }
 
 #[test]
-fn steps_go_the_short_way_and_half_a_turn_goes_up() {
+fn steps_take_the_short_way_and_half_a_turn_is_positive() {
     assert_eq!(pieces(&mut Unwrap::new(TURN), &[0, 180_000, 0, -180_000]), [[0, 180_000, 360_000, 540_000]]);
     // Half an odd turn is no whole count.
     assert_eq!(pieces(&mut Unwrap::new(7), &[3, -3, 3, 0]), [[3, 4, 3, 0]]);

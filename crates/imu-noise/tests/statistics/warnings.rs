@@ -1,5 +1,5 @@
-//! Clean records of twelve channels say nothing, disturbed ones say what happened and where. The
-//! benchmark of the same name does the same with more and longer records.
+//! Clean records of twelve channels give no warning; disturbed ones give the kind and place of the
+//! disturbance. The benchmark of the same name does the same with more and longer records.
 
 use imu_noise::SpectrumPlan;
 
@@ -9,7 +9,7 @@ use crate::synthetic::{Random, Synthesis};
 const SAMPLES: usize = (600.0 * RATE_HZ) as usize;
 
 #[test]
-fn clean_records_say_nothing() {
+fn clean_records_give_no_warning() {
     let plan = SpectrumPlan::new();
     let mut random = Random(3);
     let mut synthesis = Synthesis::new(SAMPLES, 4);
@@ -25,7 +25,7 @@ fn clean_records_say_nothing() {
 }
 
 #[test]
-fn disturbances_are_found_where_they_are() {
+fn disturbances_are_found_at_their_places() {
     let warm_up = Disturbance::WarmUp { sigmas: 24.0, time_constant_s: 60.0 };
     let plan = SpectrumPlan::new();
     let mut random = Random(5);

@@ -1,4 +1,4 @@
-//! Clean records of known noise, the same with a disturbance, and what is found in them.
+//! Clean records of known noise, the same with a disturbance, and their findings.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,7 +9,7 @@ use crate::synthetic::Random;
 pub(crate) const RATE_HZ: f64 = 40.0;
 const INTERVAL_S: f64 = 1.0 / RATE_HZ;
 
-/// Amplitudes beside white noise of standard deviation 1, drawn log-uniformly for each channel.
+/// Amplitudes relative to white noise of standard deviation 1, drawn log-uniformly for each channel.
 pub(crate) struct Noise {
     pub(crate) name: &'static str,
     flicker: Option<(f64, f64)>,
@@ -22,28 +22,27 @@ pub(crate) const NOISES: [Noise; 3] = [
     Noise { name: "white + walk", flicker: None, step: Some((1e-4, 1e-2)) },
 ];
 
-/// Counts per standard deviation of white noise, from less than the last digit on: one of them for
+/// Counts per standard deviation of white noise, from less than the last digit on: one value for
 /// each channel.
 const COUNTS: [f64; 4] = [0.6, 3.0, 30.0, 1000.0];
 
-/// What is added to a clean record.
+/// The disturbance added to a clean record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Disturbance {
     /// Ringing at 2 to 18 Hz for a second, with an amplitude of 5 standard deviations of the white
     /// noise.
     Slam,
-    /// Half a sine of a second, as high.
+    /// Half a sine of one second, with the same amplitude.
     Push,
     /// A sine at 1 to 19.5 Hz throughout, with an amplitude of half a standard deviation.
     Line,
-    /// The same in the last quarter of the record only.
+    /// The same only in the last quarter of the record.
     LateLine,
-    /// A level that relaxes from the start on, and begins so many standard deviations of the clean
-    /// record's block means off.
+    /// A level that relaxes from the start on, and begins with an offset of this many standard
+    /// deviations of the clean record's block means.
     WarmUp { sigmas: f64, time_constant_s: f64 },
 }
 
-/// The findings of one channel.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Findings {
     pub(crate) lines_hz: Vec<f64>,
@@ -104,7 +103,7 @@ impl Channel {
         self.counts(|_| 0.0)
     }
 
-    /// Whether the disturbance is found where it is, in a copy of the record.
+    /// Whether the disturbance is found at its place, in a copy of the record.
     pub(crate) fn shows(&self, disturbance: Disturbance, plan: &SpectrumPlan, random: &mut Random) -> bool {
         let samples = self.values.len();
         let start = ((0.05 + 0.9 * random.uniform()) * samples as f64) as usize;
@@ -132,14 +131,14 @@ impl Channel {
             Disturbance::WarmUp { sigmas, time_constant_s } => {
                 let counts = self.warmed_up(sigmas, time_constant_s, plan);
                 let skip_s = Findings::of(&counts, plan).warm_up_skip_s();
-                // Without what is to be skipped it must be gone.
+                // Without the part to be skipped it must disappear.
                 let cured = |skip_s: f64| Findings::of(&counts[(skip_s * RATE_HZ) as usize..], plan);
                 skip_s.is_some_and(|skip_s| skip_s.is_none_or(|skip_s| cured(skip_s).warm_up_skip_s().is_none()))
             }
         }
     }
 
-    /// With a level that relaxes from so many standard deviations of the block means.
+    /// The channel with a level that relaxes from this many standard deviations of the block means.
     pub(crate) fn warmed_up(&self, sigmas: f64, time_constant_s: f64, plan: &SpectrumPlan) -> Vec<i32> {
         let amplitude = sigmas * self.block_mean_std(plan);
         self.counts(|i| amplitude * (-(i as f64) * INTERVAL_S / time_constant_s).exp())

@@ -50,7 +50,7 @@ impl Synthesis {
         cumulative(values[..self.samples].iter().map(|(real, _)| *real))
     }
 
-    /// Fast Fourier transform, decimation in frequency with the result put in order.
+    /// Fast Fourier transform, decimation in frequency with the result in natural order.
     fn transform(&self, values: &mut [(f64, f64)]) {
         let size = values.len();
         let mut half = size / 2;
@@ -89,7 +89,7 @@ fn cumulative(values: impl Iterator<Item = f64>) -> Vec<f64> {
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    /// From 0 to 1.
+    /// A uniform number from 0 to 1.
     pub(crate) fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;

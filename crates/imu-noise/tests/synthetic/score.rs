@@ -1,4 +1,4 @@
-//! Which intervals of a record with known noise hold the truth.
+//! The intervals of a record with known noise that contain the truth.
 
 use imu_noise::{
     ChannelCurve, Deviation, Estimator, Interval, NoiseFit, NoiseModel, Octaves, Parameter, PowerLaw, RecordShape,
@@ -7,7 +7,7 @@ use imu_noise::{
 
 pub(crate) const RATE_HZ: f64 = 40.0;
 pub(crate) const CONFIDENCE: f64 = 0.95;
-/// Counts per standard deviation of white noise: rounding is out of sight.
+/// Counts per standard deviation of white noise, so that rounding is negligible.
 const COUNTS: f64 = 10_000.0;
 
 pub(crate) const TERMS: [Term; 4] = [Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
@@ -32,7 +32,7 @@ pub(crate) const NOISES: [Noise; 8] = [
     Noise { name: "all, ramp", flicker: 0.1, step: 1e-3, ramp: 1.0 },
 ];
 
-/// Intervals and bounds that held, and parameters that were called estimated, of all.
+/// Number of intervals and bounds that held, of parameters that were called estimated, and of all.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Score {
     pub(crate) held: usize,
@@ -50,23 +50,23 @@ impl Score {
     }
 }
 
-/// What became of the records of one noise.
+/// The results for the records of one noise.
 #[derive(Clone, Default)]
 pub(crate) struct Cell {
-    /// In the order of [`TERMS`].
+    /// Scores in the order of [`TERMS`].
     pub(crate) terms: [Score; TERMS.len()],
-    /// Octaves with more than 10 degrees of freedom.
+    /// The score of octaves with more than 10 degrees of freedom.
     pub(crate) octaves: Score,
     pub(crate) rejected: usize,
     /// Records that seem to fall below their own white noise, by 3.7 standard deviations.
     pub(crate) below_white: usize,
-    /// N of the same records, where the bias was tracked out of them.
+    /// N of the same records after a filter that tracks the bias.
     pub(crate) tracked_white: Score,
-    /// The minimum of the curve, as data sheets have it; estimated where it has a lower end.
+    /// The minimum of the curve, as given in data sheets; estimated if it has a lower end.
     pub(crate) minimum: Score,
 }
 
-/// The record in the unit in which white noise has the standard deviation 1, as counts.
+/// The record as counts, in a unit in which white noise has the standard deviation 1.
 pub(crate) fn counts(noise: &Noise, (white, flicker, walk): &(Vec<f64>, Vec<f64>, Vec<f64>)) -> Vec<i32> {
     let slope = noise.ramp / white.len() as f64;
     let samples = white.iter().zip(flicker).zip(walk).enumerate();
@@ -77,8 +77,8 @@ pub(crate) fn counts(noise: &Noise, (white, flicker, walk): &(Vec<f64>, Vec<f64>
     samples.map(value).collect()
 }
 
-/// What a filter that tracks the bias leaves of a record, its time constant half a minute: a
-/// first-order high-pass that lets the highest frequency through as it is.
+/// The output of a filter that tracks the bias, with a time constant of half a minute: a
+/// first-order high-pass that leaves the highest frequency unchanged.
 pub(crate) fn tracked(counts: &[i32]) -> Vec<i32> {
     let half_step = 1.0 / (2.0 * 30.0 * RATE_HZ);
     let (memory, gain) = ((1.0 - half_step) / (1.0 + half_step), 1.0 / (1.0 + half_step));
@@ -91,13 +91,13 @@ pub(crate) fn tracked(counts: &[i32]) -> Vec<i32> {
     filtered.collect()
 }
 
-/// What is read out of a record.
+/// The results from a record.
 pub(crate) struct ReadOut {
     pub(crate) shape: RecordShape,
     pub(crate) octaves: Vec<imu_noise::Octave>,
     pub(crate) variances: Vec<f64>,
     slope_s: f64,
-    /// Of every interval.
+    /// The level of every interval.
     confidence: f64,
 }
 
@@ -115,7 +115,7 @@ impl ReadOut {
         }
     }
 
-    /// With intervals at another level.
+    /// The same with intervals at another level.
     pub(crate) fn at(self, confidence: f64) -> Self {
         Self { confidence, ..self }
     }
@@ -128,7 +128,7 @@ impl ReadOut {
         model.fit(&ChannelCurve::new(&self.variances, Some(self.slope_s)), self.confidence)
     }
 
-    /// N by the averaging times that show nothing of a filter which tracks the bias.
+    /// N from the averaging times without the effect of a filter that tracks the bias.
     pub(crate) fn white(&self) -> Parameter {
         let before_filter = |octave: &&imu_noise::Octave| octave.m as f64 / RATE_HZ <= 10.0;
         let octaves = self.octaves.iter().take_while(before_filter).count();
@@ -189,7 +189,7 @@ impl Cell {
     }
 }
 
-/// Of the regression line, in counts per sample.
+/// The slope of the regression line, in counts per sample.
 fn slope(counts: &[i32]) -> f64 {
     let n = counts.len() as f64;
     let centre = (n - 1.0) / 2.0;

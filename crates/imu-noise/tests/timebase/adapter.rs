@@ -1,6 +1,6 @@
 //! Lines through a USB serial adapter, which sends a packet of 62 bytes when it is full, and
-//! otherwise what it has when its latency timer runs out (FTDI application note AN232B-04): the
-//! tail of a line may wait for the next line.
+//! otherwise its pending bytes when its latency timer expires (FTDI application note AN232B-04).
+//! The tail of a line may wait for the next line.
 
 use imu_noise::timebase::GapDetector;
 
@@ -11,10 +11,10 @@ const LINE_BYTES: [u64; 4] = [122, 112, 95, 135];
 
 const PACKET_BYTES: u64 = 62;
 
-/// The latency timer as delivered, and at its shortest.
+/// The latency timer at its factory default, and at its shortest.
 const TIMERS_S: [f64; 2] = [0.016, 0.001];
 
-/// The most of the baud rate that a sensor uses.
+/// The largest share of the baud rate that a sensor uses.
 const MOST_LOAD: f64 = 0.95;
 
 #[derive(Clone, Copy, Debug)]
@@ -24,14 +24,14 @@ struct Adapter {
     line_bytes: u64,
     timer_s: f64,
     clock_ppm: f64,
-    /// The share of the bytes that are lost before the adapter.
+    /// The share of bytes that are lost before the adapter.
     lost_share: f64,
     seed: u64,
 }
 
 impl Adapter {
     /// The stamps of the lines without a lost byte that arrive while the sensor sends this many,
-    /// and how many others it sends between the first and the last of them.
+    /// and the number of other lines between the first and the last of them.
     fn stamps(self, lines: u64) -> (Vec<f64>, u64) {
         let mut random = Random::new(self.seed);
         let mut last_packet_s = 1.0 - self.timer_s * random.unit();
@@ -46,7 +46,7 @@ impl Adapter {
                 if timers > 0.0 {
                     arrived.extend(waiting.drain(..).map(|line| (line, last_packet_s + self.timer_s)));
                     waiting_bytes = 0;
-                    // an empty packet restarts the timer too
+                    // an empty packet restarts the timer as well
                     last_packet_s += timers * self.timer_s;
                 }
                 if random.unit() < self.lost_share {
@@ -70,7 +70,7 @@ impl Adapter {
     }
 }
 
-/// Each message at each rate and baud rate that it fits, with each timer.
+/// Each message at each rate and each sufficient baud rate, with each timer.
 fn adapters() -> Vec<Adapter> {
     let mut adapters = Vec::new();
     for line_bytes in LINE_BYTES {

@@ -38,7 +38,7 @@ fn a_clock_set_back_is_followed() {
 
 #[test]
 fn lines_in_doubt_when_the_clock_is_set_back_are_no_loss() {
-    // Every 1000 lines, behind 8 that are late.
+    // Every 1000 lines, after 8 late ones.
     let stamps = Link { start_s: 100.0, ..Link::steady(40.0) }.stamps(4000).enumerate();
     let stamps = stamps.map(|(line, stamp_s)| {
         let late_s = if line < 3000 && line % 1000 >= 992 { 0.03 } else { 0.0 };

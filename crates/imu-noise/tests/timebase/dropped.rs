@@ -1,4 +1,4 @@
-//! Samples that are dropped from the first one on, however late the others are, at each rate.
+//! Samples that are dropped from the first one on, with any lateness of the others, at each rate.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use crate::link::RATES_HZ;
 
-/// How the rate is known.
+/// The source of the rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Known {
     Told,
@@ -20,7 +20,7 @@ struct Lossy {
     rate_hz: f64,
     clock_ppm: f64,
     sent: usize,
-    /// In [0, 1) for each sample: whether it is dropped, and how late it is.
+    /// In [0, 1) for each sample: whether it is dropped, and its lateness.
     chances: Vec<(f64, f64)>,
     dropped: f64,
     jitter_s: f64,
@@ -28,7 +28,7 @@ struct Lossy {
 }
 
 impl Lossy {
-    /// The arrivals, and how many samples are missing between the first and the last.
+    /// The arrivals, and the number of missing samples between the first and the last.
     fn arrivals_s(&self) -> (Vec<f64>, i64) {
         let (mut kept, mut places, mut latest_s) = (Vec::new(), Vec::new(), 0.0_f64);
         for place in 0..self.sent {
@@ -63,7 +63,7 @@ fn lossy() -> impl Strategy<Value = Lossy> {
         })
 }
 
-/// The summary, the missing samples, and after how many seconds the first sample was decided.
+/// The summary, the missing samples, and the seconds until the first sample was decided.
 fn detected(known: Known, rate_hz: f64, arrivals_s: &[f64]) -> (TimebaseSummary, i64, Option<f64>) {
     let mut detector = GapDetector::new(&RATES_HZ, (known == Known::Told).then_some(rate_hz));
     if known == Known::Reported {
@@ -104,7 +104,7 @@ proptest! {
         let what = format!("{missing} of {expected}, {known:?}, {} Hz, {:.2} dropped, {:.4} s {}: {summary:?}",
             stream.rate_hz, stream.dropped, stream.jitter_s, stream.is_exponential);
         if known == Known::Unknown && summary.nominal.is_none_or(|nominal| nominal.hz() != stream.rate_hz) {
-            // what cannot be known is said, and only where samples are more than half a period late
+            // a refusal is allowed only if samples are more than half a period late
             prop_assert!(stream.jitter_s * stream.rate_hz > 0.2, "{}", what);
             return Ok(());
         }

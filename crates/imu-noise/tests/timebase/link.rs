@@ -1,4 +1,4 @@
-//! A sensor, the way its lines reach the host, and what the time base makes of them.
+//! A sensor, the path of its lines to the host, and the results of the time base.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ impl Random {
         Self(seed)
     }
 
-    /// Uniform in [0, 1).
+    /// A uniform number in [0, 1).
     pub(crate) fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -24,16 +24,16 @@ impl Random {
     }
 }
 
-/// A sensor and the way its lines reach the host.
+/// A sensor and the path of its lines to the host.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link {
     pub(crate) rate_hz: f64,
     pub(crate) clock_ppm: f64,
-    /// Each line is up to so much late.
+    /// Each line is late by up to this time.
     pub(crate) jitter_s: f64,
-    /// The host reads at multiples of this time; 0: at once.
+    /// The host reads at multiples of this time; 0 for reads at once.
     pub(crate) read_s: f64,
-    /// Time of the first line, so that reads fall anywhere among the lines.
+    /// Time of the first line, so that reads fall at any place among the lines.
     pub(crate) start_s: f64,
     pub(crate) seed: u64,
 }
@@ -57,8 +57,8 @@ impl Link {
     }
 }
 
-/// The stamps of a link that loses this share of its lines at random, and how many it loses between
-/// the first and the last one kept.
+/// The stamps of a link that loses this share of its lines at random, and the number of lost lines
+/// between the first and the last kept one.
 pub(crate) fn losing(link: Link, lost_share: f64, lines: u64) -> (Vec<f64>, u64) {
     let mut random = Random(link.seed);
     let (mut kept, mut last) = (Vec::new(), 0);
@@ -102,7 +102,7 @@ pub(crate) fn place_with(
         while let Some(decision) = timebase.poll() {
             match decision {
                 GapEvent::Samples(lines) => placed += lines,
-                // a rate that is measured becomes more exact
+                // a measured rate becomes more exact
                 GapEvent::Rate(rate) => {
                     assert!(placed == 0 || matches!(rate, NominalRate::Measured(_)), "{rate:?} after {placed}")
                 }

@@ -1,4 +1,4 @@
-//! Lost lines, and what looks like them.
+//! Lost lines, and similar effects.
 
 use imu_noise::timebase::GapDetector;
 
@@ -46,10 +46,11 @@ fn a_reader_that_stalls_at_times_hides_no_single_loss() {
 }
 
 #[test]
-fn a_read_that_leaves_lines_behind_loses_nothing() {
+fn a_read_that_leaves_lines_loses_none() {
     for rate_hz in [40.0, 100.0, 200.0] {
         for (away_s, left_s) in [(0.3, 0.2), (0.5, 0.1), (0.5, 0.4), (0.9, 0.7)] {
-            // One at 10 s + away takes what was sent until `left_s` before, the next one, as long after, all the rest.
+            // One read at 10 s + away takes the lines sent until `left_s` before, the next one, equally long after,
+            // all others.
             let stamps = Link::steady(rate_hz).stamps(6000).map(|sent_s| {
                 let first = 10.0..10.0 + away_s - left_s;
                 let second = first.end..10.0 + 2.0 * away_s;
@@ -93,7 +94,8 @@ fn a_later_phase_is_no_loss() {
 
 #[test]
 fn a_reader_that_is_too_slow_is_not_counted_twice() {
-    // Between 25.5 and 69 s it takes one line each 43 ms and loses the others: 1740 were sent, 1000 came.
+    // Between 25.5 and 69 s it takes one line every 43 ms and loses the others: 1740 were sent, 1000
+    // arrived.
     let before = Link::steady(40.0).stamps(1000);
     let slow = (0..1000).map(|line| 25.5 + 0.043 * f64::from(line));
     let after = Link { start_s: 69.0, ..Link::steady(40.0) }.stamps(1000);

@@ -24,7 +24,8 @@ proptest! {
 
     #[test]
     fn bunching_is_no_loss(link in link(1.0, 0.05)) {
-        // Reads once a period look like lost lines where they drift past a line: nothing tells them apart.
+        // Reads once per period look like lost lines if they drift past a line, and cannot be
+        // distinguished from them.
         prop_assume!((link.read_s * link.rate_hz - 1.0).abs() > 0.01);
         let (events, summary) = place(link.stamps(20_000));
         prop_assert_eq!(events.first(), None);
@@ -37,14 +38,14 @@ proptest! {
         removals in prop::collection::vec((prop_oneof![1_usize..12, 1_usize..600], prop_oneof![1_u64..4, 1_u64..=1000]), 1..6),
         after in prop_oneof![1_usize..12, 1_usize..200],
     ) {
-        // The first lines show how late lines are; behind the last ones nothing tells of a loss.
+        // The first lines show the lateness of lines; after the last ones a loss cannot be detected.
         const FIRST: usize = 40;
         let mut stamps = link.stamps(10_000);
         let mut kept: Vec<f64> = stamps.by_ref().take(FIRST).collect();
         let mut expected = Vec::new();
         for &(before, missing) in &removals {
             kept.extend(stamps.by_ref().take(before));
-            // A clock is not known so soon that a long pause could be told in lines.
+            // The rate of the clock is not known early enough to count the lines of a long pause.
             let missing = if kept.len() < 200 { missing.min(100) } else { missing };
             expected.push((kept.len() as u64, gap(missing)));
             stamps.by_ref().take(missing as usize).for_each(drop);

@@ -1,4 +1,4 @@
-//! The rate that is reported, whatever losses and reads make of it.
+//! The reported rate, in spite of losses and reads.
 
 use imu_noise::timebase::{GapDetector, NominalRate};
 
@@ -27,7 +27,7 @@ fn an_even_rate_the_sensor_does_not_have_is_kept() {
             let (events, summary) = place(link.stamps(5000));
             assert_eq!(events, [], "{link:?}");
             let Some(NominalRate::Measured(hz)) = summary.nominal else { panic!("{link:?}: {summary:?}") };
-            // Reads that bring several lines bend the first 500 by up to a period.
+            // Reads with several lines shift the first 500 by up to a period.
             assert!((hz / rate_hz - 1.0).abs() < 0.005, "{hz} of {link:?}");
             assert!((summary.measured_hz.unwrap() / rate_hz - 1.0).abs() < 2e-5, "{summary:?}");
         }
@@ -37,7 +37,7 @@ fn an_even_rate_the_sensor_does_not_have_is_kept() {
 #[test]
 fn without_a_list_the_rate_is_that_of_all_samples() {
     for rate_hz in [0.5, 26.0, 52.0, 96.0, 100.0, 104.0, 208.0, 416.0, 1000.0, 6664.0] {
-        // A recording to the microsecond.
+        // A recording with a resolution of a microsecond.
         let stamps = Link::steady(rate_hz).stamps(3000).map(|stamp_s| (stamp_s * 1e6).round() / 1e6);
         let kept = stamps.enumerate().filter(|(line, _)| line % 1000 != 999).map(|(_, stamp_s)| stamp_s);
         let (events, summary) = place_with(GapDetector::new(&[], None), kept);
@@ -48,7 +48,7 @@ fn without_a_list_the_rate_is_that_of_all_samples() {
 }
 
 #[test]
-fn a_rate_given_is_not_taken_for_one_of_the_list() {
+fn a_given_rate_is_not_replaced_by_a_listed_one() {
     for rate_hz in [37.0, 96.0, 104.0, 300.0] {
         let stamps = Link::steady(rate_hz).stamps(3000).enumerate();
         let kept = stamps.filter(|(line, _)| *line != 2000).map(|(_, stamp_s)| stamp_s);
@@ -61,7 +61,7 @@ fn a_rate_given_is_not_taken_for_one_of_the_list() {
 
 #[test]
 fn reads_at_another_rate_of_the_sensor_are_not_its_rate() {
-    // Read every 20 ms a stream of 40 Hz looks like one of 50 Hz that loses each fifth line.
+    // Read every 20 ms a stream of 40 Hz looks like one of 50 Hz that loses every fifth line.
     for (rate_hz, read_s) in [(40.0, 0.02), (25.0, 0.025), (20.0, 0.04), (40.0, 0.0202), (40.0, 0.019_935_85)] {
         let (events, summary) = place(Link { read_s, ..Link::steady(rate_hz) }.stamps(5000));
         assert_eq!((events, summary.nominal), (vec![], Some(NominalRate::Snapped(rate_hz))), "{read_s} s");
@@ -79,7 +79,7 @@ fn a_reader_that_stalls_at_the_start_does_not_hide_the_rate() {
 }
 
 #[test]
-fn one_line_kept_of_many_is_the_lower_rate() {
+fn one_kept_line_of_many_is_the_lower_rate() {
     let kept = Link::steady(40.0).stamps(40 * 300).step_by(40);
     let (events, summary) = place(kept);
     assert_eq!((events.len(), summary.nominal), (0, Some(NominalRate::Snapped(1.0))));
@@ -87,7 +87,7 @@ fn one_line_kept_of_many_is_the_lower_rate() {
 
 #[test]
 fn a_stream_that_loses_lines_all_the_time_has_its_rate() {
-    // Every third line is lost: no stretch has the sensor's rate, half the intervals do.
+    // Every third line is lost: no stretch has the sensor's rate, but half of the intervals.
     let kept = Link::steady(40.0).stamps(3200).enumerate();
     let kept = kept.filter(|(line, _)| line % 3 != 2 || *line > 3000);
     let (_, summary) = place(kept.map(|(_, stamp_s)| stamp_s));
@@ -106,8 +106,9 @@ fn losses_do_not_make_a_lower_rate_of_the_sensor() {
 }
 
 #[test]
-fn most_lines_lost_leave_the_rate_where_some_neighbours_come() {
-    // Of 200 some stretches come, of 1500 the lower edge lies at another rate of the sensor: two lines in five of 100 Hz at 40.
+fn the_rate_is_found_if_some_neighbours_arrive() {
+    // Some stretches of 200 arrive; for 1500 the lower edge fits another rate of the sensor: two lines in five of 100
+    // Hz are 40 Hz.
     for (lost_share, lines) in [(0.6, 200), (0.7, 200), (0.6, 1500)] {
         for rate_hz in RATES_HZ {
             for seed in 0..20 {

@@ -1,10 +1,10 @@
-//! What the stamps of recordings by others say.
+//! The results for the stamps of recordings by others.
 
 use imu_noise::timebase::{NominalRate, Refusal};
 
 use crate::link::place;
 
-/// By file; read where the variable tells.
+/// The results by file, read from the folder in the variable.
 #[test]
 fn recordings_of_real_sensors() {
     let folder = std::env::var_os("VN100_CAPTURES").filter(|folder| std::path::Path::new(folder).is_dir());

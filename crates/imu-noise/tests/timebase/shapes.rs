@@ -1,4 +1,4 @@
-//! The shapes of stamps of tables and bags, whose rate nothing tells.
+//! The shapes of stamps in tables and bags of unknown rate.
 
 use std::time::Duration;
 
@@ -77,6 +77,30 @@ proptest! {
         let (found_hz, missing, changes, _) = detected(&stamps_s);
         prop_assert!(is_near(found_hz, rate_hz, 0.01) && changes.is_empty(), "{found_hz:?} of {rate_hz}, {missing}, {changes:?}");
         prop_assert!(missing as usize <= samples / 100, "{missing} at {rate_hz} Hz");
+    }
+
+    #[test]
+    fn a_clock_with_ticks_of_many_samples_drops_nothing_or_is_refused(
+        rate_hz in 5.0..400.0, tick_s in 0.05..1.0, samples in 1500_usize..6000, phase in 0.0..1.0_f64,
+    ) {
+        let stamps_s: Vec<f64> = (0..samples).map(|place| f64::floor(place as f64 / rate_hz / tick_s + phase) * tick_s).collect();
+        let (found_hz, missing, changes, summary) = detected(&stamps_s);
+        let within = 0.01 + 2.0 * tick_s * rate_hz / samples as f64;
+        let is_measured = is_near(found_hz, rate_hz, within) && changes.is_empty() && missing as usize <= samples / 100;
+        prop_assert!(is_measured || summary.refusal.is_some(), "{found_hz:?} of {rate_hz}, {missing}, {changes:?}");
+    }
+
+    #[test]
+    fn samples_that_waited_while_the_host_paused_are_none_missing(
+        rate_hz in rate(), from in 300_usize..2500, held in 20_usize..400, spacing in 0.001..0.1, samples in 3000_usize..4000,
+    ) {
+        let until = (from + held) as f64;
+        let stamps_s: Vec<f64> = (0..samples).map(|place| match place {
+            _ if place < from || place >= from + held => place as f64 / rate_hz,
+            _ => (until - spacing * (from + held - place) as f64) / rate_hz,
+        }).collect();
+        let (found_hz, missing, changes, _) = detected(&stamps_s);
+        prop_assert!(is_near(found_hz, rate_hz, 1e-3) && missing == 0 && changes.is_empty(), "{found_hz:?} of {rate_hz}, {missing}, {changes:?}");
     }
 
     #[test]

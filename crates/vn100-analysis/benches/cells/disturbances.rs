@@ -14,9 +14,6 @@ use super::{
 };
 use crate::{Arguments, figures, in_parallel};
 
-/// What a clean record of this stream shows too.
-const OF_THE_STREAM: [&str; 1] = ["decimated-stream"];
-
 #[derive(Clone, Copy)]
 enum Disturbance {
     /// Of the white part, from this share of the record on.
@@ -137,7 +134,6 @@ fn findings(assessed: &Assessed, channel: &str, place: usize) -> Vec<&'static st
             found.push(warning.kind.name());
         }
     }
-    found.retain(|name| !OF_THE_STREAM.contains(name));
     found.dedup();
     found
 }

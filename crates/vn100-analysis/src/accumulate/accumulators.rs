@@ -17,7 +17,7 @@ use super::{
     temperature_record::TemperatureRecord,
 };
 use crate::{
-    averaging_times::AveragingTimes, settings::Settings, snapshot::ChannelSnapshot, warning::advice::StreamFindings,
+    averaging_times::AveragingTimes, settings::Settings, snapshot::ChannelSnapshot, warning::checks::StreamFindings,
 };
 
 /// Rows of this many channels never repeat while a sensor works; rows of a few coarse channels do

@@ -16,8 +16,9 @@ use super::{
     sensor_replies::SensorReplies,
 };
 use crate::{
+    rate_change::RateChange,
     settings::Settings,
-    snapshot::{MissingFrom, RateChange, Timing},
+    snapshot::{MissingFrom, Timing},
 };
 
 /// The parts of a record. Each row, gap and reply is passed to all parts that it concerns.
@@ -159,7 +160,10 @@ impl DataRecord {
                 let effect = self.rate.take_change(from_hz, to_hz, Some(*until), &self.span);
                 self.apply(effect);
             }
-            GapEvent::Refused(_) => self.gaps.refuse_arrivals(self.rate.is_excluding()),
+            GapEvent::Refused(_) => {
+                self.gaps.refuse_arrivals(self.rate.is_excluding());
+                self.rate.refuse_arrivals();
+            }
         }
     }
 

@@ -94,8 +94,8 @@ impl PendingRows {
                     self.detector.push_device_time(*device_ns, is_stamped.then_some(self.last));
                 }
                 (None, Some(order)) if count.is_none() => {
-                    let at = order.place(self.last, &mut self.counts, &mut self.absent, self.width);
-                    at.into_iter().for_each(|at| self.detector.push(at, None));
+                    let take = |at| self.detector.push(at, None);
+                    order.place(self.last, &mut self.counts, &mut self.absent, self.width, take);
                 }
                 (None, _) => self.detector.push(self.last, count),
             }
@@ -122,8 +122,8 @@ impl PendingRows {
 
     /// No row follows: all are decided.
     pub(crate) fn finish(&mut self) {
-        let rest = self.order.as_mut().map(RowOrder::finish).unwrap_or_default();
-        rest.into_iter().for_each(|at| self.detector.push(at, None));
+        let rest = self.order.as_mut().map(RowOrder::finish);
+        rest.into_iter().flatten().for_each(|at| self.detector.push(at, None));
         self.detector.finish();
     }
 

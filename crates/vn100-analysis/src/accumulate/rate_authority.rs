@@ -5,8 +5,9 @@ use vn100_protocol::{BINARY, Layout};
 
 use super::{measured_span::MeasuredSpan, sensor_rates::rates_hz};
 use crate::{
+    rate_change::{FalseRate, FalseReport, RateChange},
     settings::DEFAULT_RATE_HZ,
-    snapshot::{FalseRate, FalseReport, RateChange, RateFrom},
+    snapshot::RateFrom,
 };
 
 /// Clock offset above which a measured rate does not confirm the nominal one: no quartz is off by
@@ -125,6 +126,13 @@ impl RateAuthority {
     /// Whether nothing but arrival times tells the rate, and any rate is possible.
     pub(crate) const fn is_of_any_sensor(&self) -> bool {
         self.rates_hz.is_empty() && matches!(self.rate.from, RateFrom::Arrival | RateFrom::Assumed)
+    }
+
+    /// Forgets the rate if nothing but the refused arrival times tells it.
+    pub(crate) fn refuse_arrivals(&mut self) {
+        if self.is_of_any_sensor() {
+            self.set(DEFAULT_RATE_HZ, RateFrom::Assumed);
+        }
     }
 
     /// Uses a rate by arrival times.

@@ -11,10 +11,17 @@ const WINDOW: usize = 32;
 /// a clock that was set back find none.
 const HOLE_STEPS: f64 = 1.5;
 
+/// A clock whose ticks are so long that two rows had one stamp, this many rows ago at most, may
+/// give one to equal rows as well.
+const COARSE_FOR: u64 = 1000;
+
 /// The stamps of the latest rows, which may have to wait for an earlier one.
 #[derive(Debug, Default)]
 pub(crate) struct RowOrder {
     latest: VecDeque<Duration>,
+    rows: u64,
+    /// The number of rows when two had one stamp and other values.
+    shared_at: Option<u64>,
     /// Rows that were left out because an earlier one has the same stamp and the same values.
     pub(crate) repeated: u64,
     /// Rows that were moved to their place.
@@ -22,31 +29,55 @@ pub(crate) struct RowOrder {
 }
 
 impl RowOrder {
-    /// Puts the last row of `counts` at its place, or removes it. Returns the stamps of the rows
-    /// whose place is final.
+    /// Puts the last row of `counts` at its place, or removes it. Gives the stamps of the rows whose
+    /// place is final to `take`.
     pub(crate) fn place(
         &mut self,
         at: Duration,
         counts: &mut Vec<i32>,
         absent: &mut Vec<AbsentCell>,
         width: usize,
-    ) -> Vec<Duration> {
+        take: impl FnMut(Duration),
+    ) {
+        self.rows += 1;
+        if self.latest.back().is_some_and(|latest| *latest >= at) {
+            return self.place_earlier(at, counts, absent, width, take);
+        }
+        self.latest.push_back(at);
+        self.give_oldest(take);
+    }
+
+    /// The same for a row that is no later than one before it.
+    #[cold]
+    fn place_earlier(
+        &mut self,
+        at: Duration,
+        counts: &mut Vec<i32>,
+        absent: &mut Vec<AbsentCell>,
+        width: usize,
+        take: impl FnMut(Duration),
+    ) {
         let last = counts.len() / width - 1;
         let first = last - self.latest.len();
         let row = |row: usize| &counts[row * width..(row + 1) * width];
         let lacks = |row: usize| absent.iter().filter(move |cell| cell.row == row).map(|cell| cell.channel);
         let same = self.latest.iter().enumerate().filter(|(_, stamp)| **stamp == at).map(|(place, _)| first + place);
-        if same.into_iter().any(|other| row(other) == row(last) && lacks(other).eq(lacks(last))) {
+        let are_equal: Vec<bool> = same.map(|other| row(other) == row(last) && lacks(other).eq(lacks(last))).collect();
+        if are_equal.contains(&false) {
+            self.shared_at = Some(self.rows);
+        }
+        let is_coarse = self.shared_at.is_some_and(|at| self.rows - at < COARSE_FOR);
+        if are_equal.contains(&true) && !is_coarse {
             self.repeated += 1;
             counts.truncate(last * width);
             absent.retain(|cell| cell.row != last);
-            return Vec::new();
+            return;
         }
         let place = self.latest.iter().rposition(|stamp| *stamp <= at).map_or(0, |before| before + 1);
         if place < self.latest.len() && !self.is_hole(place) {
-            let rest = self.finish();
+            self.latest.drain(..).for_each(take);
             self.latest.push_back(at);
-            return rest;
+            return;
         }
         if place < self.latest.len() {
             let to = first + place;
@@ -58,12 +89,17 @@ impl RowOrder {
             self.moved += 1;
         }
         self.latest.insert(place, at);
-        if self.latest.len() > WINDOW { self.latest.pop_front().into_iter().collect() } else { Vec::new() }
+        self.give_oldest(take);
+    }
+
+    fn give_oldest(&mut self, take: impl FnMut(Duration)) {
+        let oldest = if self.latest.len() > WINDOW { self.latest.pop_front() } else { None };
+        oldest.into_iter().for_each(take);
     }
 
     /// No row follows those so far: the stamps of the rest.
-    pub(crate) fn finish(&mut self) -> Vec<Duration> {
-        self.latest.drain(..).collect()
+    pub(crate) fn finish(&mut self) -> impl Iterator<Item = Duration> {
+        self.latest.drain(..)
     }
 
     /// Whether a row is missing before this place among the latest ones.
@@ -76,5 +112,47 @@ impl RowOrder {
         let Some(hole) = place.checked_sub(1).and_then(|place| steps().nth(place)) else { return false };
         let (_, usual, _) = all.select_nth_unstable(middle);
         hole.as_secs_f64() >= HOLE_STEPS * usual.as_secs_f64()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The stamps in ms and the counts that come out of rows of a stamp in ms and a count.
+    fn placed(rows: &[(u64, i32)]) -> (Vec<u64>, Vec<i32>, RowOrder) {
+        let (mut order, mut counts, mut stamps_ms) = (RowOrder::default(), Vec::new(), Vec::new());
+        let mut take = |at: Duration| stamps_ms.push(at.as_millis() as u64);
+        for &(at_ms, count) in rows {
+            counts.push(count);
+            order.place(Duration::from_millis(at_ms), &mut counts, &mut Vec::new(), 1, &mut take);
+        }
+        order.finish().for_each(take);
+        (stamps_ms, counts, order)
+    }
+
+    #[test]
+    fn a_row_that_is_written_twice_is_one() {
+        let rows: Vec<(u64, i32)> = (0..200).map(|row| (10 * row, row as i32)).collect();
+        let twice: Vec<(u64, i32)> =
+            rows.iter().flat_map(|row| vec![*row; if row.1 % 7 == 0 { 2 } else { 1 }]).collect();
+        let (stamps_ms, counts, order) = placed(&twice);
+        assert_eq!((stamps_ms.len(), counts, order.repeated), (200, (0..200).collect(), 29));
+    }
+
+    #[test]
+    fn equal_rows_of_a_coarse_clock_are_two() {
+        let rows: Vec<(u64, i32)> =
+            (0..200).map(|row| (row / 4 * 10, if row % 4 == 1 { 7 } else { row as i32 / 2 })).collect();
+        let (stamps_ms, _, order) = placed(&rows);
+        assert!(stamps_ms.len() >= 199 && order.repeated <= 1, "{} rows", stamps_ms.len());
+    }
+
+    #[test]
+    fn rows_out_of_order_find_their_holes_and_a_clock_set_back_none() {
+        let (stamps_ms, counts, order) = placed(&[(0, 0), (10, 1), (30, 3), (40, 4), (20, 2), (50, 5)]);
+        assert_eq!((stamps_ms, counts, order.moved), (vec![0, 10, 20, 30, 40, 50], vec![0, 1, 2, 3, 4, 5], 1));
+        let (stamps_ms, _, order) = placed(&[(1000, 0), (1010, 1), (1020, 2), (5, 3), (15, 4)]);
+        assert_eq!((stamps_ms, order.moved), (vec![1000, 1010, 1020, 5, 15], 0));
     }
 }

@@ -7,8 +7,9 @@ use imu_noise::{Histogram, Moments};
 use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, Sample, VNIMU};
 
 use crate::{
-    snapshot::{ChannelSnapshot, RateChange, RegisterChannel},
-    warning::{Warning, WarningKind},
+    rate_change::RateChange,
+    snapshot::{ChannelSnapshot, RegisterChannel},
+    warning::{Finding, Warning, WarningKind},
 };
 
 #[derive(Debug, Clone, Default)]
@@ -93,12 +94,9 @@ impl SensorReplies {
     /// excluded.
     pub(crate) fn two_sensors(&self, change: Option<RateChange>) -> Option<Warning> {
         let (before, then, samples) = self.two_serials.as_ref()?;
-        let headline = format!("serial number changed from {before} to {then}");
-        let details = match change.is_some_and(|change| change.after_samples == *samples) {
-            true => "The samples of the second sensor are excluded: the result is that of the first.",
-            false => "The result mixes two sensors. Measure each of them alone.",
-        };
-        Some(Warning::new(WarningKind::AnotherSensor, Vec::new(), headline, details))
+        let is_excluded = change.is_some_and(|change| change.after_samples == *samples);
+        let found = Finding::TwoSensors([before.clone(), then.clone()], is_excluded);
+        Some(Warning::new(WarningKind::StreamChanged, found))
     }
 
     /// The channels of register 54; none before its first reply.
@@ -207,10 +205,13 @@ mod tests {
         assert_eq!(replies.two_sensors(None), None);
         push(&mut replies, 3, "0100012345", 9, true);
         push(&mut replies, 3, "0100054321", 12, true);
-        let text = |change| replies.two_sensors(change).map_or(String::new(), |warning| warning.to_string());
-        assert!(text(None).contains("0100099887") && text(None).contains("0100012345"), "{}", text(None));
-        assert!(text(None).contains("mixes two sensors") && text(change(8)).contains("mixes two sensors"));
-        assert!(text(change(9)).contains("that of the first"));
+        let found = |change| replies.two_sensors(change).unwrap().finding;
+        let serials = || ["0100099887".into(), "0100012345".into()];
+        assert_eq!(found(None), Finding::TwoSensors(serials(), false));
+        assert_eq!(
+            [found(change(8)), found(change(9))],
+            [false, true].map(|is_excluded| Finding::TwoSensors(serials(), is_excluded))
+        );
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! What is known of an axis and the temperature of the sensor.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::fmt;
 
 use imu_noise::{NoCoefficient, TemperatureCoefficient};
@@ -26,10 +28,12 @@ pub struct AxisTemperature {
 }
 
 /// The deviation of an octave, in the unit of the channel.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
 pub struct BeforeAndAfter {
     /// Averaging factor.
     pub m: u64,
+    /// Averaging time in seconds.
+    pub tau_s: f64,
     /// As measured.
     pub before: f64,
     /// Without what the temperature made.
@@ -59,6 +63,19 @@ impl WhyNoCoefficient {
         Self::Temperature(NoCoefficient::Excursion { excursion_c: 0.0 }),
         Self::Temperature(NoCoefficient::OneDirection { correlation: 1.0 }),
     ];
+
+    /// The code of the reason in results.
+    #[must_use]
+    pub const fn code(self) -> &'static str {
+        match self {
+            Self::Moved => "moved",
+            Self::BiasNotInStream => "bias-not-in-stream",
+            Self::Constant => "constant",
+            Self::Temperature(NoCoefficient::TooShort { .. }) => "too-short",
+            Self::Temperature(NoCoefficient::Excursion { .. }) => "excursion",
+            Self::Temperature(NoCoefficient::OneDirection { .. }) => "one-direction",
+        }
+    }
 }
 
 impl fmt::Display for WhyNoCoefficient {

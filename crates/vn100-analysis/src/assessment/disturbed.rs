@@ -57,11 +57,6 @@ impl Disturbed {
         }
     }
 
-    /// The sensor was still warming up.
-    pub(super) fn is_warming_up(&self) -> bool {
-        self.level_change.is_some_and(|change| matches!(change.shape, LevelShape::WarmUp { .. }))
-    }
-
     /// Bias instability, random walk and ramp would be fitted to a change of level.
     pub(super) fn level_poses_as_noise(&self) -> bool {
         self.level_change.is_some_and(|change| !change.is_ramp)
@@ -158,14 +153,13 @@ mod tests {
         let of = |shape, is_ramp| {
             let found =
                 Disturbed { level_change: Some(LevelChange { shape, sigmas: 9.0, is_ramp }), ..Disturbed::default() };
-            (found.is_warming_up(), found.level_poses_as_noise())
+            found.level_poses_as_noise()
         };
         let warm_up = LevelShape::WarmUp { amplitude: 1.0, time_constant_s: 9.0, skip_s: None };
-        assert_eq!(of(warm_up, true), (true, false));
-        assert_eq!(of(warm_up, false), (true, true));
-        assert_eq!(of(LevelShape::Step { start_s: 1.0, amplitude: 1.0 }, false), (false, true));
-        let still = Disturbed::default();
-        assert!(!still.is_warming_up() && !still.level_poses_as_noise());
+        assert!(!of(warm_up, true));
+        assert!(of(warm_up, false));
+        assert!(of(LevelShape::Step { start_s: 1.0, amplitude: 1.0 }, false));
+        assert!(!Disturbed::default().level_poses_as_noise());
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! The noise parameters of one axis, as far as its stream carries them.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::sync::OnceLock;
 
 use crate::hypothesis_tests::holm;
@@ -51,7 +53,8 @@ pub struct ChannelNoise {
 }
 
 /// Why a gyroscope has no grade.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum NoGrade {
     /// The sensor was moved.
     Moved,
@@ -66,7 +69,8 @@ pub enum NoGrade {
 }
 
 /// Whether long averaging times show the sensor's own noise: bias instability, random walk, ramp.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum LongTauValidity {
     /// They do.
     Sensor,
@@ -82,7 +86,7 @@ pub enum LongTauValidity {
 }
 
 /// The minimum detectable rate random walk of a longer record.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
 pub struct DetectableRrw {
     /// Length of that record in seconds.
     pub duration_s: f64,
@@ -97,17 +101,21 @@ impl DetectableRrw {
 }
 
 /// Why bias instability, random walk and ramp of an axis are no more than bounded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Withheld {
     /// A warm-up, a step or a cycle of the level poses as them.
     LevelChange,
     /// What follows the temperature poses as them.
     Temperature,
-    /// One cycle of the level explains the record about as well.
+    /// One to three cycles of the level explain the record about as well.
+    #[serde(rename = "perhaps-cycle")]
     MayBeCycle,
     /// A level that relaxes from the start of the record on explains it about as well.
+    #[serde(rename = "perhaps-warm-up")]
     MayBeWarmUp,
     /// Correlated noise that forgets within a small part of the record explains it about as well.
+    #[serde(rename = "perhaps-correlated")]
     MayBeProcess,
 }
 

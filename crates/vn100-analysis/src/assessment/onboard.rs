@@ -1,6 +1,8 @@
 //! Averaging and decimation inside the sensor.
 
 use imu_noise::{BoxcarWindow, RollOff};
+use schemars::JsonSchema;
+use serde::Serialize;
 use vn100_protocol::{Channel, ImuFilter, Quantity, Register, RegisterContents, RegisterFields};
 
 use crate::{
@@ -12,7 +14,7 @@ use crate::{
 const IMU_REFRESH_HZ: f64 = 800.0;
 
 /// Averaging and decimation inside a VN-100, for one channel.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
 pub struct Onboard {
     /// Refreshes of the channel's sensor per second.
     pub refresh_hz: f64,
@@ -25,11 +27,13 @@ pub struct Onboard {
 }
 
 /// Where the averaging window of a sensor comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum WindowFrom {
     /// Register 85, within the stream.
     Register,
     /// The user gave the setting of register 85.
+    #[serde(rename = "option")]
     Given,
     /// None: the sensor integrates over the whole interval.
     Integrated,

@@ -1,17 +1,16 @@
 //! Whether the sensor was moved, and what one at rest should show: gravity, a magnetic field, a
 //! heading as good as the levelling.
 
-use std::fmt;
-
 use imu_noise::{STANDARD_GRAVITY_M_S2, Sensor};
 use vn100_protocol::{Channel, Quantity};
 
 use super::ChannelAssessment;
 use crate::{
-    remedy::{Remedy, Text},
+    motion::Motion,
+    remedy::Remedy,
     sensor::sensor_of,
     snapshot::{ChannelSnapshot, Snapshot},
-    warning::{Severity, Warning, WarningKind},
+    warning::{Finding, Severity, Warning, WarningKind},
 };
 
 /// Standard deviations that no sensor at rest reaches.
@@ -23,25 +22,7 @@ use crate::{
 const GYRO_LIMIT_RAD_S: f64 = 0.05;
 const ACCEL_LIMIT_M_S2: f64 = 0.5;
 
-/// A sensor that was moved, by the axis that shows it most; its text says so.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Motion {
-    /// The axis.
-    pub channel: String,
-    /// Its standard deviation over the record, in `unit`.
-    pub std: f64,
-    /// The least that counts as motion.
-    pub limit: f64,
-    /// rad/s or m/s².
-    pub unit: String,
-    /// All axes beyond their limits.
-    pub axes: Vec<String>,
-}
-
 impl Motion {
-    /// What the figures of a record in motion are worth, as a sentence.
-    pub const MEANING: &str = "The sensor was moved: these figures describe the motion, not its noise.";
-
     /// By gyroscope and accelerometer; `None` at rest, and for less than four samples.
     pub(super) fn of(snapshot: &Snapshot) -> Option<Self> {
         let beyond: Vec<(&Channel, f64, f64)> = (snapshot.measured())
@@ -58,20 +39,8 @@ impl Motion {
     }
 
     pub(super) fn warning(&self) -> Warning {
-        let details = Text::from(
-            "All figures describe the motion, not the noise: nothing is compared with a data sheet, and vibration, disturbances, warm-up, \
-             gravity, magnetic field and heading are not assessed. Record the sensor at rest, or cut the record to where it is (",
-        );
-        let details = details.remedy(Remedy::Skip(None)).then(", ").remedy(Remedy::EndEarlier).then(").");
-        let warning = Warning::new(WarningKind::NotStationary, self.axes.clone(), self.to_string(), details);
-        Warning { severity: Severity::Problem, ..warning }
-    }
-}
-
-impl fmt::Display for Motion {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { channel, std, limit, unit, .. } = self;
-        write!(f, "sensor moved: standard deviation of {channel} {std:.3} {unit}, at rest below {limit}")
+        let found = Warning::new(WarningKind::NotStationary, Finding::Moved(self.clone())).of(self.axes.clone());
+        found.as_severe_as(Severity::Problem).cured_by(Remedy::Skip(None)).cured_by(Remedy::EndEarlier)
     }
 }
 
@@ -119,9 +88,6 @@ const GRAVITY_TOLERANCE_M_S2: f64 = 0.6;
 /// The Earth's field at its surface, in gauss (0.22 to 0.67).
 const FIELD_GAUSS: std::ops::RangeInclusive<f64> = 0.22..=0.67;
 
-/// Ratio of the heading's deviation to that of pitch and roll when the magnetometer dominates it.
-const YAW_FACTOR: f64 = 2.0;
-
 type AssessedAxis<'a> = (&'a Channel, &'a ChannelSnapshot, &'a ChannelAssessment);
 
 pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
@@ -136,45 +102,14 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
     if let Some(gravity) = length(Quantity::Acceleration) {
         let off = gravity - STANDARD_GRAVITY_M_S2;
         if off.abs() > GRAVITY_TOLERANCE_M_S2 {
-            let headline = format!("mean acceleration {gravity:.3} m/s^2, {off:+.3} from standard gravity");
-            let details =
-                "The sensor moved, its bias or scale factor is off, or the columns of the file are in another unit.";
-            warnings.push(Warning::new(WarningKind::GravityMagnitude, names(&accel), headline, details));
+            warnings.push(Warning::new(WarningKind::MagnitudeOff, Finding::Gravity(gravity)).of(names(&accel)));
         }
     }
     let mag = of(Quantity::MagneticField);
     if let Some(field) = length(Quantity::MagneticField).filter(|field| !FIELD_GAUSS.contains(field)) {
-        let (least, most) = (FIELD_GAUSS.start(), FIELD_GAUSS.end());
-        let headline = format!("mean magnetic field {field:.4} gauss; the Earth's is {least} to {most}");
-        let details = "Iron or a current is near, or the sensor is not calibrated for its mounting.";
-        warnings.push(Warning::new(WarningKind::FieldMagnitude, names(&mag), headline, details));
-    }
-    if let [yaw, pitch, roll] = of(Quantity::Angle)[..]
-        && !mag.is_empty()
-        && heading_is_worse(yaw, [pitch, roll])
-    {
-        let headline = format!("yaw deviates more than {YAW_FACTOR} times as much as pitch and roll");
-        let details = "Gravity stabilises pitch and roll; heading rests on the magnetometer and shows its noise and the ambient field.";
-        warnings.push(Warning::new(WarningKind::YawFromMagnetometer, names(&[yaw]), headline, details));
+        warnings.push(Warning::new(WarningKind::MagnitudeOff, Finding::Field(field)).of(names(&mag)));
     }
     warnings
-}
-
-/// At any tau, beyond the intervals.
-fn heading_is_worse(yaw: AssessedAxis<'_>, others: [AssessedAxis<'_>; 2]) -> bool {
-    let bounds = |(_, results, assessed): AssessedAxis<'_>, octave: usize| {
-        let deviation = results.octaves.get(octave)?.deviation_counts()?;
-        let relative = assessed.octaves.get(octave)?.relative.filter(|relative| relative.edf > 10.0)?;
-        Some((deviation * relative.lower, deviation * relative.upper))
-    };
-    (0..yaw.1.octaves.len()).any(|octave| {
-        let upper = |axis| bounds(axis, octave).map(|(_, upper)| upper);
-        let (Some((lower, _)), Some(pitch), Some(roll)) = (bounds(yaw, octave), upper(others[0]), upper(others[1]))
-        else {
-            return false;
-        };
-        lower > YAW_FACTOR * pitch.max(roll)
-    })
 }
 
 #[cfg(test)]

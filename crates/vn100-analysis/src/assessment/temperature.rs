@@ -13,7 +13,7 @@ use super::{
 use crate::{
     in_parallel::in_parallel,
     snapshot::Snapshot,
-    warning::{Warning, WarningKind},
+    warning::{Finding, Warning, WarningKind},
 };
 
 /// By place of the channel.
@@ -59,13 +59,8 @@ pub(super) fn warning(snapshot: &Snapshot, channels: &[ChannelAssessment]) -> Op
     let axes: Vec<(&Channel, f64)> = snapshot.assessed(channels).filter_map(following).collect();
     let (worst, share) = axes.iter().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
     let names: Vec<String> = axes.iter().map(|(channel, _)| channel.name.to_string()).collect();
-    let made = match *share > 0.0 {
-        true => format!("At one averaging time it makes {:.0} % of the variance of {}. ", 100.0 * share, worst.name),
-        false => String::new(),
-    };
-    let headline = format!("bias of {} follows the temperature", names.join(" "));
-    let details = format!("{made}B, K and ramp of these axes are bounds only. Keep the temperature constant.");
-    Some(Warning::new(WarningKind::FollowsTemperature, names, headline, details))
+    let found = Finding::Temperature(worst.name.to_string(), *share);
+    Some(Warning::new(WarningKind::FollowsTemperature, found).of(names))
 }
 
 /// Adds to the noise of each axis how it follows the temperature.
@@ -88,7 +83,9 @@ pub(super) fn add(snapshot: &Snapshot, was_moved: bool, confidence: f64, channel
             (Ok(coefficient), Some(search), Some(axis)) if is_proved => {
                 let per_degree = coefficient.value / channel.in_unit(1.0);
                 let contribution = search.contribution(axis, per_degree, coefficient.lag_s);
-                contribution.map_or_else(Vec::new, |made| before_and_after(channel, &results.octaves, &made))
+                contribution.map_or_else(Vec::new, |made| {
+                    before_and_after(channel, &results.octaves, &made, snapshot.rate_of(results))
+                })
             }
             _ => Vec::new(),
         };
@@ -107,7 +104,12 @@ pub(super) fn add(snapshot: &Snapshot, was_moved: bool, confidence: f64, channel
 }
 
 /// The deviations as measured, and without what the temperature made.
-fn before_and_after(channel: &Channel, sums: &[OctaveSum], made: &TemperatureContribution) -> Vec<BeforeAndAfter> {
+fn before_and_after(
+    channel: &Channel,
+    sums: &[OctaveSum],
+    made: &TemperatureContribution,
+    rate_hz: f64,
+) -> Vec<BeforeAndAfter> {
     let of_block = sums.iter().find(|sum| sum.m == made.block_length());
     let of_block = of_block.and_then(OctaveSum::variance_counts2).unwrap_or(0.0);
     let without = |sum: &OctaveSum| match sum.variance_counts2() {
@@ -115,7 +117,9 @@ fn before_and_after(channel: &Channel, sums: &[OctaveSum], made: &TemperatureCon
         None => *sum,
     };
     let of = |sum: &OctaveSum| sum.deviation_counts().map(|counts| channel.in_unit(counts).abs());
-    sums.iter()
-        .filter_map(|sum| Some(BeforeAndAfter { m: sum.m, before: of(sum)?, after: of(&without(sum))? }))
-        .collect()
+    let both = |sum: &OctaveSum| {
+        let (before, after) = (of(sum)?, of(&without(sum))?);
+        Some(BeforeAndAfter { m: sum.m, tau_s: sum.m as f64 / rate_hz, before, after })
+    };
+    sums.iter().filter_map(both).collect()
 }

@@ -6,9 +6,9 @@ use imu_noise::STANDARD_GRAVITY_M_S2;
 use vn100_protocol::{ColumnsRead, Layout, Quantity};
 
 use crate::{
-    remedy::{Remedy, Text},
+    remedy::Remedy,
     snapshot::Snapshot,
-    warning::{Warning, WarningKind},
+    warning::{Doubt, Doubtful, Finding, Warning, WarningKind},
 };
 
 /// Units of acceleration, in m/s².
@@ -22,12 +22,12 @@ const ACCELERATIONS: [(&str, f64); 6] = [
 ];
 
 /// What a column of a quantity is read as, what it is instead, and between which means that is so.
-const BEYOND: [(Quantity, &str, &str, &str, Range<f64>); 5] = [
-    (Quantity::MagneticField, "magnetic field", "gauss", "uT", 15.0..100.0),
-    (Quantity::MagneticField, "magnetic field", "gauss", "nT", 15e3..100e3),
-    (Quantity::Temperature, "temperature", "degC", "K", 230.0..360.0),
-    (Quantity::Pressure, "pressure", "kPa", "hPa", 500.0..1200.0),
-    (Quantity::Pressure, "pressure", "kPa", "Pa", 50e3..120e3),
+const BEYOND: [(Quantity, &str, &str, Range<f64>); 5] = [
+    (Quantity::MagneticField, "gauss", "uT", 15.0..100.0),
+    (Quantity::MagneticField, "gauss", "nT", 15e3..100e3),
+    (Quantity::Temperature, "degC", "K", 230.0..360.0),
+    (Quantity::Pressure, "kPa", "hPa", 500.0..1200.0),
+    (Quantity::Pressure, "kPa", "Pa", 50e3..120e3),
 ];
 
 /// Gravity with the bias and scale of a poor sensor.
@@ -40,7 +40,7 @@ const MEAN_RATE_RAD_S: f64 = 3.0;
 /// more as a rule, read as rad/s.
 const NOISE_RAD_S: f64 = 0.015;
 
-/// Of the whole deviation, what neighbours differ by where the rates are white noise; a sensor that
+/// The share of the whole deviation that neighbours differ by if the rates are white noise; a sensor that
 /// is moved turns on for several samples, which leaves less than two thirds.
 const WHITE_SHARE: f64 = 0.8;
 
@@ -56,48 +56,38 @@ pub(super) fn warning(snapshot: &Snapshot, was_moved: bool) -> Option<Warning> {
     let columns = layout.columns.as_ref()?;
     let doubts = doubts(snapshot, layout, columns, was_moved);
     let is_doubtful = |quantity: Quantity| doubts.iter().find(|doubt| doubt.quantity == quantity);
-    let headlines: Vec<_> = doubts.iter().map(|doubt| doubt.headline.clone()).collect();
     let channels = layout.channels.iter().filter(|channel| is_doubtful(channel.quantity).is_some());
     let map = columns.map(&layout.channels, |channel| is_doubtful(channel.quantity).map(|doubt| doubt.likely));
-    let details = Text::from("If they are, set ").remedy(Remedy::MapColumns(Some(map))).then(".");
-    let channels = channels.map(|channel| channel.name.to_string()).collect();
-    (!doubts.is_empty()).then(|| Warning::new(WarningKind::UnitDoubtful, channels, headlines.join("; "), details))
+    let channels: Vec<String> = channels.map(|channel| channel.name.to_string()).collect();
+    (!doubts.is_empty()).then(|| {
+        let found = Warning::new(WarningKind::UnitDoubtful, Finding::UnitDoubtful(doubts)).of(channels);
+        found.cured_by(Remedy::MapColumns(Some(map)))
+    })
 }
 
-/// A quantity whose unit is doubtful.
-struct Doubt {
-    quantity: Quantity,
-    headline: String,
-    likely: &'static str,
-}
-
-fn doubts(snapshot: &Snapshot, layout: &Layout, columns: &ColumnsRead, was_moved: bool) -> Vec<Doubt> {
+fn doubts(snapshot: &Snapshot, layout: &Layout, columns: &ColumnsRead, was_moved: bool) -> Vec<Doubtful> {
     let length = |quantity| snapshot.mean_vector(quantity).map(|[x, y, z]: [f64; 3]| x.hypot(y).hypot(z));
     let unit_read = |quantity| {
         let place = layout.channels.iter().position(|channel| channel.quantity == quantity)?;
         Some(&*columns.columns.get(place)?.unit)
     };
-    let doubt = |quantity, seen: String, read: &str, likely| {
-        let headline = format!("{seen}, read as {read}: are the columns in {likely}?");
-        Doubt { quantity, headline, likely }
-    };
+    let doubt = |quantity, by, value, read: &str, likely| Doubtful { quantity, by, value, read: read.into(), likely };
     let mut doubts = Vec::new();
     if let (Some(gravity), Some(read)) = (length(Quantity::Acceleration), unit_read(Quantity::Acceleration)) {
         let scale = ACCELERATIONS.iter().find(|(unit, _)| *unit == read).map_or(1.0, |(_, scale)| *scale);
         let is_gravity = |in_m_s2: f64| (in_m_s2 / STANDARD_GRAVITY_M_S2 - 1.0).abs() < GRAVITY_SHARE;
         let likely = ACCELERATIONS.iter().find(|(_, other)| is_gravity(gravity / scale * other));
         if let (false, Some(&(likely, _))) = (is_gravity(gravity), likely) {
-            let seen = format!("mean acceleration {gravity:.4}, gravity {STANDARD_GRAVITY_M_S2:.2} m/s^2");
-            doubts.push(doubt(Quantity::Acceleration, seen, read, likely));
+            doubts.push(doubt(Quantity::Acceleration, Doubt::Mean, gravity, read, likely));
         }
     }
-    for (quantity, noun, read, likely, means) in BEYOND {
+    for (quantity, read, likely, means) in BEYOND {
         let mean = length(quantity).or_else(|| {
             let (channel, results) = snapshot.measured().find(|(channel, _)| channel.quantity == quantity)?;
             Some(channel.in_unit(results.moments.mean_counts()?))
         });
         if let Some(mean) = mean.filter(|mean| means.contains(mean) && unit_read(quantity) == Some(read)) {
-            doubts.push(doubt(quantity, format!("mean {noun} {mean:.1}"), read, likely));
+            doubts.push(doubt(quantity, Doubt::Mean, mean, read, likely));
         }
     }
     let rates = || snapshot.measured().filter(|(channel, _)| channel.quantity == Quantity::AngularRate);
@@ -116,15 +106,15 @@ fn doubts(snapshot: &Snapshot, layout: &Layout, columns: &ColumnsRead, was_moved
     let is_noise = !was_moved || noises.iter().all(|(_, share)| *share > WHITE_SHARE);
     let least_noise = noises.into_iter().map(|(noise, _)| noise).reduce(f64::min).filter(|_| is_noise).unwrap_or(0.0);
     let seen = if largest > RANGE_RAD_S {
-        Some(format!("a rate of {largest:.1}, beyond the range of inertial sensors"))
+        Some((Doubt::Largest, largest))
     } else if mean > MEAN_RATE_RAD_S {
-        Some(format!("mean rate {mean:.2}, which no sensor at rest has"))
+        Some((Doubt::Mean, mean))
     } else {
-        (least_noise > NOISE_RAD_S)
-            .then(|| format!("rates differ by {least_noise:.3} from sample to sample on every axis"))
+        (least_noise > NOISE_RAD_S).then_some((Doubt::Noise, least_noise))
     };
     let are_rad_s = unit_read(Quantity::AngularRate) == Some("rad/s");
-    doubts.extend(seen.filter(|_| are_rad_s).map(|seen| doubt(Quantity::AngularRate, seen, "rad/s", "deg/s")));
+    let doubted = seen.filter(|_| are_rad_s);
+    doubts.extend(doubted.map(|(by, value)| doubt(Quantity::AngularRate, by, value, "rad/s", "deg/s")));
     doubts
 }
 
@@ -140,6 +130,14 @@ mod tests {
     /// A file of accelerations and rates, in m/s² and rad/s as read.
     fn measured(accel_m_s2: f64, rate_rad_s: f64, unit: &str, is_file: bool) -> Option<Warning> {
         warning(&snapshot(accel_m_s2, rate_rad_s, (0.0, 1), unit, is_file), false)
+    }
+
+    fn doubted(warning: Option<Warning>) -> Vec<Doubtful> {
+        match warning.map(|warning| warning.finding) {
+            Some(Finding::UnitDoubtful(doubts)) => doubts,
+            None => Vec::new(),
+            other => panic!("{other:?}"),
+        }
     }
 
     /// The columns of a file, whose names are those of the channels with an `s`.
@@ -179,9 +177,8 @@ mod tests {
     #[test]
     fn noise_that_no_gyroscope_has_is_asked_about_unless_it_is_motion() {
         let noisy = |noise_rad_s| snapshot(9.8, 0.01, (noise_rad_s, 1), "m/s^2", true);
-        let warned = warning(&noisy(0.02), false).unwrap().headline;
-        assert!(warned.starts_with("rates differ by 0.0"), "{warned}");
-        assert!(warned.ends_with("read as rad/s: are the columns in deg/s?"), "{warned}");
+        let found = doubted(warning(&noisy(0.02), false));
+        assert!(matches!(&found[..], [Doubtful { by: Doubt::Noise, likely: "deg/s", .. }]), "{found:?}");
         assert!(warning(&noisy(0.005), false).is_none());
         let slow = snapshot(9.8, 0.01, (0.04, 8), "m/s^2", true);
         assert!(warning(&slow, false).is_some() && warning(&slow, true).is_none());
@@ -197,7 +194,7 @@ mod tests {
             layout.columns = Some(columns(&layout.channels, |channel| channel.unit.to_string()));
             let mut analysis = Analysis::new(Settings { rate_hz: Some(40.0), ..Settings::default() });
             analysis.absorb(&Batch { layout: Some(Arc::new(layout)), counts, ..Batch::default() });
-            warning(&analysis.snapshot(), false).map(|warning| warning.headline)
+            doubted(warning(&analysis.snapshot(), false)).first().map(|doubt| doubt.likely)
         };
         for (first, channels, value, likely) in [
             (0, 3, 25.0, Some("uT")),
@@ -209,17 +206,12 @@ mod tests {
             (10, 1, 101_325.0, Some("Pa")),
             (10, 1, 101.3, None),
         ] {
-            let expected = likely.map(|likely| format!(": are the columns in {likely}?"));
-            let headline = asked(first, channels, value);
-            assert_eq!(headline.is_some(), expected.is_some(), "{value}");
-            assert!(headline.zip(expected).is_none_or(|(headline, end)| headline.ends_with(&end)), "{value}");
+            assert_eq!(asked(first, channels, value), likely, "{value}");
         }
     }
 
     #[test]
     fn magnitudes_that_no_sensor_has_are_asked_about() {
-        let text =
-            |accel, rate| measured(accel, rate, "m/s^2", true).map(|warning| warning.in_words(Remedy::to_string));
         for (accel, read, likely) in [
             (-1.02, "m/s^2", "g"),
             (998.0, "m/s^2", "mg"),
@@ -229,20 +221,18 @@ mod tests {
             (0.0096, "mg", "g"),
             (0.096, "mg", "m/s^2"),
         ] {
-            let text = measured(accel, 0.0, read, true).unwrap().headline;
-            assert!(text.contains(&format!("read as {read}: are the columns in {likely}?")), "{accel}: {text}");
+            let found = doubted(measured(accel, 0.0, read, true));
+            assert!(matches!(&found[..], [doubt] if doubt.read == read && doubt.likely == likely), "{found:?}");
         }
-        assert_eq!(
-            text(1.0, 5.0).unwrap(),
-            "mean acceleration 1.0000, gravity 9.81 m/s^2, read as m/s^2: are the columns in g?; mean rate 5.00, which no sensor at \
-             rest has, read as rad/s: are the columns in deg/s? If they are, set the map of columns \
-             accel_x=accel_xs:g,accel_y=accel_ys:g,accel_z=accel_zs:g,gyro_x=gyro_xs:deg/s,gyro_y=gyro_ys:deg/s,\
-             gyro_z=gyro_zs:deg/s,t=t:s."
-        );
-        assert!(text(9.8, 300.0).unwrap().starts_with("a rate of 300.0, beyond"));
-        assert!(text(9.8, 5.0).unwrap().contains("are the columns in deg/s?"));
+        let both = measured(1.0, 5.0, "m/s^2", true).unwrap();
+        let map = "accel_x=accel_xs:g,accel_y=accel_ys:g,accel_z=accel_zs:g,gyro_x=gyro_xs:deg/s,gyro_y=gyro_ys:deg/s,\
+                   gyro_z=gyro_zs:deg/s,t=t:s";
+        assert_eq!(both.remedies, [Remedy::MapColumns(Some(map.into()))]);
+        assert_eq!(doubted(Some(both)).iter().map(|doubt| doubt.likely).collect::<Vec<_>>(), ["g", "deg/s"]);
+        let found = doubted(measured(9.8, 300.0, "m/s^2", true));
+        assert!(matches!(&found[..], [Doubtful { by: Doubt::Largest, .. }]), "{found:?}");
         for (accel, rate) in [(9.8, 0.0), (9.2, 0.3), (0.0, 0.0), (5.0, 0.0)] {
-            assert_eq!(text(accel, rate), None, "{accel} {rate}");
+            assert_eq!(measured(accel, rate, "m/s^2", true), None, "{accel} {rate}");
         }
         assert!(measured(1.0, 300.0, "m/s^2", false).is_none(), "of sentences");
     }

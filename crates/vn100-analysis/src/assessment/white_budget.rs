@@ -2,6 +2,8 @@
 
 use imu_noise::timebase::TimebaseSummary;
 use imu_noise::{Parameter, Status};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{Onboard, WindowFrom};
 use crate::snapshot::{RateFrom, Snapshot};
@@ -21,9 +23,9 @@ pub struct WhiteBudget {
 }
 
 /// What the sample rate adds to the uncertainty of N.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
 pub struct RateShare {
-    /// Where the nominal rate comes from.
+    /// Source of the nominal rate.
     pub from: RateFrom,
     /// How far N may be off for it, relative: half of what the rate may be, as N² is a variance
     /// times a time. The rate may be off by what the arrival times differ from the nominal one, and
@@ -34,15 +36,17 @@ pub struct RateShare {
 
 /// The effect of averaging and decimation on board on white noise: N in the stream over that of the
 /// sensor.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
 pub struct Aliasing {
-    /// With the window as known or by default.
+    /// Factor with the window as known or by default.
     pub factor: f64,
-    /// How far the factor may be off, relative, for the sensor's own roll-off; 0 and above.
-    pub uncertainty: f64,
-    /// Where the window comes from.
+    /// How far the factor may be off, relative, for the own roll-off of the sensor; null if the window
+    /// is not known.
+    pub relative: Option<f64>,
+    /// Source of the averaging window.
     pub window_from: WindowFrom,
-    /// The factor without any averaging, the largest of any window.
+    /// Factor without any averaging, the largest of any window.
+    #[serde(rename = "largest_factor")]
     pub most: f64,
 }
 
@@ -61,7 +65,7 @@ impl WhiteBudget {
         };
         let aliasing = |onboard: Onboard| Aliasing {
             factor: onboard.window.white_factor(),
-            uncertainty: Onboard::uncertainty_of(onboard.window),
+            relative: onboard.window_known().then(|| Onboard::uncertainty_of(onboard.window)),
             window_from: onboard.window_from,
             most: onboard.window.decimation.max(1.0).sqrt(),
         };
@@ -87,14 +91,12 @@ impl WhiteBudget {
     pub(super) fn unaliased(&self, white: Parameter) -> Parameter {
         let bounded = |lower| Parameter { value: None, lower, status: bounded(white.status), ..white };
         match self.aliasing {
-            Some(Aliasing { factor, uncertainty, window_from, .. }) if window_from != WindowFrom::Default => {
-                Parameter {
-                    value: white.value.map(|value| value / factor),
-                    lower: white.lower.map(|lower| lower / (factor * (1.0 + uncertainty))),
-                    upper: white.upper.map(|upper| upper / (factor * (1.0 - uncertainty))),
-                    ..white
-                }
-            }
+            Some(Aliasing { factor, relative: Some(relative), .. }) => Parameter {
+                value: white.value.map(|value| value / factor),
+                lower: white.lower.map(|lower| lower / (factor * (1.0 + relative))),
+                upper: white.upper.map(|upper| upper / (factor * (1.0 - relative))),
+                ..white
+            },
             Some(Aliasing { most, .. }) => bounded(white.lower.map(|lower| lower / most)),
             None => bounded(None),
         }
@@ -110,7 +112,8 @@ mod tests {
     use super::*;
 
     fn budget(window_from: WindowFrom, relative: Option<f64>) -> WhiteBudget {
-        let aliasing = Some(Aliasing { factor: 2.0, uncertainty: 0.1, window_from, most: 4.0 });
+        let uncertainty = (window_from != WindowFrom::Default).then_some(0.1);
+        let aliasing = Some(Aliasing { factor: 2.0, relative: uncertainty, window_from, most: 4.0 });
         WhiteBudget { sampling: None, rate: RateShare { from: RateFrom::Option, relative }, aliasing }
     }
 

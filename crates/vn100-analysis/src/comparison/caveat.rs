@@ -3,7 +3,7 @@
 use vn100_protocol::Quantity;
 
 use super::{ComparedRecord, SameSamples, fold_alike, means::are_of_several_sensors, onboard, pairs};
-use crate::{Onboard, RateFrom, Remedy, Text, assessment::BEFORE_FILTER_S};
+use crate::{Onboard, RateFrom, Remedy, assessment::BEFORE_FILTER_S};
 
 /// The kinds of caveat.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -62,20 +62,22 @@ pub struct Caveat {
     /// The numbers of the records concerned.
     pub records: Vec<usize>,
     /// What was found, and its consequence.
-    pub text: Text,
+    pub text: String,
+    /// What can be done about it; `None` if nothing but what the text says.
+    pub remedy: Option<Remedy>,
 }
 
 pub(super) fn caveats(records: &[ComparedRecord<'_>], same: &[SameSamples], stayed_on: bool) -> Vec<Caveat> {
     let mut caveats: Vec<Caveat> = same.iter().map(|same| same_samples(records, same)).collect();
     for (number, record) in records.iter().enumerate().filter(|(_, record)| record.snapshot.timing.samples == 0) {
         let text = format!("{} holds no samples and is not compared", record.name);
-        caveats.push(Caveat { kind: CaveatKind::NoSamples, records: vec![number], text: text.into() });
+        caveats.push(Caveat { kind: CaveatKind::NoSamples, records: vec![number], text, remedy: None });
     }
     caveats.extend(rate_assumed(records));
     for (number, record) in records.iter().enumerate() {
         if let Some(motion) = &record.assessment.motion {
             let text = format!("{}: {motion}. Its means are no bias and are excluded", record.name);
-            caveats.push(Caveat { kind: CaveatKind::Moved, records: vec![number], text: text.into() });
+            caveats.push(Caveat { kind: CaveatKind::Moved, records: vec![number], text, remedy: None });
         }
     }
     for pair in pairs(records.len()) {
@@ -84,13 +86,13 @@ pub(super) fn caveats(records: &[ComparedRecord<'_>], same: &[SameSamples], stay
             continue;
         }
         let found = [channels(a, b), rates(a, b), sampling(a, b), compensation(a, b)].into_iter().flatten();
-        caveats.extend(found.map(|(kind, text)| Caveat { kind, records: pair.to_vec(), text: text.into() }));
+        caveats.extend(found.map(|(kind, text)| Caveat { kind, records: pair.to_vec(), text, remedy: None }));
     }
     if are_of_several_sensors(records) {
         let text = "the records have more than one serial number: their means are not repetitions of one sensor, and no turn-on to turn-on \
                     bias is given";
         let records = (0..records.len()).collect();
-        caveats.push(Caveat { kind: CaveatKind::SeveralSensors, records, text: text.into() });
+        caveats.push(Caveat { kind: CaveatKind::SeveralSensors, records, text: text.into(), remedy: None });
     } else {
         caveats.extend(without_chance(records, stayed_on));
     }
@@ -111,7 +113,7 @@ fn same_samples(records: &[ComparedRecord<'_>], same: &SameSamples) -> Caveat {
         ),
     };
     let text = format!("{text}. They are not tested against each other");
-    Caveat { kind: CaveatKind::SameSamples, records: same.records.to_vec(), text: text.into() }
+    Caveat { kind: CaveatKind::SameSamples, records: same.records.to_vec(), text, remedy: None }
 }
 
 /// Why differences of means have no probability; `None` where they have one, and where fewer than
@@ -131,15 +133,13 @@ fn without_chance(records: &[ComparedRecord<'_>], stayed_on: bool) -> Option<Cav
              significance. A recording contains its start",
             names.join(", ")
         );
-        return Some(Caveat { kind: CaveatKind::StartUnknown, records: unknown, text: text.into() });
+        return Some(Caveat { kind: CaveatKind::StartUnknown, records: unknown, text, remedy: None });
     }
     (!stayed_on).then(|| {
-        let text = Text::from(
-            "each record is a connection of its own, and a sensor that was switched off between them starts with another bias: differences of \
-             means are given without a significance. If it stayed on, set ",
-        );
-        let text = text.remedy(Remedy::SayStayedOn);
-        Caveat { kind: CaveatKind::MayHaveBeenOff, records: measured, text }
+        let text = "each record is a connection of its own, and a sensor that was switched off between them starts with another bias: \
+                    differences of means are given without a significance";
+        let remedy = Some(Remedy::SayStayedOn);
+        Caveat { kind: CaveatKind::MayHaveBeenOff, records: measured, text: text.into(), remedy }
     })
 }
 
@@ -150,15 +150,12 @@ fn rate_assumed(records: &[ComparedRecord<'_>]) -> Option<Caveat> {
     let assumed: Vec<usize> = (0..records.len()).filter(|number| is_assumed(&records[*number])).collect();
     let names: Vec<&str> = assumed.iter().map(|number| records[*number].name).collect();
     let first = &records[*assumed.first()?].snapshot.timing;
-    let text = Text::from(format!(
-        "sample rate of {} unknown; {} Hz assumed, and all averaging times and N scale with it: give ",
+    let text = format!(
+        "sample rate of {} unknown; {} Hz assumed, and all averaging times and N scale with it. Recordings of this program keep their rate",
         names.join(", "),
         first.rate_hz
-    ));
-    let text = text
-        .remedy(Remedy::GiveRate(None))
-        .then(", and compare captures of different rates as recordings, which keep theirs");
-    Some(Caveat { kind: CaveatKind::RateAssumed, records: assumed, text })
+    );
+    Some(Caveat { kind: CaveatKind::RateAssumed, records: assumed, text, remedy: Some(Remedy::GiveRate(None)) })
 }
 
 fn channels(a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> Option<(CaveatKind, String)> {

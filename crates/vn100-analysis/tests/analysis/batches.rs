@@ -82,9 +82,11 @@ fn a_sensor_that_only_answers_is_told_how_to_send() {
         batch.link.tally.valid_sentence_bytes = 25 * replies;
         let mut analysis = Analysis::new(Settings::default());
         analysis.absorb(&batch);
-        analysis.snapshot().warnings.iter().any(|warning| {
-            warning.details.remedies().any(|remedy| *remedy == Remedy::Configure(Setting::Message("VNYMR")))
-        })
+        analysis
+            .snapshot()
+            .warnings
+            .iter()
+            .any(|warning| warning.remedies.contains(&Remedy::Configure(Setting::Message("VNYMR"))))
     };
     assert!(told(1, 24, 0, 0));
     assert!(!told(1, 24, 40, 0), "measurements, all of them damaged");
@@ -153,10 +155,10 @@ fn a_change_of_print_format_breaks_the_segment_and_the_resolution() {
     assert_eq!((changed.timing.segments, changed.timing.missing), (2, 0));
     assert_eq!(changed.channels[0].printed_step_counts, 10.0);
     assert_eq!(changed.channels[0].octaves[0].terms, 1);
-    assert!(warned(&changed, WarningKind::PrintFormat));
+    assert!(warned(&changed, WarningKind::StreamChanged));
     let always_old = analysed(&[old, Good(10), Good(20)], 10, Settings::default());
     assert_eq!((always_old.timing.segments, always_old.channels[9].printed_step_counts), (1, 100.0));
-    assert!(!warned(&always_old, WarningKind::PrintFormat));
+    assert!(!warned(&always_old, WarningKind::StreamChanged));
 }
 
 #[test]
@@ -176,7 +178,7 @@ fn an_angle_that_turns_without_end_starts_anew_and_says_so() {
     // a third of a turn a line: 2^31 counts are full after 17 896 lines
     let lines: Vec<_> = (0..18_000).map(|i| Good([0, 120_000, -120_000][i % 3])).collect();
     let snapshot = analysed(&lines, 500, Settings::default());
-    assert!(warned(&snapshot, WarningKind::AngleRestarted));
+    assert!(warned(&snapshot, WarningKind::FullRange));
     assert_eq!(snapshot.channels[0].moments.count(), 18_000);
     assert_eq!(snapshot.channels[0].octaves[0].terms, 17_998, "one window touches the new start");
     assert_eq!(snapshot.channels[9].octaves[0].terms, 17_999);
@@ -197,10 +199,10 @@ fn named(snapshot: &Snapshot, kind: WarningKind) -> Vec<String> {
 #[test]
 fn a_channel_that_sticks_is_named() {
     let sticks: Vec<_> = (0..100).map(|i| Good(7 + i % 2)).collect();
-    assert_eq!(named(&analysed(&sticks, 9, Settings::default()), WarningKind::StuckDigits).len(), 12);
-    assert!(named(&analysed(&sticks[..99], 9, Settings::default()), WarningKind::StuckDigits).is_empty());
+    assert_eq!(named(&analysed(&sticks, 9, Settings::default()), WarningKind::QuantisationFloor).len(), 12);
+    assert!(named(&analysed(&sticks[..99], 9, Settings::default()), WarningKind::QuantisationFloor).is_empty());
     let lives: Vec<_> = (0..100).map(|i| Good(7 + i % 3)).collect();
-    assert!(named(&analysed(&lives, 9, Settings::default()), WarningKind::StuckDigits).is_empty());
+    assert!(named(&analysed(&lives, 9, Settings::default()), WarningKind::QuantisationFloor).is_empty());
 }
 
 #[test]
@@ -214,7 +216,7 @@ fn temperature_and_pressure_may_stand_still_for_minutes() {
         });
         let mut analysis = Analysis::new(Settings { rate_hz: Some(2.0), ..Settings::default() });
         analysis.absorb(&Batch { layout: Some(Arc::clone(&layout)), counts: counts.collect(), ..Batch::default() });
-        named(&analysis.snapshot(), WarningKind::StuckDigits)
+        named(&analysis.snapshot(), WarningKind::QuantisationFloor)
     };
     assert!(stuck(599).is_empty(), "five minutes are 600 samples");
     assert_eq!(stuck(600), ["temperature", "pressure"]);
@@ -297,7 +299,7 @@ fn a_quaternion_that_changes_its_sign_stands_still() {
         }
         let assessment = Assessment::new(&snapshot, 0.95);
         assert!(assessment.channels[..4].iter().all(|channel| channel.noise.is_none()));
-        assert!(!named(&snapshot, WarningKind::StuckDigits).contains(&"quat_x".to_owned()));
+        assert!(!named(&snapshot, WarningKind::QuantisationFloor).contains(&"quat_x".to_owned()));
     }
 }
 

@@ -85,7 +85,7 @@ proptest! {
         prop_assert!((found.timing.rate_hz / expected_hz - 1.0).abs() < 0.003, "{} of {expected_hz}", found.timing.rate_hz);
         prop_assert!(found.timing.samples.abs_diff(expected as u64) <= 3, "{} of {expected}", found.timing.samples);
         prop_assert_eq!(found.timing.samples + found.timing.excluded, (before + after) as u64);
-        prop_assert_eq!(severity(&found, WarningKind::RateChanged), Some(Severity::Problem));
+        prop_assert_eq!(severity(&found, WarningKind::StreamChanged), Some(Severity::Problem));
     }
 }
 
@@ -94,7 +94,7 @@ fn a_given_rate_that_the_stamps_contradict_is_a_problem() {
     for given_hz in [50.0, 98.0, 101.5, 200.0, 400.0] {
         let settings = Settings { rate_hz: Some(given_hz), ..Settings::default() };
         let found = analysed(&steady(100.0, 3000), 64, settings);
-        let kinds = [WarningKind::StampsRefused, WarningKind::RateOffNominal];
+        let kinds = [WarningKind::StampsDoubtful, WarningKind::RateOffNominal];
         let severities = kinds.map(|kind| severity(&found, kind));
         assert!(severities.contains(&Some(Severity::Problem)), "{given_hz} Hz: {:?}", found.warnings);
     }

@@ -1,7 +1,7 @@
 //! Definitions of message types, as ROS 1 and 2 write them.
 //!
-//! The first is that of the message itself; each further one stands behind a line of `=` and
-//! `MSG: package/Type`. The form: <https://wiki.ros.org/msg>,
+//! The first definition is of the message itself; each further one follows a line of `=` and `MSG:
+//! package/Type`. The form: <https://wiki.ros.org/msg>,
 //! <https://docs.ros.org/en/rolling/Concepts/Basic/About-Interfaces.html>.
 
 use std::{borrow::Cow, collections::BTreeMap};
@@ -11,7 +11,7 @@ use super::{
     topic::{Encoding, Topic, short_type},
 };
 
-/// The most types, and the most fields of one type: more than any message has.
+/// The most types, and the most fields of one type: no message has as many.
 const MOST: usize = 4096;
 
 /// The types of a message, by name.
@@ -32,7 +32,7 @@ pub(super) struct MessageField {
 pub(super) enum Kind {
     Number(Number),
     Text,
-    /// Text of wide characters, whose size differs between programs.
+    /// Text of wide characters, which programs encode in different sizes.
     WideText,
     /// Seconds and nanoseconds, of four bytes each.
     Time,
@@ -44,11 +44,10 @@ pub(super) enum Length {
     One,
     /// This many elements.
     Fixed(u32),
-    /// As many elements as the number before them says.
+    /// As many elements as the number before them states.
     Counted,
 }
 
-/// The form of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Number {
     I8,
@@ -64,8 +63,8 @@ pub(super) enum Number {
 }
 
 impl Definitions {
-    /// The definitions of the messages of a topic, from the bag or of the standard types; `None`
-    /// where neither has them. The error says in words why a definition cannot be used.
+    /// The definitions of the messages of a topic, from the bag or of the standard types; `None` if
+    /// neither has them. The error says in words why a definition cannot be used.
     pub(super) fn of(topic: &Topic) -> Result<Option<Self>, String> {
         let standard = || standard_types::definition(&topic.type_name, &topic.encoding);
         let Some(text) = topic.definition.as_deref().map(Cow::from).or_else(|| standard().map(Cow::from)) else {
@@ -95,7 +94,7 @@ impl Definitions {
             }
         }
         if !ros1 {
-            // a structure without fields takes a byte
+            // a structure without fields takes one byte
             let fill = || MessageField { name: "_".into(), kind: Kind::Number(Number::U8), length: Length::One };
             definitions.types.values_mut().filter(|fields| fields.is_empty()).for_each(|fields| fields.push(fill()));
         }
@@ -166,7 +165,7 @@ impl Kind {
 }
 
 impl Number {
-    /// Length of the number in bytes; in CDR its place is a multiple of the length.
+    /// Length of the number in bytes; in CDR its offset is a multiple of the length.
     pub(super) const fn bytes(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::definition::{Definitions, Kind, Length, MessageField, Number};
 
-/// Messages inside messages, deeper than any real one.
+/// Levels of messages inside messages; real messages have fewer.
 const MOST_LEVELS: usize = 16;
 
 /// The most numbers of a message that are listed, and the most steps that one message may take.
@@ -36,10 +36,9 @@ pub(super) enum Step {
     Skip { align: usize, bytes: u64 },
     /// Skip a text.
     SkipText,
-    /// Skip elements of fixed size, as many as the number before them says.
+    /// Skip elements of fixed size; the number before them is their count.
     SkipCounted { align: usize, each: u64 },
-    /// Skip elements of varying size; where `count` is `None`, as many as the number before them
-    /// says.
+    /// Skip elements of varying size; if `count` is `None`, the number before them is their count.
     SkipEach { count: Option<u32>, steps: Vec<Step> },
     /// A field that cannot be skipped.
     Unreadable,
@@ -80,7 +79,7 @@ fn add_places(
     }
 }
 
-/// The paths of a field: none where the number of its elements varies, or is large.
+/// The paths of a field: none if the number of its elements varies or is large.
 fn paths(field: &MessageField, prefix: &str) -> Vec<String> {
     let name = format!("{prefix}{}", field.name);
     match field.length {
@@ -95,7 +94,7 @@ fn paths(field: &MessageField, prefix: &str) -> Vec<String> {
 /// The steps to the wanted values, each given by its path and its slot.
 ///
 /// # Errors
-/// Why the definition cannot be used, in words.
+/// The reason why the definition cannot be used, in words.
 pub(super) fn steps(
     definitions: &Definitions,
     type_name: &str,
@@ -154,7 +153,7 @@ impl Walk<'_> {
                 (0..count).try_for_each(|place| self.element(&field.kind, &format!("{path}[{place}]"), level, steps))
             }
             Length::Fixed(_) | Length::Counted => {
-                // paths below have no slots: those of elements contain a bracket
+                // paths below have no slots, because those of elements contain a bracket
                 let mut each = Vec::new();
                 self.element(&field.kind, &below, level, &mut each)?;
                 steps.push(match (field.length, &*each) {

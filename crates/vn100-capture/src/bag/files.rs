@@ -18,8 +18,8 @@ use super::{
 };
 use crate::{counted_reader::CountedReader, recording};
 
-/// How many bytes of a file are searched for a topic: a tool that merges bags may write much before
-/// it.
+/// Bytes of a file that are searched for a topic: a tool that merges bags may write many bytes
+/// before it.
 const SEARCHED_BYTES: u64 = 64 * 1024 * 1024;
 
 /// The form of a bag of ROS.
@@ -50,7 +50,6 @@ impl BagForm {
         }
     }
 
-    /// The form in words.
     pub(super) const fn words(self) -> &'static str {
         match self {
             Self::Ros1 => "a ROS 1 bag",
@@ -69,12 +68,11 @@ pub(crate) trait StoredFile: fmt::Debug + Send {
     fn bytes(&self) -> Option<u64>;
 }
 
-/// An open file.
 pub(crate) trait ReadSeek: Read + Seek + Send {}
 
 impl<T: Read + Seek + Send> ReadSeek for T {}
 
-/// Whether an MCAP file contains no topic of a recording of this program. A recording may have been
+/// Whether an MCAP file lacks the topics of a recording of this program. A recording may have been
 /// cut before its first topic.
 pub(crate) fn is_foreign_mcap(file: &dyn StoredFile) -> io::Result<bool> {
     let mut head = Vec::new();
@@ -94,7 +92,7 @@ pub(crate) fn is_foreign_mcap(file: &dyn StoredFile) -> io::Result<bool> {
     loop {
         match bag.next_head() {
             Ok(Some(_)) if !is_recorded(&bag) && read.load(Ordering::Relaxed) <= SEARCHED_BYTES => {}
-            // the file is cut before its first topic, and may be the copy of a recording
+            // the file ends before its first topic: it may be the copy of a recording
             Err(error) if error.kind() == io::ErrorKind::UnexpectedEof && bag.topics().is_empty() => return Ok(false),
             _ => return Ok(!is_recorded(&bag)),
         }
@@ -106,30 +104,29 @@ pub(crate) fn is_foreign_mcap(file: &dyn StoredFile) -> io::Result<bool> {
 pub(crate) struct Bag {
     pub(crate) form: BagForm,
     pub(super) files: Vec<Box<dyn StoredFile>>,
-    /// Bytes in temporary files, where the bag was compressed or came as a stream; else 0.
+    /// Bytes in temporary files if the bag was compressed or came as a stream; else 0.
     pub(crate) unpacked_bytes: u64,
 }
 
 impl Bag {
-    /// A bag of files of one form.
     pub(super) fn new(form: BagForm, files: Vec<Box<dyn StoredFile>>) -> Self {
         Self { form, files, unpacked_bytes: 0 }
     }
 
-    /// Number of bytes of all files together; `None` where they were unpacked.
+    /// Number of bytes of all files together; `None` if they were unpacked.
     pub(crate) fn stored_bytes(&self) -> Option<u64> {
         let all = || self.files.iter().map(|file| file.bytes()).sum();
         if self.unpacked_bytes == 0 { all() } else { None }
     }
 
-    /// All messages, from the first; `read` counts the bytes that are read from the files.
+    /// All messages, beginning with the first; `read` counts the bytes that are read from the files.
     pub(super) fn messages(&self, read: &Arc<AtomicU64>) -> Result<Messages, BagError> {
         let files = self.files.iter().map(|file| open(self.form, &**file, read)).collect::<Result<Vec<_>, _>>()?;
         Ok(Messages { files, current: 0, topics: Vec::new(), places: Vec::new() })
     }
 
-    /// The topics of the bag, and for each its number of messages, where the index contains that or
-    /// where `counted` asks for it.
+    /// The topics of the bag, each with its number of messages if the index contains it or
+    /// `counted` asks for it.
     pub(super) fn topics(&self, counted: bool) -> Result<Vec<(Topic, Option<TopicCount>)>, BagError> {
         let mut all: Vec<(Topic, Option<TopicCount>)> = Vec::new();
         let mut add = |topic: &Topic, count: Option<TopicCount>| match all.iter_mut().find(|(other, _)| other.is(topic))
@@ -140,7 +137,7 @@ impl Bag {
         let unseen = Arc::default();
         for file in &self.files {
             let mut messages = open(self.form, &**file, &unseen)?;
-            // a damaged index counts as none
+            // a damaged index is treated as none
             match messages.index().unwrap_or(Index::None) {
                 Index::Counts(counts) => {
                     messages.topics().iter().zip(&counts).for_each(|(topic, count)| add(topic, Some(*count)));
@@ -154,7 +151,7 @@ impl Bag {
             }
             let mut messages = open(self.form, &**file, &unseen)?;
             let mut counts: Vec<TopicCount> = Vec::new();
-            // the messages before a damage or a cut are counted
+            // messages before a damaged place or a cut are counted
             while let Ok(Some(MessageHead { topic, record_ns })) = messages.next_head() {
                 if counts.len() <= topic {
                     counts.resize_with(topic + 1, TopicCount::default);
@@ -174,7 +171,7 @@ pub(super) struct Messages {
     /// The file that is being read.
     current: usize,
     topics: Vec<Topic>,
-    /// The place among all topics, for each topic of that file.
+    /// The index among all topics, for each topic of that file.
     places: Vec<usize>,
 }
 
@@ -195,7 +192,8 @@ impl Messages {
         Ok(None)
     }
 
-    /// The bytes of the message that [`next_head`](Self::next_head) went to; to be read once.
+    /// The bytes of the message that [`next_head`](Self::next_head) went to; may be called once per
+    /// message.
     pub(super) fn read_data(&mut self) -> io::Result<&[u8]> {
         match self.files.get_mut(self.current) {
             Some(file) => file.read_data(),

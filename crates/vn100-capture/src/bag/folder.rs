@@ -7,18 +7,18 @@ use std::{
 
 use super::topic::BagError;
 
-/// A `metadata.yaml` is shorter, however many topics it lists.
+/// The longest `metadata.yaml` that is read; files with many topics are shorter.
 const METADATA_BYTES: u64 = 64 * 1024 * 1024;
 
-/// The files of the bag: as its `metadata.yaml` lists them, else those there are, by the number at
-/// the end of their names.
+/// The files of the bag: in the order of `metadata.yaml`, else all files of the folder, by the
+/// number at the end of their names.
 pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
     let metadata = folder.join("metadata.yaml");
     let listed = match fs::metadata(&metadata) {
         Ok(found) if found.len() <= METADATA_BYTES => listed(&String::from_utf8_lossy(&fs::read(&metadata)?)),
         _ => Vec::new(),
     };
-    // old versions list paths from the folder above
+    // old versions list paths relative to the parent folder
     let name = |path: &String| Path::new(path).file_name().map(|name| folder.join(name));
     let listed: Vec<_> = listed.iter().filter_map(name).collect();
     let files = if listed.is_empty() { found(folder)? } else { listed };
@@ -117,7 +117,7 @@ mod tests {
         assert_eq!(read(&["lab1.mcap", "lab2.mcap"]), None);
         assert_eq!(read(&["walk.mcap", "walk_0.mcap"]), None);
         assert_eq!(read(&["b_0.db3", "b_0.db3.zstd"]), None);
-        // as rosbag2 names recordings of its own accord
+        // names that rosbag2 gives by default
         assert_eq!(read(&["rosbag2_2026_11_26-10_00_00_0.mcap", "rosbag2_2026_11_26-11_00_00_0.mcap"]), None);
         assert_eq!(read(&["rec_2026_11_26-10_00_12.mcap", "rec_2026_11_26-11_07_47.mcap"]), None);
         assert_eq!(read(&["2026-01-01-10-00-00_0.bag", "2026-01-01-10-05-00_1.bag"]), Some(2));

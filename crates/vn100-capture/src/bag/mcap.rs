@@ -24,16 +24,16 @@ pub(super) struct McapBag<R> {
     contents: Contents,
 }
 
-/// What the records so far define.
+/// The definitions of the records read so far.
 #[derive(Default)]
 struct Contents {
     schemas: BTreeMap<u16, Schema>,
-    /// The place of the topic, for each channel.
+    /// The index of the topic of each channel.
     channels: BTreeMap<u16, usize>,
     topics: TopicList,
 }
 
-/// What the summary at the end of a file says of its messages.
+/// The facts about the messages in the summary at the end of a file.
 #[derive(Default)]
 struct Summary {
     schemas: BTreeMap<u16, Schema>,
@@ -42,7 +42,7 @@ struct Summary {
 }
 
 impl Summary {
-    /// `None` where there is none, as in a file that was cut, and where it is larger than any.
+    /// `None` if there is no summary, as in a file that was cut, and if it is too large.
     fn read<R: Read + Seek>(file: R) -> io::Result<Option<Self>> {
         let Some(mut records) = McapRecords::open_summary(file)? else { return Ok(None) };
         let (mut summary, mut definition_bytes) = (Self::default(), 0);
@@ -72,7 +72,7 @@ impl Summary {
 
 struct Schema {
     name: String,
-    /// The definition, where it is in the language of ROS.
+    /// The definition, if it is in the language of ROS.
     definition: Option<String>,
 }
 
@@ -86,7 +86,7 @@ impl<R: Read + Seek> McapBag<R> {
 }
 
 impl Contents {
-    /// Takes a record; returns the head of the message where the record is one.
+    /// Takes a record; returns the head of the message if the record is a message.
     fn take(&mut self, opcode: u8, data: &[u8]) -> io::Result<Option<MessageHead>> {
         if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
             return Ok(None);
@@ -146,7 +146,7 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
         &self.contents.topics.topics
     }
 
-    /// From the summary at the end of the file, which a file that was cut does not have.
+    /// Reads the index from the summary at the end of the file, which is missing in a file that was cut.
     fn index(&mut self) -> io::Result<Index> {
         let Some(Summary { schemas, channels, statistics: Some(stats) }) = Summary::read(&mut self.records.file)?
         else {

@@ -1,6 +1,6 @@
 //! Takes numbers out of the bytes of a message, step by step.
 //!
-//! CDR: <https://www.omg.org/spec/DDSI-RTPS/>, where the place of each number is a multiple of its
+//! In CDR, <https://www.omg.org/spec/DDSI-RTPS/>, the offset of each number is a multiple of its
 //! length, counted from the fifth byte.
 
 use super::{
@@ -13,7 +13,7 @@ use super::{
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Taken {
     Number(f64),
-    /// An integer, which a float may not represent exactly.
+    /// An integer, which may have no exact float.
     Integer(i64),
     /// A time in nanoseconds.
     Time(i64),
@@ -44,8 +44,8 @@ impl Taken {
     }
 }
 
-/// Takes the values for the slots; `None` where the message ends too early, or is in an encoding
-/// that is not read.
+/// Takes the values for the slots; `None` if the message ends too early, or its encoding is not
+/// supported.
 pub(super) fn take(steps: &[Step], encoding: &Encoding, message: &[u8], slots: &mut [Taken]) -> Option<()> {
     let mut cursor = match encoding {
         Encoding::Ros1 => Cursor { bytes: message, at: 0, form: Form::Ros1 },
@@ -99,7 +99,7 @@ impl Cursor<'_> {
                     for _ in 0..count {
                         let before = self.at;
                         self.walk(steps, slots)?;
-                        // elements without bytes, however many there are
+                        // elements without bytes, of any number
                         if self.at == before {
                             break;
                         }
@@ -114,7 +114,7 @@ impl Cursor<'_> {
     fn leaf(&mut self, leaf: Leaf) -> Option<Taken> {
         Some(match leaf {
             Leaf::Time => {
-                // seconds of ROS 1 are unsigned, those of ROS 2 have a sign
+                // seconds of ROS 1 are unsigned, seconds of ROS 2 are signed
                 let seconds = self.number::<4>()?;
                 let seconds = match self.form {
                     Form::Ros1 => u32::from_le_bytes(seconds).into(),
@@ -144,7 +144,7 @@ impl Cursor<'_> {
         Some(u32::from_le_bytes(self.number()?))
     }
 
-    /// The next bytes, the lowest first.
+    /// The next bytes, in little-endian order.
     fn number<const N: usize>(&mut self) -> Option<[u8; N]> {
         self.align(N)?;
         let mut bytes: [u8; N] = *self.bytes.get(self.at..)?.first_chunk()?;
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_stand_at_multiples_of_their_size_in_cdr_alone() {
+    fn numbers_are_at_multiples_of_their_size_only_in_cdr() {
         let found = Some([Taken::Number(2.5), Taken::Number(-7.0)]);
         let numbers = |order: fn(&[u8]) -> Vec<u8>| {
             let number = |bytes: &[u8]| order(bytes);
@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_behind_a_text_of_wide_characters_is_not_reached() {
+    fn fields_after_a_text_of_wide_characters_are_not_reached() {
         let topic = Topic::new("/demo", "demo_msgs/Demo", Encoding::Cdr, Some("wstring a\nfloat64 x\n"));
         let definitions = Definitions::of(&topic).unwrap().unwrap();
         assert!(steps(&definitions, "demo_msgs/Demo", &BTreeMap::from([("x".to_owned(), 0)])).is_err());

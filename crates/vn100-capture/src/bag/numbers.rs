@@ -28,11 +28,11 @@ pub(super) struct NumberFields {
     slots: Vec<Taken>,
     /// In the order of the layout.
     quantizers: Vec<Quantizer>,
-    /// The slots of the time in the message, where that time is used: one for each part, with the
-    /// length of its unit in nanoseconds where the part is a number.
+    /// The slots of the time in the message, if that time is used: one for each part, with its unit
+    /// in nanoseconds if the part is a number.
     stamp: Vec<(usize, i64)>,
     pub(super) stamp_source: StampSource,
-    /// The numbers that the first messages do not have, with their slots.
+    /// The numbers that are missing in the first messages, with their slots.
     unread: Vec<(UnreadNumbers, Vec<usize>)>,
 }
 
@@ -41,7 +41,7 @@ pub(super) struct NumberFields {
 struct Quantizer {
     slot: usize,
     counts_per_unit: f64,
-    /// The value of the message at which the channel is zero.
+    /// The value in the message for a channel of zero.
     zero: f64,
 }
 
@@ -95,8 +95,8 @@ impl NumberFields {
         Ok(numbers)
     }
 
-    /// The time alone that a column map names, for messages of sentences; `None` where the map
-    /// names none.
+    /// Only the time that a column map names, for messages of sentences; `None` if the map names
+    /// none.
     pub(super) fn of_time(topic: &ScannedTopic, map: &ColumnMap) -> Result<Option<Self>, BagError> {
         map.stamp_columns().next().map(|_| Self::new(topic, Vec::new(), Some(map), &[])).transpose()
     }
@@ -230,7 +230,7 @@ impl NumberFields {
         })
     }
 
-    /// Checks that messages of this topic, in another place of the bag, are built alike.
+    /// Checks that messages of this topic elsewhere in the bag have the same structure.
     ///
     /// # Errors
     /// [`BagError::Messages`] if they are not.
@@ -256,7 +256,7 @@ impl NumberFields {
         let mut largest = vec![0.0_f64; is_series.len()];
         let mut messages = bag.messages(&Arc::default())?;
         let mut is_read = Vec::<bool>::new();
-        // an error is reported where the messages are read again
+        // an error is reported when the messages are read again
         while let Ok(Some(head)) = messages.next_head() {
             let is_alike = |other: &Topic| other.is(topic) && self.check(other).is_ok();
             is_read.extend(messages.topics()[is_read.len()..].iter().map(is_alike));
@@ -277,7 +277,7 @@ impl NumberFields {
         let channels = self.layout.channels.to_mut().iter_mut().zip(&mut self.quantizers);
         for (((channel, quantizer), largest), is_series) in channels.zip(largest).zip(is_series) {
             if is_series && largest > 0.0 {
-                // with larger exponents a power of two is no float
+                // with larger exponents a power of two exceeds the range of a float
                 let bits = (f64::from(i32::MAX) / largest).log2().floor().clamp(-1000.0, 1000.0) as i32;
                 quantizer.counts_per_unit = 2_f64.powi(bits);
                 channel.scale = 2_f64.powi(-bits);
@@ -319,8 +319,8 @@ impl NumberFields {
     }
 }
 
-/// Bits behind the point of a count: as many as the range of the quantity leaves of 32, for numbers
-/// in a unit of which `unit_scale` are one unit of the channel.
+/// Fractional bits of a count: all bits that the range of the quantity leaves of 32, for numbers in
+/// a unit of `unit_scale` units of the channel.
 fn bits(quantity: Quantity, unit_scale: f64) -> i32 {
     let is_own = |part: &&Part| part.channels().any(|(channel, _)| is_of(&channel, quantity));
     match (PARTS.iter().find(is_own), quantity) {
@@ -331,7 +331,6 @@ fn bits(quantity: Quantity, unit_scale: f64) -> i32 {
     }
 }
 
-/// Whether the channel of this name is of this quantity.
 fn is_of(channel: &str, quantity: Quantity) -> bool {
     by_name(channel).is_some_and(|place| known(place).quantity == quantity)
 }

@@ -3,16 +3,18 @@
 use std::{
     ffi::OsString,
     fs::{self, File},
-    io::{self, Cursor, Read, Seek, SeekFrom},
+    io::{self, BufReader, Cursor, Read, Seek, SeekFrom},
     path::Path,
 };
+
+use ruzstd::decoding::FrameDecoder;
 
 use super::{
     files::{Bag, BagForm, StoredFile, is_foreign_mcap},
     folder,
     topic::BagError,
 };
-use crate::{recording, unpack::ZSTD_MAGIC};
+use crate::{recording, unpack::ZSTD_MAGIC, zstd_reader::ZstdReader};
 
 /// The most bytes that are unpacked to a temporary file.
 const UNPACKED_BYTES: u64 = 64 * 1024 * 1024 * 1024;
@@ -46,7 +48,7 @@ impl Bag {
             let mut found = head(&mut file)?;
             if found.starts_with(ZSTD_MAGIC) {
                 let bytes;
-                (file, bytes) = to_temporary_file(zstd::Decoder::new(file)?)?;
+                (file, bytes) = to_temporary_file(ZstdReader::new(BufReader::new(file), FrameDecoder::new()))?;
                 unpacked_bytes += bytes;
                 found = head(&mut file)?;
             }
@@ -62,7 +64,6 @@ impl Bag {
     }
 }
 
-/// The content of a stream.
 pub(crate) enum Stream {
     Bag(Bag),
     Other(Box<dyn Read + Send>),
@@ -108,7 +109,7 @@ fn head_of(stream: &mut impl Read) -> io::Result<Vec<u8>> {
     Ok(head)
 }
 
-/// An error where a database was not closed: its last messages are then in a file beside it.
+/// An error if a database was not closed, because its last messages are in a separate file.
 fn check_log(form: BagForm, path: &Path) -> Result<(), BagError> {
     let mut log = OsString::from(path);
     log.push("-wal");

@@ -9,6 +9,7 @@ use std::{
 };
 
 use bzip2::bufread::BzDecoder;
+use lz4_flex::frame::FrameDecoder as Lz4Decoder;
 
 use super::topic::{BagFile, Encoding, Index, MESSAGE_BYTES, MessageHead, Topic, TopicCount, TopicList, damaged};
 
@@ -20,7 +21,6 @@ const READ_BYTES: usize = 64 * 1024;
 /// Longest header of a record: it holds a few numbers, or the definitions of a type.
 const HEADER_BYTES: u32 = 4 * 1024 * 1024;
 
-/// More connections than any bag has.
 const MOST_CONNECTIONS: usize = 65_536;
 
 /// The kinds of records.
@@ -33,9 +33,9 @@ mod op {
 }
 
 /// The messages of a bag, in the order they were written. Memory is bounded by its longest message.
-pub(super) struct Ros1Bag<R> {
+pub(super) struct Ros1Bag<R: Read> {
     bytes: Bytes<R>,
-    /// The place of the topic of each connection.
+    /// The index of the topic of each connection.
     connections: BTreeMap<u32, usize>,
     topics: TopicList,
     header: Vec<u8>,
@@ -44,13 +44,13 @@ pub(super) struct Ros1Bag<R> {
     unread_bytes: u32,
 }
 
-/// Where the next record is read.
-enum Bytes<R> {
+/// The source of the next record.
+enum Bytes<R: Read> {
     File(BufReader<R>),
     Plain(Take<BufReader<R>>),
     Bz2(BufReader<BzDecoder<Take<BufReader<R>>>>),
-    Lz4(BufReader<lz4::Decoder<Take<BufReader<R>>>>),
-    /// After an error nothing can be read.
+    Lz4(BufReader<Lz4Decoder<Take<BufReader<R>>>>),
+    /// After an error no further record can be read.
     Lost,
 }
 
@@ -102,7 +102,7 @@ impl<R: Read + Seek> Ros1Bag<R> {
         self.bytes = match &*compression {
             b"none" => Bytes::Plain(packed),
             b"bz2" => Bytes::Bz2(BufReader::with_capacity(READ_BYTES, BzDecoder::new(packed))),
-            b"lz4" => Bytes::Lz4(BufReader::with_capacity(READ_BYTES, lz4::Decoder::new(packed).map_err(cut)?)),
+            b"lz4" => Bytes::Lz4(BufReader::with_capacity(READ_BYTES, Lz4Decoder::new(packed))),
             other => {
                 let name = String::from_utf8_lossy(other);
                 return Err(damaged(&format!("a chunk is packed by {name:?}; none, bz2 and lz4 are known")));
@@ -111,16 +111,12 @@ impl<R: Read + Seek> Ros1Bag<R> {
         Ok(())
     }
 
-    /// Leaves a chunk of which all bytes were read.
+    /// Leaves a chunk after all its bytes were read.
     fn leave_chunk(&mut self) -> io::Result<()> {
         let mut packed = match mem::replace(&mut self.bytes, Bytes::Lost) {
             Bytes::Plain(packed) => packed,
             Bytes::Bz2(unpacked) => unpacked.into_inner().into_inner(),
-            Bytes::Lz4(unpacked) => {
-                let (packed, outcome) = unpacked.into_inner().finish();
-                outcome.map_err(cut)?;
-                packed
-            }
+            Bytes::Lz4(unpacked) => unpacked.into_inner().into_inner(),
             Bytes::File(_) | Bytes::Lost => return Err(damaged("a chunk that did not begin")),
         };
         io::copy(&mut packed, &mut io::sink())?;
@@ -153,7 +149,7 @@ impl<R: Read + Seek> Ros1Bag<R> {
     }
 
     fn read_data_of(&mut self, data_bytes: u32) -> io::Result<()> {
-        // memory for the bytes that are there, not for the length that is claimed
+        // memory grows with the bytes that exist, not with the claimed length
         self.data.clear();
         let read = self.bytes.by_ref().take(data_bytes.into()).read_to_end(&mut self.data).map_err(cut)?;
         if read < data_bytes as usize { Err(cut(ErrorKind::UnexpectedEof.into())) } else { Ok(()) }
@@ -206,7 +202,7 @@ impl<R: Read + Seek + Send> BagFile for Ros1Bag<R> {
         &self.topics.topics
     }
 
-    /// From the index at the end of the bag, which a bag that was never closed does not have.
+    /// Reads the index at the end of the bag, which is missing in a bag that was never closed.
     fn index(&mut self) -> io::Result<Index> {
         let Bytes::File(file) = &mut self.bytes else { return Ok(Index::None) };
         let end = file.seek(SeekFrom::End(0))?;
@@ -307,7 +303,7 @@ fn time_ns(bytes: &[u8]) -> Option<i64> {
     Some(i64::from(number_4(seconds)?) * 1_000_000_000 + i64::from(number_4(nanoseconds)?))
 }
 
-/// The error, in words where the file ends too early.
+/// The error; in words if the file ends too early.
 fn cut(error: io::Error) -> io::Error {
     match error.kind() {
         ErrorKind::UnexpectedEof => {

@@ -6,13 +6,13 @@ use std::{
     io::{self, Read, Seek},
 };
 
-use zstd::bulk::Decompressor;
+use ruzstd::decoding::FrameDecoder;
 
 use super::{
     sqlite::{Database, Row, SqlValue, SqliteTable, TableScan, damaged},
     topic::{BagError, BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MOST_TOPICS, MessageHead, Topic},
 };
-use crate::unpack::ZSTD_MAGIC;
+use crate::{unpack::ZSTD_MAGIC, zstd_reader::ZstdReader};
 
 /// The messages of a bag in the order they were written.
 pub(super) struct Rosbag2<R> {
@@ -20,8 +20,7 @@ pub(super) struct Rosbag2<R> {
     messages: MessageTable,
     scan: TableScan,
     row: Row,
-    /// One decompressor for all messages: making one takes far longer than unpacking a message.
-    decompressor: Decompressor<'static>,
+    decoder: FrameDecoder,
     unpacked: Vec<u8>,
     topics: Vec<Topic>,
     places: BTreeMap<i64, usize>,
@@ -36,7 +35,7 @@ struct MessageTable {
 }
 
 impl<R: Read + Seek> Rosbag2<R> {
-    /// A bag before its first message; `None` where the database is no bag.
+    /// A bag before its first message; `None` if the database is no bag.
     pub(super) fn open(file: R) -> Result<Option<Self>, BagError> {
         let mut database = Database::open(file)?;
         let tables = database.tables()?;
@@ -50,8 +49,8 @@ impl<R: Read + Seek> Rosbag2<R> {
         };
         let (topics, places) = read_topics(&mut database, topics, &definitions)?;
         let scan = database.scan(&messages.table)?;
-        let (row, decompressor, unpacked) = (Row::default(), Decompressor::default(), Vec::new());
-        Ok(Some(Self { database, messages, scan, row, decompressor, unpacked, topics, places }))
+        let (row, decoder, unpacked) = (Row::default(), FrameDecoder::new(), Vec::new());
+        Ok(Some(Self { database, messages, scan, row, decoder, unpacked, topics, places }))
     }
 }
 
@@ -71,7 +70,7 @@ impl<R: Read + Seek + Send> BagFile for Rosbag2<R> {
         if !data.starts_with(ZSTD_MAGIC) {
             return Ok(data);
         }
-        unpack(&mut self.decompressor, data, &mut self.unpacked)?;
+        unpack(&mut self.decoder, data, &mut self.unpacked)?;
         Ok(&self.unpacked)
     }
 
@@ -84,17 +83,10 @@ impl<R: Read + Seek + Send> BagFile for Rosbag2<R> {
     }
 }
 
-/// Unpacks a message; of one that is too long only the beginning.
-fn unpack(decompressor: &mut Decompressor<'_>, data: &[u8], unpacked: &mut Vec<u8>) -> io::Result<()> {
+/// Unpacks a message; only the beginning of a message that is too long.
+fn unpack(decoder: &mut FrameDecoder, data: &[u8], unpacked: &mut Vec<u8>) -> io::Result<()> {
     unpacked.clear();
-    match Decompressor::upper_bound(data) {
-        Some(bytes) if bytes <= MESSAGE_BYTES => {
-            unpacked.reserve(bytes);
-            decompressor.decompress_to_buffer(data, unpacked)?;
-        }
-        // a frame may state no length, or one that no message has
-        _ => drop(zstd::Decoder::new(data)?.take(MESSAGE_BYTES as u64).read_to_end(unpacked)?),
-    }
+    ZstdReader::new(data, decoder).take(MESSAGE_BYTES as u64).read_to_end(unpacked)?;
     Ok(())
 }
 
@@ -159,7 +151,7 @@ fn read_topics<R: Read + Seek>(
         let definition = definitions.get(&type_name).map(String::as_str);
         let encoding = Encoding::named(&encoding.map_or_else(|| "cdr".into(), text));
         let new = Topic::new(&text(name), &type_name, encoding, definition);
-        // a column that is the key is empty in the row: the number of the row is its value
+        // a column that is the key is empty in the row; the row number is its value
         let id = match id.map(|place| row.field(place)) {
             Some(SqlValue::Integer(id)) => id,
             _ => row.id,
@@ -183,23 +175,25 @@ fn too_many() -> io::Error {
 
 #[cfg(test)]
 mod tests {
+    use ruzstd::encoding::{CompressionLevel, compress_to_vec};
+
     use super::*;
 
     #[test]
-    fn a_message_is_unpacked_however_long_it_says_it_is() {
-        let mut decompressor = Decompressor::default();
+    fn a_message_is_unpacked_with_any_claimed_length() {
+        let mut decoder = FrameDecoder::new();
         let mut unpacked = Vec::new();
-        let message = |bytes: usize| zstd::bulk::compress(&vec![7; bytes], 1).unwrap();
+        let message = |bytes: usize| compress_to_vec(&*vec![7; bytes], CompressionLevel::Fastest);
         for bytes in [0, 300, MESSAGE_BYTES, MESSAGE_BYTES + 1] {
-            unpack(&mut decompressor, &message(bytes), &mut unpacked).unwrap();
+            unpack(&mut decoder, &message(bytes), &mut unpacked).unwrap();
             assert_eq!(unpacked.len(), bytes.min(MESSAGE_BYTES));
         }
-        // a frame of one segment that is to hold 2^50 bytes, and holds three, as its last block
+        // a frame of one segment that claims 2^50 bytes and holds three in its last block
         let mut boasts = [ZSTD_MAGIC, &[0xe0], &(1_u64 << 50).to_le_bytes(), &[0x19, 0, 0], b"abc"].concat();
-        assert!(unpack(&mut decompressor, &boasts, &mut unpacked).is_err());
-        // without a length it is whole: a window of one kilobyte instead
+        assert!(unpack(&mut decoder, &boasts, &mut unpacked).is_err());
+        // without a length it is complete: a window of one kilobyte instead
         boasts.splice(4..13, [0x00, 0x00]);
-        unpack(&mut decompressor, &boasts, &mut unpacked).unwrap();
+        unpack(&mut decoder, &boasts, &mut unpacked).unwrap();
         assert_eq!(unpacked, b"abc");
     }
 }

@@ -26,7 +26,6 @@ use crate::read_samples::{Event, FileReader};
 /// The most bytes of the sentences in one message: messages of drivers have one sentence or two.
 const SENTENCE_BYTES: usize = 64 * 1024;
 
-/// Messages in one batch.
 const BATCH_MESSAGES: usize = 512;
 
 /// Reads the samples of one topic, some hundred messages at a time.
@@ -50,7 +49,7 @@ pub(crate) struct BagSamples {
 enum OpenContent {
     Sentences {
         reader: SampleReader,
-        /// Reads the time in the messages, where that of the recording is not used.
+        /// Reads the time in the messages, unless the time of the recording is used.
         time: Option<NumberFields>,
         order: TimeOrder<Vec<u8>>,
     },
@@ -133,8 +132,8 @@ impl BagSamples {
         }
     }
 
-    /// Forwards the rows whose place is decided, each as a batch of its own where the options ask
-    /// for that.
+    /// Forwards the rows whose place is decided, each in a batch of its own if the options ask for
+    /// it.
     fn pass_on(&mut self) {
         while self.content.pass_on(self.at_end) {
             if self.line_by_line {
@@ -150,7 +149,7 @@ impl BagSamples {
         self.sealed.extend(batches);
     }
 
-    /// Adds to the batches the counts of what is no sample.
+    /// Adds the counts of everything that is no sample to the batches.
     fn with_counts(&self, mut batches: Vec<Batch>) -> Vec<Batch> {
         for batch in &mut batches {
             let tally = &mut batch.link.tally;
@@ -209,7 +208,7 @@ impl FileReader for BagSamples {
     }
 }
 
-/// Why a message gives no sample.
+/// The reason why a message gives no sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Problem {
     WithoutSample,
@@ -241,13 +240,13 @@ fn count_absent(report: &mut BagReport, layout: &Layout, row: &Row) {
     }
 }
 
-/// The time by which a message is ordered: its own, if it has one; `None` if that cannot be read.
+/// The time that orders a message: its own, if it has one; `None` if it cannot be read.
 fn place_ns(stamp_ns: Result<Option<i64>, Unreadable>, record_ns: i64) -> Option<i64> {
     stamp_ns.map(|stamp_ns| stamp_ns.unwrap_or(record_ns)).ok()
 }
 
 impl OpenContent {
-    /// Checks that messages of this topic are built as those that are read.
+    /// Checks that messages of this topic have the structure of the topic that is read.
     fn check(&self, topic: &Topic) -> io::Result<()> {
         let fields = match self {
             Self::Sentences { time, .. } => time.as_ref(),

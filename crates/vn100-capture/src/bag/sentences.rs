@@ -1,4 +1,4 @@
-//! Sentences of a VectorNav inside a message, whatever the field is called.
+//! Sentences of a VectorNav inside a message, in a field of any name.
 
 use memchr::memmem;
 
@@ -18,8 +18,8 @@ pub(super) fn sentences(message: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// Whether a message contains what only a VectorNav sends: a header of known form, followed by
-/// numbers. The three bytes `$VN` alone occur in any image.
+/// Whether a message contains a header of the VectorNav form, followed by numbers. The three bytes
+/// `$VN` alone occur in any image.
 pub(super) fn has_sentence(message: &[u8]) -> bool {
     const SHORTEST: usize = 20;
     let is_one = |sentence: &[u8]| {
@@ -31,8 +31,8 @@ pub(super) fn has_sentence(message: &[u8]) -> bool {
     sentences(message).any(is_one)
 }
 
-/// The sentence up to its checksum of two or four digits: a quote or an escaped line end may
-/// follow. The whole sentence where it has none.
+/// The sentence up to its checksum of two or four digits, without a quote or an escaped line end
+/// after it. The whole sentence if it has no checksum.
 fn checked_part(sentence: &[u8]) -> &[u8] {
     let Some(star) = memchr::memchr(b'*', sentence) else { return sentence };
     let digits = sentence[star + 1..].iter().take(4).take_while(|byte| byte.is_ascii_hexdigit()).count();

@@ -7,7 +7,7 @@ use std::{
 
 use super::files::{ReadSeek, StoredFile};
 
-/// A file with a position of its own, in contrast to clones of a file, which share one.
+/// A file with a position of its own, unlike clones of a file, which share a position.
 struct SharedFile {
     file: File,
     at: u64,

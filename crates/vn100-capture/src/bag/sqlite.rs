@@ -1,7 +1,7 @@
 //! Tables of an SQLite file, read row by row in the order of their row numbers.
 //!
-//! Only what the scan of a table needs is implemented: no index, no write-ahead log, no query. The
-//! format: <https://www.sqlite.org/fileformat2.html>.
+//! Only the scan of a table is implemented: no index, no write-ahead log, no query. The format:
+//! <https://www.sqlite.org/fileformat2.html>.
 
 use std::{
     io::{self, ErrorKind, Read, Seek, SeekFrom},
@@ -16,20 +16,19 @@ const BLOCK_BYTES: usize = 256 * 1024;
 /// Longest row that is read.
 const ROW_BYTES: u64 = 4 * 1024 * 1024 + 4096;
 
-/// Deeper than any tree of 2^32 pages with two branches or more.
+/// The most levels of a tree: 2^32 pages with two branches or more need fewer.
 const MOST_LEVELS: usize = 40;
 
 /// Bytes of the header of the file, on its first page.
 const FILE_HEADER_BYTES: usize = 100;
 
-/// A database file.
 pub(super) struct Database<R> {
     file: R,
     page_bytes: usize,
     /// Usable bytes of each page.
     usable_bytes: usize,
     pages: u64,
-    /// A part of the file, and its place in the file.
+    /// A part of the file, with its offset.
     block: Vec<u8>,
     block_start: u64,
     /// Overflow pages read in this scan: a table has each of them once.
@@ -51,7 +50,7 @@ impl SqliteTable {
     }
 }
 
-/// How far a scan of a table has come.
+/// The position of a scan in a table.
 #[derive(Debug)]
 pub(super) struct TableScan {
     /// The interior pages from the root on, and the branches of each not yet taken.
@@ -70,7 +69,7 @@ struct Branches {
     cells_at: usize,
 }
 
-/// A row: its number, and as many of its bytes as were asked for.
+/// A row: its number, and the requested part of its bytes.
 #[derive(Debug, Default)]
 pub(super) struct Row {
     pub(super) id: i64,
@@ -110,7 +109,6 @@ impl<R: Read + Seek> Database<R> {
         Ok(Self { file, page_bytes, usable_bytes, pages, block: Vec::new(), block_start: 0, overflow_pages: 0 })
     }
 
-    /// The tables of the schema.
     pub(super) fn tables(&mut self) -> io::Result<Vec<SqliteTable>> {
         const MOST_TABLES: usize = 10_000;
         let mut scan = self.scan_root(1)?;
@@ -175,8 +173,8 @@ impl<R: Read + Seek> Database<R> {
         Ok(true)
     }
 
-    /// Reads the part of the row on overflow pages, unless the row is too long to be a message:
-    /// then its last fields remain [`SqlValue::Behind`].
+    /// Reads the part of the row on overflow pages, unless the row is longer than any message: then
+    /// its last fields remain [`SqlValue::Behind`].
     pub(super) fn complete(&mut self, row: &mut Row) -> io::Result<()> {
         if row.total_bytes > ROW_BYTES {
             return Ok(());
@@ -229,7 +227,7 @@ impl<R: Read + Seek> Database<R> {
         }
     }
 
-    /// How many bytes of a row are in its leaf.
+    /// The number of bytes of a row in its leaf.
     fn local_bytes(&self, total_bytes: u64) -> usize {
         let usable = self.usable_bytes;
         let most = usable - 35;
@@ -279,7 +277,7 @@ impl Branches {
 }
 
 impl Row {
-    /// The field at `place`; [`SqlValue::Null`] where the row has no such field.
+    /// The field at `place`; [`SqlValue::Null`] if the row has no such field.
     pub(super) fn field(&self, place: usize) -> SqlValue<'_> {
         self.find(place).unwrap_or(SqlValue::Null)
     }
@@ -371,8 +369,8 @@ pub(super) fn damaged(problem: &str) -> io::Error {
 mod tests {
     use super::*;
 
-    /// A file of pages of 512 bytes; each after the first is that of a table: its kind, and the
-    /// pages below it.
+    /// A file of pages of 512 bytes; each page after the first belongs to a table and has its kind
+    /// and the pages below it.
     fn database(tables: &[(u8, &[u32])]) -> Database<io::Cursor<Vec<u8>>> {
         let mut file = vec![0; 512 * (1 + tables.len())];
         file[..16].copy_from_slice(MAGIC);
@@ -400,8 +398,8 @@ mod tests {
         Ok(rows)
     }
 
-    /// A row of 1200 bytes, of which 184 stand in its leaf and 508 in each of two pages, the first
-    /// of which leads to the page `second`.
+    /// A row of 1200 bytes: 184 are in its leaf and 508 on each of two pages. The first page leads
+    /// to the page `second`.
     fn long_row(second: u32) -> (Vec<u8>, io::Result<Row>) {
         let bytes: Vec<u8> = (0..1200_u32).map(|place| (place % 251) as u8).collect();
         let mut file = vec![0; 512 * 4];

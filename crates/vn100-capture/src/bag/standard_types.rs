@@ -1,5 +1,5 @@
-//! The standard messages of sensors, and those of the driver for VectorNav sensors: their definitions, where a bag has none, and which of their
-//! numbers are channels.
+//! The standard messages of sensors, and those of the driver for VectorNav sensors: their definitions, for bags without
+//! any, and the numbers that are channels.
 //!
 //! Units and conventions: <https://www.ros.org/reps/rep-0103.html> and the comments in the
 //! definitions of `sensor_msgs`.
@@ -18,16 +18,16 @@ const COMMON_GROUP: &str = "vectornav_msgs/CommonGroup";
 /// Numbers of a standard message that are present together or not at all.
 pub(super) struct Part {
     pub(super) message: &'static str,
-    /// What the names of their channels begin with.
+    /// The prefix of the names of their channels.
     pub(super) channel: &'static str,
     /// The field that holds the numbers.
     pub(super) field: &'static str,
-    /// The axes, a letter for each; none where the field is itself the number.
+    /// The axes, a letter for each; empty if the field is itself the number.
     axes: &'static str,
-    /// How many units of the channel are one unit of the message.
+    /// The unit of the message in units of the channel.
     pub(super) unit_scale: f64,
-    /// A count is 2^-`bits` of the unit of the message: as many bits as the range of a sensor
-    /// leaves of 32 (64 rad/s, 256 m/s², 2 mT, 256 °C, 262 kPa).
+    /// A count is 2^-`bits` of the unit of the message: all bits that the range of a sensor leaves
+    /// of 32 (64 rad/s, 256 m/s², 2 mT, 256 °C, 262 kPa).
     pub(super) bits: u8,
 }
 

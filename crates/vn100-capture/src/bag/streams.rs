@@ -1,4 +1,4 @@
-//! Which topics of a bag are streams of a sensor.
+//! The choice of the topics of a bag that are streams of a sensor.
 
 use super::{
     files::Bag,
@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{capture_options::CaptureOptions, csv::ColumnMap};
 
-/// A topic that is read, and what its samples are made from.
+/// A topic that is read, and the content that becomes samples.
 #[derive(Debug)]
 pub(crate) struct TopicStream {
     pub(crate) topic: Topic,
@@ -18,22 +18,22 @@ pub(crate) struct TopicStream {
 
 #[derive(Debug)]
 pub(super) enum Content {
-    /// The VectorNav sentences inside the messages, at the times they were recorded or at those in
-    /// the messages.
+    /// The VectorNav sentences inside the messages, at the times of the recording or of the
+    /// messages.
     Sentences(Option<NumberFields>),
     Numbers(NumberFields),
 }
 
-/// The topics to be read: the one asked for, or the only one with sentences, else the only one of
-/// an inertial sensor; else one of angular rates and one of accelerations, which some drivers send
-/// separately.
+/// The topics to be read: the requested topic, or the only one with sentences, else the only one of
+/// an inertial sensor; else one of angular rates and one of accelerations, because some drivers
+/// send them separately.
 ///
 /// # Errors
-/// [`BagError`] where no topic qualifies, or more than one.
+/// [`BagError`] if no topic qualifies, or more than one.
 pub(crate) fn choose(bag: &Bag, options: &CaptureOptions) -> Result<Vec<TopicStream>, BagError> {
     let mut scan = TopicScan::of(bag)?;
     chosen(&scan, options).or_else(|_| {
-        // messages are counted only where they are listed
+        // messages are counted only if they are listed
         scan.count(bag)?;
         chosen(&scan, options)
     })
@@ -42,7 +42,7 @@ pub(crate) fn choose(bag: &Bag, options: &CaptureOptions) -> Result<Vec<TopicStr
 /// The only topic to be read.
 ///
 /// # Errors
-/// [`BagError`] where no topic qualifies, or more than one.
+/// [`BagError`] if no topic qualifies, or more than one.
 pub(crate) fn choose_one(bag: &Bag, options: &CaptureOptions) -> Result<TopicStream, BagError> {
     let mut streams = choose(bag, options)?;
     match (streams.pop(), streams.is_empty()) {
@@ -80,7 +80,7 @@ fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>
         let found: Vec<_> = scan.topics.iter().filter(has_fields).collect();
         return match &*found {
             [one] => Ok(vec![stream(one, columns)?]),
-            // the error says what the only topic lacks, or which topics there are
+            // the error names what the only topic lacks, or lists the topics
             [] => match &*scan.topics {
                 [one] => stream(one, columns).map(|stream| vec![stream]),
                 _ => {
@@ -114,7 +114,7 @@ fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>
 }
 
 impl TopicStream {
-    /// Sets what only the whole bag shows, such as the scales of series.
+    /// Sets properties that only the whole bag shows, such as the scales of series.
     pub(crate) fn fit(&mut self, bag: &Bag) -> Result<(), BagError> {
         match &mut self.content {
             Content::Sentences(_) => Ok(()),

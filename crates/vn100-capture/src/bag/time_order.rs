@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-/// The most pending messages: more than the threads of a driver put out of order.
+/// The most pending messages: threads of a driver put fewer out of order.
 const WINDOW: usize = 32;
 
 /// Messages in the order of their times; messages of one time in the order of their arrival.
@@ -15,12 +15,12 @@ pub(super) struct TimeOrder<T> {
     last: Option<(u64, i64)>,
     /// The time of the latest arrival.
     latest_ns: Option<i64>,
-    /// How often a message arrived too late for its place: what follows stays after what came
-    /// before.
+    /// The number of messages that arrived too late for their place; each of them and all later
+    /// ones stay after those before.
     stretch: u64,
-    /// How many messages arrived after one of a later time, and were moved to their place.
+    /// Messages that arrived after one of a later time and were moved to their place.
     pub(super) moved: u64,
-    /// How many messages arrived after ones of later times had been taken, as after a clock was set
+    /// Messages that arrived after messages of later times had been taken, as after a clock was set
     /// back.
     pub(super) late: u64,
 }
@@ -35,8 +35,8 @@ impl<T: Default> TimeOrder<T> {
         self.spare.pop().unwrap_or_default()
     }
 
-    /// Adds a message. Without a time of its own it is placed after those before it, the first one
-    /// at `record_ns`.
+    /// Adds a message. Without a time of its own it is placed after those before it, the first
+    /// message at `record_ns`.
     pub(super) fn push(&mut self, at_ns: Option<i64>, record_ns: i64, message: T) {
         let at_ns = at_ns.or(self.latest_ns).unwrap_or(record_ns);
         self.latest_ns = Some(at_ns);
@@ -50,7 +50,7 @@ impl<T: Default> TimeOrder<T> {
         self.pending.insert(index, (place, message));
     }
 
-    /// The first pending message, once there are enough after it; at the `end` any.
+    /// The first pending message, once enough messages follow it; at the `end` without this condition.
     pub(super) fn pop(&mut self, end: bool) -> Option<(i64, &T)> {
         if self.pending.len() <= if end { 0 } else { WINDOW } {
             return None;
@@ -82,13 +82,13 @@ mod tests {
     }
 
     #[test]
-    fn only_what_comes_after_the_window_stays_late() {
+    fn only_messages_after_the_window_stay_late() {
         assert_eq!(ordered(&[1, 3, 2, 2, 4]), (vec![1, 2, 2, 3, 4], 2, 0));
         let mut times: Vec<i64> = (0..1000).collect();
         times.push(10);
         let (out, moved, late) = ordered(&times);
         assert_eq!((out.len(), moved, late), (1001, 0, 1));
-        // a clock set back for good: the one stretch after the other
+        // a clock set back permanently gives two stretches in sequence
         let set_back: Vec<i64> = (0..500).chain(100..600).collect();
         assert_eq!(ordered(&set_back), (set_back.clone(), 0, 1));
     }

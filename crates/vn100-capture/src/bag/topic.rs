@@ -6,19 +6,18 @@ use std::{fmt, io, sync::Arc};
 /// more.
 pub(super) const MESSAGE_BYTES: usize = 4 * 1024 * 1024;
 
-/// More topics than any bag has.
 pub(super) const MOST_TOPICS: usize = 4096;
 
 /// Most bytes of all definitions together.
 pub(super) const DEFINITION_BYTES: usize = 16 * 1024 * 1024;
 
-/// The head of a message; the bytes of the message are read where they are needed.
+/// The head of a message; the data of the message are read on demand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct MessageHead {
-    /// The place of the topic.
+    /// The index of the topic.
     pub(super) topic: usize,
     /// When the message was recorded, in nanoseconds since 1970-01-01 UTC, or since the start of a
-    /// simulation by its time.
+    /// simulation in simulated time.
     pub(super) record_ns: i64,
 }
 
@@ -27,14 +26,15 @@ pub(crate) trait BagFile: Send {
     /// Goes to the next message; `None` at the end.
     fn next_head(&mut self) -> io::Result<Option<MessageHead>>;
 
-    /// The bytes of the message that [`next_head`](Self::next_head) went to; to be read once.
+    /// The bytes of the message that [`next_head`](Self::next_head) went to; may be called once per
+    /// message.
     fn read_data(&mut self) -> io::Result<&[u8]>;
 
     /// The topics seen so far; one entry for each definition that messages of a topic have.
     fn topics(&self) -> &[Topic];
 
-    /// The topics, where an index lists them and the file need not be read to its end. After this
-    /// no message can be read.
+    /// The topics, if an index lists them and the file need not be read to its end. After this no
+    /// message can be read.
     fn index(&mut self) -> io::Result<Index>;
 }
 
@@ -74,7 +74,7 @@ impl TopicCount {
         both
     }
 
-    /// Mean number of messages per second; `None` where the times are not known, or do not differ.
+    /// Mean number of messages per second; `None` if the times are not known or do not differ.
     pub(super) fn rate_hz(&self) -> Option<f64> {
         let (first_ns, last_ns) = self.times_ns?;
         let seconds = (last_ns as f64 - first_ns as f64) / 1e9;
@@ -89,7 +89,7 @@ pub(crate) struct Topic {
     /// The type, as `package/Type`, without `msg` between them.
     pub(super) type_name: String,
     pub(super) encoding: Encoding,
-    /// The definition of the type and of those it contains, as text; `None` where the bag has none.
+    /// The definitions of the type and of the types it contains, as text; `None` if the bag has none.
     pub(super) definition: Option<Arc<str>>,
 }
 
@@ -99,8 +99,8 @@ impl Topic {
         Self { name: name.into(), type_name: short_type(type_name), encoding, definition }
     }
 
-    /// Whether the topic is the same in another file, or in another pass, whatever its definition
-    /// is there.
+    /// Whether this is the same topic in another file or another pass, even if the definition
+    /// differs.
     pub(super) fn is(&self, other: &Self) -> bool {
         (&self.name, &self.type_name, &self.encoding) == (&other.name, &other.type_name, &other.encoding)
     }
@@ -110,12 +110,11 @@ impl Topic {
 #[derive(Default)]
 pub(super) struct TopicList {
     pub(super) topics: Vec<Topic>,
-    /// Bytes of all definitions together.
     pub(super) definition_bytes: usize,
 }
 
 impl TopicList {
-    /// The place of a topic, which is added where it is new.
+    /// The place of a topic, which is added if it is new.
     pub(super) fn place_of(&mut self, topic: Topic) -> io::Result<usize> {
         let place = place_of(&mut self.topics, topic);
         if self.topics.len() > MOST_TOPICS || self.definition_bytes > DEFINITION_BYTES {
@@ -125,7 +124,7 @@ impl TopicList {
     }
 }
 
-/// The place of a topic among others, to which it is added where it is new.
+/// The place of a topic in the list; a new topic is added.
 pub(super) fn place_of(topics: &mut Vec<Topic>, topic: Topic) -> usize {
     topics.iter().position(|other| *other == topic).unwrap_or_else(|| {
         topics.push(topic);
@@ -145,9 +144,9 @@ pub(super) fn short_type(name: &str) -> String {
 /// How numbers are encoded in the messages.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Encoding {
-    /// One after the other, the lowest byte first.
+    /// One after the other, little-endian.
     Ros1,
-    /// CDR of the Data Distribution Service: the place of each number is a multiple of its length.
+    /// CDR of the Data Distribution Service: the offset of each number is a multiple of its length.
     Cdr,
     /// Another encoding, by its name.
     Other(String),
@@ -172,8 +171,8 @@ pub struct TopicSummary {
     pub type_name: String,
     /// Number of messages of the topic.
     pub messages: u64,
-    /// Mean number of messages per second; `None` with fewer than two messages, or where all have
-    /// one time.
+    /// Mean number of messages per second; `None` with fewer than two messages, or if all have the
+    /// same time.
     pub rate_hz: Option<f64>,
 }
 
@@ -195,8 +194,8 @@ pub enum BagError {
     /// The file could not be read, or is damaged.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// The files are no bag, not all of one bag, or without messages that are asked for: the reason
-    /// in words.
+    /// The files are no bag, not all of one bag, or without the requested messages: the reason in
+    /// words.
     #[error("{0}")]
     Files(String),
     /// The messages of a topic cannot be used: the reason in words.
@@ -235,10 +234,10 @@ pub enum BagError {
         /// The topics that qualify.
         topics: Vec<TopicSummary>,
     },
-    /// The topic that was asked for is not in the bag.
+    /// The requested topic is not in the bag.
     #[error("it has no topic {name:?}. It holds:{}", lines(topics))]
     NoTopic {
-        /// The name that was asked for.
+        /// The requested name.
         name: String,
         /// The topics of the bag.
         topics: Vec<TopicSummary>,

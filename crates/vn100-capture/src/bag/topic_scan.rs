@@ -1,4 +1,4 @@
-//! What the topics of a bag hold, judged by their types and first messages.
+//! The contents of the topics of a bag, judged by their types and first messages.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -12,38 +12,37 @@ use super::{
     topic::{BagError, Topic, TopicCount, TopicSummary},
 };
 
-/// Messages of each topic that are looked at.
+/// Messages of each topic that are examined.
 const PROBED_MESSAGES: usize = 100;
 
-/// Bytes of each that are looked at.
+/// Bytes of each message that are examined.
 const PROBED_BYTES: usize = 1024 * 1024;
 
-/// Messages of all topics that are read for this: a topic whose first message comes later is judged
-/// by its type alone.
+/// Messages of all topics that are read to examine them: a topic whose first message comes later is
+/// judged by its type alone.
 const PASSED_MESSAGES: usize = 100_000;
 
-/// The topics of a bag.
 pub(crate) struct TopicScan {
     pub(super) form: BagForm,
     pub(super) topics: Vec<ScannedTopic>,
 }
 
-/// A topic, and what of a sensor it holds.
+/// A topic and its content from a sensor.
 pub(super) struct ScannedTopic {
     pub(super) topic: Topic,
     /// `None` while they are not counted.
     pub(super) count: Option<TopicCount>,
     /// `None` if no definition is known; an error if it cannot be used.
     definitions: Result<Option<Definitions>, String>,
-    /// Messages with a sentence, of those looked at.
+    /// Examined messages that contain a sentence.
     with_sentences: usize,
-    /// The standard numbers that its messages have, and the path of the message each is part of.
+    /// The standard numbers that its messages have, each with the path of the message that contains it.
     pub(super) parts: Vec<(&'static Part, String)>,
-    /// Those that are zero in all that were looked at.
+    /// The parts that are zero in all examined messages.
     pub(super) zero_parts: Vec<(&'static Part, String)>,
-    /// The path of the first time in its messages that rises from message to message.
+    /// The path of the first time in its messages that increases from message to message.
     pub(super) stamp: Result<String, StampProblem>,
-    /// Messages that were looked at, and their bytes.
+    /// Examined messages, and their bytes.
     pub(super) probed: usize,
     probed_bytes: usize,
 }
@@ -51,7 +50,7 @@ pub(super) struct ScannedTopic {
 /// Why the times in messages are not used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum StampProblem {
-    /// There are none.
+    /// The messages have no times.
     None,
     Zero,
     Constant,
@@ -66,7 +65,7 @@ impl TopicScan {
         Ok(scan)
     }
 
-    /// Counts the messages of all topics, where that was not done.
+    /// Counts the messages of all topics, if this was not done.
     pub(super) fn count(&mut self, bag: &Bag) -> Result<(), BagError> {
         if self.topics.iter().any(|topic| topic.count.is_none()) {
             for (topic, count) in bag.topics(true)? {
@@ -76,7 +75,7 @@ impl TopicScan {
         Ok(())
     }
 
-    /// The topics, as a user chooses from.
+    /// The topics, as listed for the user to choose from.
     pub(super) fn summaries(&self) -> Vec<TopicSummary> {
         self.topics.iter().map(ScannedTopic::summary).collect()
     }
@@ -90,10 +89,10 @@ impl TopicScan {
             if open == 0 {
                 break;
             }
-            // an error is reported where the messages are read
+            // an error is reported when the messages are read
             let Ok(Some(head)) = messages.next_head() else { break };
             for topic in &messages.topics()[places.len()..] {
-                // of one definition: messages of another have a form of their own
+                // messages of another definition have a form of their own
                 places.push(self.topics.iter().position(|other| other.topic == *topic));
             }
             let Some(place) = places[head.topic] else { continue };
@@ -148,7 +147,7 @@ impl ScannedTopic {
     pub(super) fn number_paths(&self) -> Vec<String> {
         let all = self.definitions().map(|types| places(types, &self.topic.type_name)).unwrap_or_default();
         let numbers = all.into_iter().filter(|(_, place)| matches!(place, PathTarget::Leaf(Leaf::Number(_))));
-        // of an array the first stands for all
+        // the first element stands for the whole array
         let listed =
             numbers.filter(|(path, _)| !path.contains('[') || path.matches('[').count() == path.matches("[0]").count());
         listed.map(|(path, _)| path).collect()
@@ -157,7 +156,7 @@ impl ScannedTopic {
     /// The definitions of its messages.
     ///
     /// # Errors
-    /// [`BagError::Messages`] if none is known, or none that can be used.
+    /// [`BagError::Messages`] if none is known or usable.
     pub(super) fn definitions(&self) -> Result<&Definitions, BagError> {
         let Topic { name, type_name, .. } = &self.topic;
         match &self.definitions {
@@ -170,12 +169,12 @@ impl ScannedTopic {
         }
     }
 
-    /// Whether enough of its messages were looked at.
+    /// Whether enough of its messages were examined.
     fn is_settled(&self) -> bool {
         self.probed >= self.wanted() || self.probed_bytes >= PROBED_BYTES
     }
 
-    /// Whether its messages carry sentences: a log may quote one in passing.
+    /// Whether its messages carry sentences: a log may quote a single sentence.
     pub(super) fn has_sentences(&self) -> bool {
         self.with_sentences > 0 && 2 * self.with_sentences >= self.probed
     }
@@ -186,11 +185,11 @@ impl ScannedTopic {
     }
 }
 
-/// What the first messages of a topic show.
+/// The facts that the first messages of a topic show.
 struct Probe {
     steps: Vec<Step>,
     slots: Vec<Taken>,
-    /// The parts its type has, the path of each, the slot of its covariance and those of its
+    /// The parts of its type: the path of each, the slot of its covariance and the slots of its
     /// numbers.
     parts: Vec<ProbedPart>,
     stamps: Vec<ProbedStamp>,
@@ -201,9 +200,9 @@ struct ProbedPart {
     path: String,
     covariance: Option<usize>,
     numbers: Vec<usize>,
-    /// A message has it by its covariance, which is not -1.
+    /// The covariance in a message is not -1, so the sensor measures the part.
     is_known: bool,
-    /// Not all of it is zero in such a message.
+    /// Some number of the part is not zero in such a message.
     is_there: bool,
 }
 
@@ -224,7 +223,7 @@ impl Probe {
         };
         let mut parts = Vec::new();
         for part in &PARTS {
-            // of several such messages the first, as the topic's own is
+            // the first of several such messages counts, as the topic's own does
             let message = |place: &PathTarget| matches!(place, PathTarget::Message(name) if name == part.message);
             let prefix = if type_name == part.message {
                 Some(String::new())
@@ -249,7 +248,7 @@ impl Probe {
         let stamps = times
             .map(|(path, _)| ProbedStamp { path: path.clone(), slot: slot(path.clone()), times_ns: Vec::new() })
             .collect();
-        // one that cannot be walked through has no numbers; sentences are found without
+        // a message whose steps are unknown gives no numbers, but may give sentences
         let steps = topic.definitions().ok().and_then(|types| steps(types, type_name, &slots).ok());
         Self { steps: steps.unwrap_or_default(), slots: vec![Taken::Number(f64::NAN); slots.len()], parts, stamps }
     }
@@ -272,10 +271,10 @@ impl Probe {
         }
     }
 
-    /// Where no message was looked at the type decides.
+    /// If no message was examined, the type decides.
     fn finish(self, topic: &mut ScannedTopic) {
         for part in self.parts {
-            // of several parts of one channel the first is preferred, which is not compensated
+            // the first of several parts of one channel is preferred; it is not compensated
             let is_second = topic
                 .parts
                 .iter()
@@ -304,8 +303,8 @@ impl Probe {
 }
 
 impl ProbedStamp {
-    /// Times that rise over many messages, though not from each to the next, are those of messages
-    /// out of order.
+    /// Times that increase over many messages, but not at each step, belong to messages out of
+    /// order.
     fn problem(&self) -> Option<StampProblem> {
         const OUT_OF_ORDER: usize = 16;
         let times = &*self.times_ns;

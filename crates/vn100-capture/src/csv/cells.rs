@@ -1,4 +1,4 @@
-//! The fields of one row of numbers, each read as its column is used.
+//! The fields of one row of numbers, each read for the use of its column.
 
 use memchr::memchr;
 use vn100_protocol::stream::RejectedRow;
@@ -7,15 +7,15 @@ use super::{ColumnUse, CsvPlan, fields::FieldCutter, number::Number, row_counts:
 
 /// The numbers of a row.
 pub(super) struct Cells {
-    /// In the order of the layout; `None` for a channel that the row lacks.
+    /// In the order of the layout; `None` for a channel that is missing in the row.
     pub(super) numbers: Vec<Option<Number>>,
-    /// The channels that it lacks.
+    /// The missing channels.
     pub(super) absent: Vec<(usize, Absence)>,
     /// The sum of the parts of its stamp.
     stamp_ns: Option<i64>,
-    /// The time of the sensor.
+    /// The sensor's time.
     pub(super) device_ns: Option<u64>,
-    /// Whether it has a number in a column of another stream.
+    /// Whether the row has a number in a column of another stream.
     pub(super) holds_others: bool,
 }
 
@@ -24,7 +24,7 @@ impl Cells {
         Self { numbers: vec![None; channels], absent: Vec::new(), stamp_ns: None, device_ns: None, holds_others: false }
     }
 
-    /// Reads a row and returns its stamp; a row with another number of fields is refused.
+    /// Reads a row and returns its stamp; a row with another number of fields is rejected.
     #[inline]
     pub(super) fn read(
         &mut self,
@@ -95,13 +95,13 @@ impl Cells {
     }
 }
 
-/// A part of a stamp added to those before it.
+/// The sum of the parts of a stamp so far and the next part.
 #[inline]
 pub(super) fn added(sum: Option<i64>, part_ns: Option<i64>) -> Result<i64, RejectedRow> {
     part_ns.and_then(|part_ns| sum.unwrap_or_default().checked_add(part_ns)).ok_or(RejectedRow::Stamp)
 }
 
-/// Why there is no number in `field`; `None` for one that is damaged.
+/// The reason why `field` has no number; `None` for a damaged one.
 #[cold]
 fn absence(field: &[u8]) -> Option<Absence> {
     let word = field.strip_prefix(b"-").or(field.strip_prefix(b"+")).unwrap_or(field);
@@ -113,7 +113,7 @@ fn absence(field: &[u8]) -> Option<Absence> {
     }
 }
 
-/// What scripts write for no number, in lower case.
+/// Texts that scripts write in place of a missing number, in lower case.
 const NO_NUMBERS: [&str; 18] = [
     "nan", "inf", "infinity", "null", "none", "na", "n/a", "-", "--", // spreadsheets, pandas, C of Windows
     "#n/a", "#num!", "#value!", "#div/0!", "<na>", "nan(ind)", "1.#ind", "1.#qnan", "1.#inf",

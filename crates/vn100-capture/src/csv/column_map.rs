@@ -1,4 +1,4 @@
-//! Which column of a foreign CSV file is which channel, and in which unit:
+//! The assignment of the columns of a foreign CSV file to channels and units:
 //! `gyro_x=wx:deg/s,accel_x=4:g,t=time:ns`.
 
 use std::{borrow::Cow, f64::consts::PI, fmt, str::FromStr, sync::LazyLock};
@@ -11,9 +11,9 @@ use super::stamp::{StampForm, StampUnit};
 ///
 /// Written as `CHANNEL=COLUMN:UNIT`, comma-separated. `CHANNEL` is `yaw` `pitch` `roll`, `quat_`
 /// with `x` `y` `z` `w`, `mag_` `accel_` `gyro_` with `x` `y` `z`, `temperature`, `pressure`,
-/// `value` for the numbers of any series, or `t` for the stamp of the row; `raw=COLUMN` is one of
-/// sentences. With `t` or `raw` alone the other columns are known by their names. `COLUMN` is the
-/// name at the head of the column or its number, from 1. `UNIT` is
+/// `value` for the numbers of any series, or `t` for the stamp of the row; `raw=COLUMN` is a column
+/// of sentences. With `t` or `raw` alone the other columns are recognised by their names. `COLUMN`
+/// is the name at the head of the column or its number, from 1. `UNIT` is
 ///
 /// - `rad/s` `deg/s` `deg/h` `mdeg/s` `mrad/s` `rpm` for a rate, `m/s^2` `g` `mg` `ug` `cm/s^2`
 ///   `ft/s^2` for an acceleration, with 9.80665 m/s² for g,
@@ -22,7 +22,7 @@ use super::stamp::{StampForm, StampUnit};
 /// - `degC` `K` for the temperature, `kPa` `hPa` `Pa` for the pressure, any word for `value`, which
 ///   is not converted,
 /// - and for the stamp `s` `ms` `us` `ns` `100us` `d`, `iso` for a date with the year first, `dmy`, `mdy`,
-///   `clock` for a time of day, or `mmss` for minutes and seconds; of two columns as
+///   `clock` for a time of day, or `mmss` for minutes and seconds; a stamp in two columns is
 ///   `t=SECS:s+NANOS:ns`.
 ///
 /// ```
@@ -34,9 +34,9 @@ use super::stamp::{StampForm, StampUnit};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnMap {
-    /// Empty where only the stamp or the sentences are mapped.
+    /// Empty if only the stamp or the sentences are mapped.
     pub(crate) channels: Vec<MappedChannel>,
-    /// The column of the stamps, and the one that is added to it where there are two.
+    /// The column of the stamps, and the column that is added to it, if there are two.
     pub(super) stamp: Vec<(ColumnName, StampForm)>,
     /// The column of sentences.
     pub(super) sentence: Option<ColumnName>,
@@ -45,21 +45,20 @@ pub struct ColumnMap {
 /// A column that holds a channel.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct MappedChannel {
-    /// As in [`known`].
+    /// The index, as in [`known`].
     pub(crate) index: usize,
     pub(crate) column: ColumnName,
     pub(crate) unit: Unit,
 }
 
-/// How a column is called.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum ColumnName {
     Header(String),
-    /// From 1.
+    /// The number, from 1.
     Number(usize),
 }
 
-/// Why a text is no [`ColumnMap`].
+/// The reason why a text is no [`ColumnMap`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ColumnMapError {
@@ -84,7 +83,7 @@ pub enum ColumnMapError {
         /// The part between two commas.
         part: String,
     },
-    /// This part has column 0, and columns are numbered from 1.
+    /// This part names column 0, but columns are numbered from 1.
     #[error("column 0 in {0:?} does not exist: columns are numbered from 1")]
     ColumnZero(String),
     /// A channel is mapped twice.
@@ -95,7 +94,7 @@ pub enum ColumnMapError {
         /// The part between two commas.
         part: String,
     },
-    /// A column of sentences is mapped beside columns of values.
+    /// A column of sentences is mapped together with columns of values.
     #[error("raw=NAME gives whole sentences, which hold all channels: map no other channel")]
     RawBesideChannels,
     /// The map is empty.
@@ -108,7 +107,7 @@ impl FromStr for ColumnMap {
 
     fn from_str(text: &str) -> Result<Self, ColumnMapError> {
         let mut map = Self { channels: Vec::new(), stamp: Vec::new(), sentence: None };
-        // a line that was broken on a screen is the same map
+        // a map that a terminal broke into lines is the same map
         let text = one_line(text);
         for part in text.split(',').map(str::trim).filter(|part| !part.is_empty()) {
             map.add(part)?;
@@ -132,7 +131,7 @@ impl ColumnMap {
                 None => Ok(()),
             };
         }
-        // a column's name may hold `=` and `:`, the other two cannot
+        // the name of a column may contain `=` and `:`, channel and unit cannot
         let (channel, column, unit) = part
             .split_once('=')
             .and_then(|(channel, rest)| {
@@ -175,13 +174,13 @@ impl ColumnMap {
         Ok(())
     }
 
-    /// Whether it names columns of channels, and not the stamp alone.
+    /// Whether it names columns of channels, and not only the stamp.
     pub(crate) fn has_channels(&self) -> bool {
         !self.channels.is_empty()
     }
 
-    /// What holds the times, or the parts of them that are added, with the nanoseconds of a unit;
-    /// `None` for one that is text.
+    /// The columns of the times, or of the parts that are added, with their unit in nanoseconds;
+    /// `None` for text.
     pub(crate) fn stamp_columns(&self) -> impl Iterator<Item = (&ColumnName, Option<i64>)> {
         self.stamp.iter().map(|(column, form)| match form {
             StampForm::Unit(unit) => (column, Some(unit.in_nanoseconds())),
@@ -245,7 +244,7 @@ impl fmt::Display for ColumnName {
 /// The name of the stamp among the channels.
 pub(super) const STAMP: &str = "t";
 
-/// The name of the sentences there.
+/// The name of the sentences among the channels.
 pub(super) const RAW: &str = "raw";
 
 /// All names before an `=`.
@@ -253,7 +252,6 @@ fn channel_names() -> String {
     names().chain([STAMP, RAW]).collect::<Vec<_>>().join(" ")
 }
 
-/// All units of the channel named.
 fn unit_names(channel: &str) -> String {
     let names: Vec<_> = match by_name(channel) {
         Some(index) if known(index).quantity == Quantity::Value => return "one, such as s/s, ns or V".into(),
@@ -277,7 +275,7 @@ static KNOWN: LazyLock<Vec<&Channel>> = LazyLock::new(|| {
     known
 });
 
-/// Numbers of a series; the decimals and limits are the file's.
+/// Numbers of a series; the file determines the decimals and limits.
 static VALUE: Channel = Channel {
     name: Cow::Borrowed("value"),
     quantity: Quantity::Value,
@@ -292,14 +290,13 @@ static VALUE: Channel = Channel {
 /// Standard acceleration of free fall in m/s² (BIPM, The International System of Units, 2019).
 const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
 
-/// A unit a column may be in.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Unit {
     pub(crate) name: Cow<'static, str>,
     pub(super) quantity: Quantity,
-    /// How many of the channel's own unit make one of this.
+    /// The unit in units of the channel.
     pub(crate) scale: f64,
-    /// Where the channel's own zero lies on this scale, in hundredths: 0 for all but kelvin.
+    /// The channel's own zero on this scale, in hundredths: 0 for all units except kelvin.
     pub(crate) zero_hundredths: i64,
 }
 
@@ -308,12 +305,12 @@ pub(super) fn names() -> impl Iterator<Item = &'static str> {
     KNOWN.iter().map(|channel| &*channel.name)
 }
 
-/// The channel at place `index` of the order in which a layout holds them.
+/// The channel at place `index` of the order that layouts use.
 pub(crate) fn known(index: usize) -> &'static Channel {
     KNOWN[index]
 }
 
-/// The place of the channel with this very name.
+/// The place of the channel with exactly this name.
 pub(crate) fn by_name(name: &str) -> Option<usize> {
     names().position(|known| known == name)
 }
@@ -352,7 +349,7 @@ static UNITS: [Unit; 26] = [
     unit("Pa", Quantity::Pressure, 1e-3),
 ];
 
-/// Of numbers that stay as they are.
+/// The unit of numbers that are not converted.
 const UNCONVERTED: Unit = unit("1", Quantity::Value, 1.0);
 
 const fn unit(name: &'static str, quantity: Quantity, scale: f64) -> Unit {
@@ -364,7 +361,7 @@ mod tests {
     use super::{super::name::Meaning, *};
 
     #[test]
-    fn columns_go_by_name_or_number() {
+    fn columns_are_given_by_name_or_number() {
         let map: ColumnMap = " gyro_x = w=x: :deg/s , t=1:us, ".parse().unwrap();
         assert_eq!(map.to_string(), "gyro_x=w=x::deg/s,t=1:us");
         let form = StampForm::Unit(StampUnit::USUAL[2]);
@@ -375,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named_with_the_remedy() {
+    fn an_error_is_reported_with_the_remedy() {
         assert_eq!(
             channel_names(),
             "yaw pitch roll quat_x quat_y quat_z quat_w mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z temperature \

@@ -1,4 +1,4 @@
-//! The columns of a table that are read, and those that could be and are not.
+//! The columns of a table that are read, and the columns that are left out.
 
 use std::cmp::Reverse;
 
@@ -27,32 +27,31 @@ pub(super) struct Columns {
     /// The places of the channels of other streams.
     pub(super) others: Vec<usize>,
     pub(super) left_out: Vec<LeftOutColumn>,
-    /// Whether the columns that are read are compensated, as far as their names say.
+    /// Whether the columns that are read are compensated, as far as their names tell.
     pub(super) compensated: Option<bool>,
 }
 
-/// A column that holds a channel.
 #[derive(Debug, Clone)]
 pub(super) struct ChannelColumn {
     pub(super) place: usize,
-    /// As in [`known`].
+    /// The channel, as in [`known`].
     pub(super) channel: usize,
     pub(super) unit: Unit,
 }
 
-/// A column whose name says what it holds.
+/// A column whose name tells its content.
 struct Named {
     place: usize,
     meaning: Meaning,
     is_empty: bool,
 }
 
-/// By this several columns of one sensor are ordered: by how they were made, a word before a
-/// letter, more axes before fewer, then by their place.
+/// The order of several columns of one sensor: by how they were made, a word before a letter, more
+/// axes before fewer, then by their place.
 type Rank = (Made, bool, Reverse<usize>, usize);
 
 impl Named {
-    /// In a unit that is known, and with numbers.
+    /// The unit, if it is known and the column has numbers.
     fn unit(&self) -> Option<&'static Unit> {
         match self.meaning.unit {
             _ if self.is_empty => None,
@@ -78,7 +77,8 @@ impl Named {
         (self.meaning.made, !self.meaning.is_sure, Reverse(axes.len()), first)
     }
 
-    /// Why the column is not read beside those that are; `None` if a letter alone says what it is.
+    /// The reason why the column is not read together with `read`; `None` if a letter alone gives
+    /// its meaning.
     fn left_out(&self, read: &[&Self]) -> Option<LeftOutReason> {
         let instead = read.iter().find(|other| other.sensor() == self.sensor());
         match (&self.meaning.unit, instead) {
@@ -105,7 +105,7 @@ impl Columns {
          behind the name; with them mag_ or magn_ x y z, yaw pitch roll, temperature, pressure and stamps), or stamps beside a \
          column with $VN… sentences";
 
-    /// The columns whose names say what they hold, in a file of this name. A column without a number
+    /// The columns whose names tell their content, in a file of this name. A column without a number
     /// in `rows` is left out.
     pub(super) fn by_name(header: &Header, file: Option<&str>, rows: &HeadRows) -> Self {
         let mut named: Vec<Named> = (0..header.names.len())
@@ -174,7 +174,7 @@ impl Columns {
         quantities.any(|quantity| matches!(quantity, Quantity::Acceleration | Quantity::AngularRate))
     }
 
-    /// Keeps only the channels that `stream` names, one by one or by their quantity.
+    /// Keeps only the channels that `stream` names, individually or by their quantity.
     pub(super) fn choose(&mut self, stream: &str) -> Result<(), CsvError> {
         let words: Vec<_> = stream.split_whitespace().collect();
         let is_of = |column: &ChannelColumn, word: &str| {
@@ -196,7 +196,7 @@ impl Columns {
         Ok(())
     }
 
-    /// The names of the columns that are not used, and not left out for a reason.
+    /// The names of the columns that are ignored, without those left out for a reason.
     pub(super) fn ignored(&self, header: &Header) -> Vec<String> {
         let is_left_out = |name: &String| self.left_out.iter().any(|left_out| left_out.name == *name);
         let unused = header.names.iter().enumerate().filter(|(place, _)| !self.uses(*place)).map(|(_, name)| name);
@@ -211,7 +211,7 @@ impl Columns {
     }
 }
 
-/// What the names of the rates say.
+/// The compensation, as far as the names of the rates tell it.
 fn compensated<'a>(meanings: impl Iterator<Item = &'a Meaning>) -> Option<bool> {
     let inertial = meanings.filter(|meaning| known(meaning.channel).quantity == Quantity::AngularRate);
     let said: Vec<Option<bool>> = inertial

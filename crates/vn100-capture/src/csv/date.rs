@@ -1,4 +1,4 @@
-//! Stamps that are no single number: dates and times of day, as `2023-03-06T02:25:02.45Z`,
+//! Stamps that are not a single number: dates and times of day, as `2023-03-06T02:25:02.45Z`,
 //! `2023/03/06/02:25:02.45`, `06-Mar-2023 02:25:02,45`, `02:25:02.45` or `25:02.4`.
 
 use std::borrow::Cow;
@@ -8,7 +8,7 @@ use jiff::{
     tz::Offset,
 };
 
-/// In which order a stamp has its parts.
+/// The order of the parts of a stamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum DateForm {
     /// Year, month, day, time: ISO 8601, also with other separators.
@@ -17,9 +17,9 @@ pub(super) enum DateForm {
     DayFirst,
     /// Month, day, year, time.
     MonthFirst,
-    /// The time of day alone, which begins anew at midnight.
+    /// The time of day alone, which restarts at midnight.
     TimeOfDay,
-    /// Minutes and seconds alone, as Excel shows a time of day; they may begin anew with the hour.
+    /// Minutes and seconds alone, as Excel shows a time of day; they may restart with the hour.
     MinutesSeconds,
 }
 
@@ -28,7 +28,7 @@ const HOUR_NS: i64 = 3600 * SECOND_NS;
 const DAY_NS: i64 = 24 * HOUR_NS;
 
 impl DateForm {
-    /// Of two that fit, the first is taken.
+    /// If several fit, the first is taken.
     pub(super) const ALL: [Self; 5] =
         [Self::YearFirst, Self::DayFirst, Self::MonthFirst, Self::TimeOfDay, Self::MinutesSeconds];
 
@@ -43,11 +43,11 @@ impl DateForm {
         }
     }
 
-    /// Nanoseconds since 1970 in UTC, or in the zone of its clock if the stamp names none; of a
-    /// time of day since midnight. `None` for a text that is not of this form.
+    /// Nanoseconds since 1970 in UTC, in the local time of its clock if the stamp names no zone;
+    /// for a time of day, nanoseconds since midnight. `None` for a text that is not of this form.
     pub(super) fn nanoseconds(self, stamp: &[u8]) -> Option<i64> {
         let stamp = str::from_utf8(stamp).ok()?.trim();
-        // a date without a time of day has no colon, nor has a number
+        // a date without a time of day has no colon, and a number has none
         let first_colon = stamp.find(':')?;
         let stamp = if stamp.contains(',') { Cow::from(stamp.replace(',', ".")) } else { stamp.into() };
         match self {
@@ -57,7 +57,7 @@ impl DateForm {
                 Some(DateTime::from_parts(Date::constant(1970, 1, 1), time).to_utc_ns()? - offset_s * SECOND_NS)
             }
             _ => {
-                // hours follow one character after the date, which may be a colon itself
+                // hours follow one character after the date, which may be a colon as well
                 let hour = stamp[..first_colon].rfind(|c: char| !c.is_ascii_digit());
                 let is_date = |text: &str| text.bytes().filter(|&byte| matches!(byte, b'-' | b'/' | b'.')).count() == 2;
                 let boundary = hour.filter(|&hour| is_date(stamp[..hour].trim_end())).unwrap_or(first_colon);
@@ -88,7 +88,7 @@ impl DateForm {
         Date::strptime(format, text).ok().filter(|_| is_year(year))
     }
 
-    /// `stamp_ns` after `last_ns`, if a day or an hour has begun anew between them.
+    /// `stamp_ns` after `last_ns`, if a new day or hour has begun between them.
     pub(super) fn after(self, last_ns: Option<i64>, stamp_ns: i64) -> i64 {
         let period_ns = match self {
             Self::TimeOfDay => DAY_NS,
@@ -101,12 +101,12 @@ impl DateForm {
     }
 }
 
-/// Whether it is a time of day.
+/// Whether the text is a time of day.
 pub(super) fn is_time(text: &[u8]) -> bool {
     DateForm::TimeOfDay.nanoseconds(text).is_some()
 }
 
-/// Whether it is a date with a time of day, or a time of day alone.
+/// Whether the text is a date with a time of day, or a time of day alone.
 pub(super) fn is_stamp(text: &[u8]) -> bool {
     DateForm::ALL.iter().any(|form| form.nanoseconds(text).is_some())
 }
@@ -128,7 +128,7 @@ fn time_and_offset(text: &str) -> Option<(Time, i64)> {
     if hour.is_empty() || minute.len() != 2 || second.get(2..).is_some_and(|rest| !rest.is_empty() && rest.len() < 2) {
         return None;
     }
-    // more digits than nanoseconds are cut
+    // digits beyond nanoseconds are cut
     let second = &second[..second.len().min("00.000000000".len())];
     let point = thousandths.map_or(String::new(), |digits| format!(".{digits}"));
     let (format, half) = if half.is_empty() { ("%H:%M:%S%.f", "") } else { ("%I:%M:%S%.f %p", half) };
@@ -142,14 +142,14 @@ fn time_and_offset(text: &str) -> Option<(Time, i64)> {
     Some((time, offset_s))
 }
 
-/// Of `+01:00`, `+0100` or `+01`.
+/// The offset of `+01:00`, `+0100` or `+01`.
 fn offset(zone: &str) -> Option<Offset> {
     let digits: String = zone.chars().filter(|c| *c != ':').collect();
     let digits = if digits.len() == 3 { digits + "00" } else { digits };
     jiff::fmt::strtime::parse("%z", digits).ok()?.offset()
 }
 
-/// As `02:25.4`. Without a fraction it would be hours and minutes as likely.
+/// The time of a text such as `02:25.4`. Without a fraction it could equally be hours and minutes.
 fn minutes_seconds_ns(text: &str) -> Option<i64> {
     let (minutes, seconds) = text.split_once(':')?;
     let are_digits = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_date_or_time_is_none() {
+    fn other_texts_are_no_date_or_time() {
         for text in [
             "",
             "2023-02-29 00:00:00",
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn minutes_and_seconds_continue_behind_the_hour() {
+    fn minutes_and_seconds_continue_after_the_hour() {
         let read = |text: &str| DateForm::MinutesSeconds.nanoseconds(text.as_bytes());
         let late = read("59:59.9").unwrap();
         assert_eq!(late, 3_599_900_000_000);
@@ -269,7 +269,7 @@ mod tests {
         let late = read("23:59:59.99");
         let early = DateForm::TimeOfDay.after(Some(late), read("00:00:00.01"));
         assert_eq!(early - late, 20_000_000);
-        // and behind a second one; a small step back is one
+        // a second midnight is recognised as well; a small step back is not midnight
         assert_eq!(
             DateForm::TimeOfDay.after(Some(early + DAY_NS - 20_000_000), read("00:00:00.02")),
             early + DAY_NS + 10_000_000
@@ -281,7 +281,7 @@ mod tests {
     proptest! {
         #[test]
         fn any_moment_is_read_back(second in -62_000_000_000_i64..250_000_000_000, nanosecond in 0..SECOND_NS) {
-            // printed by the calendar of another: days counted one by one would be too slow
+            // the text comes from an independent calendar; days counted one by one would be too slow
             let (day, of_day) = (second.div_euclid(86_400), second.rem_euclid(86_400));
             let (year, month, day) = civil(day);
             let (h, m, s) = (of_day / 3600, of_day / 60 % 60, of_day % 60);
@@ -301,7 +301,7 @@ mod tests {
     /// The date of a day since 1970, by searching the year.
     fn civil(day: i64) -> (i64, i64, i64) {
         let is_leap = |year: i64| year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
-        // the days before a year, by the count of leap years
+        // the days before a year, from the count of leap years
         let before = |year: i64| {
             let leaps = |year: i64| year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400);
             365 * (year - 1970) + leaps(year - 1) - leaps(1969)

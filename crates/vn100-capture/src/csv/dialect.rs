@@ -11,7 +11,7 @@ use super::{
     shown,
 };
 
-/// How the rows of a file are written.
+/// The notation of the rows of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Dialect {
     /// The separator of two fields; a space stands for any number of spaces and tabs.
@@ -22,7 +22,7 @@ pub(super) struct Dialect {
     has_dates: bool,
     /// Whether each cell begins with its name, as in `ax:0.03,ay:-0.11`.
     has_named_cells: bool,
-    /// Whether a row is a stamp and a sentence, whatever stands between them.
+    /// Whether a row is a stamp and a sentence, with any separator.
     pub(super) has_stamped_sentences: bool,
 }
 
@@ -63,7 +63,7 @@ impl Dialect {
         Self { separator, decimal_comma: false, has_dates: false, has_named_cells: false, has_stamped_sentences: false }
     }
 
-    /// Of rows that are a stamp and a sentence.
+    /// The dialect of rows that are a stamp and a sentence.
     pub(super) const fn stamped_sentences() -> Self {
         Self { has_stamped_sentences: true, ..Self::plain(b',') }
     }
@@ -81,8 +81,8 @@ impl Dialect {
         (self.has_named_cells && names.len() > 1).then_some(names)
     }
 
-    /// The names of the columns above rows of this dialect, and their separator; they may be those
-    /// of the first row.
+    /// The names of the columns above rows of this dialect, and their separator; the names may
+    /// stand in the first row.
     pub(super) fn header<'a>(self, names: &'a [u8]) -> (Cow<'a, [u8]>, u8) {
         let is_spaced = self.separator == b' ' && !names.iter().any(|byte| SEPARATORS.contains(byte));
         let separator = if is_spaced { b' ' } else { separator(names) };
@@ -168,7 +168,7 @@ fn has_decimal_commas<'a>(rows: impl Iterator<Item = &'a [u8]>, separator: u8) -
     commas && !points
 }
 
-/// The most frequent of `,` `;` `|` and tab in the line; a comma only where commas are not decimal
+/// The most frequent of `,` `;` `|` and tab in the line; a comma only if commas are not decimal
 /// signs.
 fn separator(line: &[u8]) -> u8 {
     let are_decimals = |separator: &u8| {
@@ -176,7 +176,7 @@ fn separator(line: &[u8]) -> u8 {
     };
     let occurrences = |separator: u8| line.iter().filter(|&&byte| byte == separator).count();
     let [tab, semicolon, bar, _] = SEPARATORS;
-    // the last one of several that are as frequent
+    // the last of several separators with equal counts
     let most = || SEPARATORS.into_iter().max_by_key(|&byte| occurrences(byte));
     [tab, semicolon, bar].into_iter().find(are_decimals).or_else(most).unwrap_or(b',')
 }

@@ -1,5 +1,5 @@
-//! Cuts a line of a CSV file into its fields, by csv-core and through buffers that are reused: quotes,
-//! doubled or not closed, have the meaning that they have for other programs.
+//! Cuts a line of a CSV file into its fields, by csv-core and with reused buffers. Quotes, doubled or
+//! not closed, have the same meaning as for other programs.
 
 use csv_core::{ReadRecordResult, Reader, ReaderBuilder, Terminator};
 use memchr::memchr;
@@ -16,7 +16,6 @@ pub(super) struct FieldCutter {
     ends: Vec<usize>,
 }
 
-/// The first fields of a line.
 struct FirstFields {
     count: usize,
     /// The place of the next field in the line; `None` after the last field.
@@ -25,13 +24,13 @@ struct FirstFields {
 }
 
 impl FieldCutter {
-    /// For lines that do not contain `line_end`, and whose fields are separated by `separator`.
+    /// Cuts lines that do not contain `line_end` and whose fields are separated by `separator`.
     pub(super) fn new(separator: u8, line_end: u8) -> Self {
         let reader = ReaderBuilder::new().delimiter(separator).terminator(Terminator::Any(line_end)).build();
         Self { reader, line_end, text: Vec::new(), ends: Vec::new() }
     }
 
-    /// For lines of the head of a file, which contain no line feed, whatever their line end is.
+    /// Cuts lines of the head of a file, which contain no line feed for any kind of line end.
     pub(super) fn of_head(separator: u8) -> Self {
         Self::new(separator, b'\n')
     }
@@ -57,7 +56,7 @@ impl FieldCutter {
         if text.len() < line.len() + 2 {
             text.resize(line.len() + 2, 0);
         }
-        // csv-core does not recognise a quote after spaces: the spaces are skipped here, field by
+        // csv-core does not recognise a quote after spaces, so spaces are skipped here, field by
         // field
         let step = if memchr(b'"', line).is_some() { 1 } else { usize::MAX };
         let (mut at, mut length, mut count, mut quote_open) = (0, 0, 0_usize, false);
@@ -118,12 +117,12 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// What the last fields of all rows have in common in their printed form. By this a last row
-/// without a line end is recognised as complete or truncated: many writers omit the last line end.
+/// The common printed form of the last fields of all rows. It tells whether a last row without a
+/// line end is complete or truncated: many writers omit the last line end.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LastField {
     /// Number of digits between the point and an exponent, at least one, and whether there is an
-    /// exponent: a truncated whole number looks complete.
+    /// exponent: a truncated integer looks complete.
     decimals: Option<(usize, bool)>,
     /// The length, and whether it is the same in all rows.
     length: usize,
@@ -148,9 +147,9 @@ impl LastField {
         }
     }
 
-    /// Whether `field` has the decimals or the length that all other fields have in common. Of
-    /// decimal numbers of any length it is no shorter than each of them: what may be cut off it then
-    /// is less than its last digit.
+    /// Whether `field` has the decimals or the length that all other fields have in common. A
+    /// decimal number among numbers of varying length must be no shorter than any of them: a cut
+    /// could then remove less than its last digit.
     pub(super) fn is_whole(self, field: &[u8]) -> bool {
         let own = Self::of(field);
         match self.decimals {
@@ -186,7 +185,7 @@ mod tests {
         assert_eq!(fields(" ", b','), [""]);
     }
 
-    /// As `csv.writer` of Python 3 writes rows of random fields, with and without need of quotes.
+    /// The rows are as `csv.writer` of Python 3 writes random fields, with and without need of quotes.
     #[test]
     fn rows_that_python_wrote_are_read() {
         let rows: &[(u8, &str, &[&str])] = &[
@@ -240,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn what_follows_the_first_fields_is_left_as_it_is() {
+    fn the_text_after_the_first_fields_is_unchanged() {
         let mut reader = FieldCutter::of_head(b',');
         for (line, count, first, rest) in [
             ("1,$A,b*63", 1, &["1"][..], Some("$A,b*63")),

@@ -1,4 +1,4 @@
-//! Finds the line that names the columns of a CSV file, and how the file is to be read then.
+//! Finds the line that names the columns of a CSV file, and determines how the file is read.
 
 use std::borrow::Cow;
 
@@ -24,25 +24,27 @@ use super::{
     suggestion::suggestion,
 };
 
-/// Comments above the first row that are looked at for the names of the columns: the nearest to it.
+/// The most comments above the first row that are searched for the names of the columns, beginning
+/// with the nearest.
 const COMMENTS_ABOVE: usize = 100;
 
-/// Decides how to read the CSV file that begins with `head`; `None` when it is none, or none that
-/// holds anything of a VN-100.
+/// Decides how to read the CSV file that begins with `head`; `None` if it is no CSV file, or
+/// contains nothing of a VN-100.
 ///
-/// Whole lines for 1000 rows are wanted in `head` ([`HEAD_BYTES`](super::HEAD_BYTES) of it); with
-/// fewer the decimals are judged by those.
+/// `head` should contain 1000 whole rows ([`HEAD_BYTES`](super::HEAD_BYTES)); if it has fewer,
+/// these determine the decimals.
 ///
-/// Without a map the columns are known by their names, in the sensor's units if the names state none.
+/// Without a map the columns are recognised by their names, in the sensor's units if the names state
+/// none.
 ///
 /// # Errors
-/// [`CsvError`] when this is a CSV file but lacks the columns, or the stamps.
+/// [`CsvError`] if this is a CSV file without the columns or the stamps.
 pub(crate) fn detect(head: &[u8], said: Said<'_>) -> Result<Option<CsvPlan>, CsvError> {
     let head = head.strip_prefix(BYTE_ORDER_MARK).unwrap_or(head);
     let line_end = if head.contains(&b'\r') && !head.contains(&b'\n') { b'\r' } else { b'\n' };
     let lines: Vec<&[u8]> =
         head.split(|&byte| byte == line_end).map(|line| line.strip_suffix(b"\r").unwrap_or(line)).collect();
-    // a zero byte in the names of the columns is no damage: binary data, or UTF-16
+    // a zero byte in the names of the columns is no damage: the file is binary data, or UTF-16
     let first = lines.iter().position(|line| !is_comment_or_blank(line)).filter(|&first| !lines[first].contains(&0));
     let Some(first) = first else {
         return Ok(None);
@@ -60,7 +62,7 @@ pub(crate) fn detect(head: &[u8], said: Said<'_>) -> Result<Option<CsvPlan>, Csv
         match candidate.plan(said) {
             Ok(Some(plan)) => return Ok(Some(plan)),
             Err(error) if error.knows_columns() || candidate.is_header_of_numbers() => problem = Some(error),
-            // a comment in words
+            // the comment is prose
             Ok(None) | Err(_) => {}
         }
     }
@@ -68,7 +70,7 @@ pub(crate) fn detect(head: &[u8], said: Said<'_>) -> Result<Option<CsvPlan>, Csv
     match (&plan, problem) {
         (Ok(Some(_)), _) => plan,
         (Err(error), _) if error.knows_columns() => plan,
-        // a comment may be the header of a table that needs a map, which the first row does not know better
+        // a comment may be the header of a table that needs a map, if the first row gives no better one
         (_, Some(problem)) => Err(problem),
         _ => match below_preamble(&lines, first, line_end, said).unwrap_or(plan) {
             Ok(None) => stamped_sentences(&lines, line_end, said),
@@ -77,7 +79,7 @@ pub(crate) fn detect(head: &[u8], said: Said<'_>) -> Result<Option<CsvPlan>, Csv
     }
 }
 
-/// The plan of a file whose names of columns, or whose rows, stand below lines of another kind.
+/// The plan of a file whose column names, or whose rows, stand below lines of another kind.
 fn below_preamble(
     lines: &[&[u8]],
     first: usize,
@@ -88,7 +90,7 @@ fn below_preamble(
     for index in (first + 1..last).filter(|&index| !is_comment_or_blank(lines[index])) {
         let candidate = HeaderCandidate::new(lines[index], lines, line_end, index);
         let fits = candidate.rows(index + 1).next().is_some_and(|row| candidate.fits(&row));
-        // a name of one word may stand in any text
+        // a name of one word may occur in any text
         if !fits || candidate.header.width() < 2 {
             continue;
         }
@@ -101,10 +103,11 @@ fn below_preamble(
     None
 }
 
-/// Lines of another kind above the names of the columns, at most.
+/// The most lines of another kind above the names of the columns.
 const LONGEST_PREAMBLE: usize = 100;
 
-/// Rows that show how many fields a row has: few, as every comment above them may be a header.
+/// Rows that show the number of fields of a row: only few, because each comment above them is tried
+/// as the header.
 const FITTED_ROWS: usize = 50;
 
 /// A line that may be the header.
@@ -113,9 +116,9 @@ struct HeaderCandidate<'a> {
     dialect: Dialect,
     /// The head of the file.
     lines: &'a [&'a [u8]],
-    /// What ends them.
+    /// The byte that ends them.
     line_end: u8,
-    /// Its place among the lines; of the units below it where there are some.
+    /// Its place among the lines; the place of the units below it, if there are any.
     index: usize,
 }
 
@@ -134,7 +137,7 @@ impl<'a> HeaderCandidate<'a> {
             (header.names, header.is_first_row) = (cells, true);
         }
         let mut candidate = Self { header, dialect, lines, line_end, index };
-        // the commas of a sentence in the first row part no columns
+        // the commas of a sentence in the first row separate no columns
         let sentence = candidate.header.names.iter().position(|name| name.contains("$VN"));
         if let Some(place) = sentence.filter(|_| !is_quoted) {
             candidate.header.names.truncate(place + 1);
@@ -168,7 +171,7 @@ impl<'a> HeaderCandidate<'a> {
     }
 
     /// Whether `row` has as many fields as this line, or a sentence with commas of its own. A
-    /// comment may name a channel in passing.
+    /// comment may mention a channel.
     fn fits(&self, row: &[u8]) -> bool {
         let fields = self.field_reader().cut(&self.dialect.tidy(row)).len();
         fields == self.header.width() || memmem::find(row, b"$VN").is_some()
@@ -185,7 +188,7 @@ impl<'a> HeaderCandidate<'a> {
     /// The plan for a header with known names, or for sentences; the user may have named the
     /// columns of the stamps and of the sentences.
     fn named(&self, said: Said<'_>) -> Result<Option<CsvPlan>, CsvError> {
-        // a file without a header
+        // the file has no header
         let is_row = self.header.names.iter().any(|name| name.contains("$VN")) || self.header.is_first_row;
         let lines_above = self.index + usize::from(!is_row);
         let has_names = self.is_header_of_numbers() || self.header.is_first_row;
@@ -218,7 +221,7 @@ impl<'a> HeaderCandidate<'a> {
             Some(stamp) => Some(stamp),
             None if is_row && columns.sentence.is_some() => search.unnamed(),
             None => match search.found()? {
-                // beside sentences what can only be times is
+                // next to sentences, a column that can only be times is the stamp
                 None if columns.sentence.is_some() => search.unnamed(),
                 found => found,
             },
@@ -232,7 +235,7 @@ impl<'a> HeaderCandidate<'a> {
             }
         }
         if columns.sentence.is_some() && columns.stamp.is_none() && named_sentence.is_none() {
-            // without times the text is as good
+            // without times the file can be read as text just as well
             return Ok(None);
         }
         self.check_one_sensor(&columns, &cells)?;
@@ -255,7 +258,6 @@ impl<'a> HeaderCandidate<'a> {
         Ok(self.complete(&columns, false, lines_above))
     }
 
-    /// Whether the first rows are of one sensor.
     fn check_one_sensor(&self, columns: &Columns, cells: &HeadRows) -> Result<(), CsvError> {
         let is_taken = |place: usize| columns.uses(place) || columns.others.contains(&place);
         match several_sensors(&self.header, cells, is_taken) {
@@ -268,7 +270,7 @@ impl<'a> HeaderCandidate<'a> {
         }
     }
 
-    /// The column in which most of the first rows hold a sentence, whatever it is called.
+    /// The column in which most of the first rows hold a sentence, under any name.
     fn sentence_column(&self, lines_above: usize) -> Option<usize> {
         let mut reader = self.field_reader();
         let mut found = vec![0_u32; self.header.names.len()];
@@ -335,8 +337,8 @@ impl<'a> HeaderCandidate<'a> {
         self.header.is_all_numbers() && rows + 1 >= FITTED_ROWS
     }
 
-    /// Completes a plan with what the first rows show. Columns that are known by their names may be
-    /// those of a message of the sensor.
+    /// Completes a plan with the properties of the first rows. Columns that are recognised by their
+    /// names may be those of a message of the sensor.
     fn complete(&self, columns: &Columns, are_named: bool, lines_above: usize) -> CsvPlan {
         let times = columns.stamp.as_ref().map(|stamp| stamp.named(&self.header));
         let kind = match columns.sentence {
@@ -378,14 +380,13 @@ impl<'a> HeaderCandidate<'a> {
             columns: uses,
             times,
             date: columns.stamp.as_ref().and_then(StampColumns::date),
-            repeated_step_ns: columns.stamp.as_ref().and_then(|stamp| stamp.repeated_step_ns),
             lines_above: lines_above as u64,
         }
     }
 
-    /// The layout of the channels: that of a message of the sensor if the channels are its very own
-    /// and an attitude is among them, or the columns say that they are what that message has and no
-    /// other sensor.
+    /// The layout of the channels. It is that of a message of the sensor if the channels match it
+    /// exactly and include an attitude, or have a stated compensation and not all occur in other
+    /// sensors.
     fn layout(&self, columns: &Columns, are_named: bool, times: Option<String>) -> Layout {
         let channel = |column: &ChannelColumn| match known(column.channel) {
             series if series.quantity == Quantity::Value => {
@@ -412,7 +413,7 @@ impl<'a> HeaderCandidate<'a> {
         Layout { message, compensated, channels: channels.into(), columns: Some(read) }
     }
 
-    /// How the first rows end that do have a line end.
+    /// The common form of the ends of the first rows that have a line end.
     fn last_field(&self, lines_above: usize) -> Option<LastField> {
         let mut reader = self.field_reader();
         let ended = &self.lines[..self.lines.len() - 1];
@@ -425,7 +426,7 @@ impl<'a> HeaderCandidate<'a> {
     }
 }
 
-/// Whether inertial sensors of any make measure it.
+/// Whether inertial sensors of any make measure this channel.
 fn is_of_any_sensor(channel: &Channel) -> bool {
     matches!(channel.quantity, Quantity::MagneticField | Quantity::Acceleration | Quantity::AngularRate)
 }

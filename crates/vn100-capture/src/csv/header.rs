@@ -12,18 +12,18 @@ use super::{
     stamp::StampForm,
 };
 
-/// The most fields without names that may end the rows.
+/// The most nameless fields at the end of a row.
 const MOST_NAMELESS: usize = 16;
 
 /// A line cut into the names of columns.
 pub(super) struct Header {
     /// The names, without empty ones at the end.
     pub(super) names: Vec<String>,
-    /// Whether the line is a row as well: one that names its cells, or one of a known message.
+    /// Whether the line is a row as well: its cells have names, or it is a row of a known message.
     pub(super) is_first_row: bool,
-    /// The units of the columns, where a row of units follows the names; else empty.
+    /// The units of the columns, if a row of units follows the names; else empty.
     pub(super) units: Vec<String>,
-    /// Number of fields without a name at the end of each row, from separators too many.
+    /// Number of fields without a name at the end of each row, from surplus separators.
     pub(super) nameless_end: usize,
 }
 
@@ -37,8 +37,8 @@ impl Header {
         Self { names, is_first_row: false, units: Vec::new(), nameless_end }
     }
 
-    /// Gives the names to a row of `ros2 topic echo --csv` of a `sensor_msgs/Imu`, which has none: its
-    /// header, then orientation, rate and acceleration, each with nine covariances.
+    /// Names the fields of a row of `ros2 topic echo --csv` of a `sensor_msgs/Imu`, which has no
+    /// names: its header, then orientation, rate and acceleration, each with nine covariances.
     pub(super) fn name_ros2_imu(&mut self) {
         let is_number = |place: usize| Number::parse(self.names[place].as_bytes()).is_some();
         let covariance = |name: &str| (0..9).map(|place| format!("{name}_covariance_{place}")).collect();
@@ -58,8 +58,8 @@ impl Header {
         }
     }
 
-    /// Cuts the numbers of the first row off a line of names that has lost its end, if the rows are
-    /// that much shorter.
+    /// Cuts the numbers of the first row off a line of names that has lost its line end, if the
+    /// rows are shorter by as many fields.
     pub(super) fn part_from_row(&mut self, width: usize) {
         let is_number = |name: &String| Number::parse(name.as_bytes()).is_some();
         let names = self.names.iter().take_while(|name| !is_number(name)).count();
@@ -69,8 +69,8 @@ impl Header {
         }
     }
 
-    /// Detects from the rows whether they end in a field without a name; the line of names may have
-    /// a separator too many or too few.
+    /// Determines from the rows whether they end in fields without a name; the line of names may
+    /// have a separator too many or too few.
     pub(super) fn fit<'a>(&mut self, rows: impl Iterator<Item = Cow<'a, [u8]>>, separator: u8) {
         let mut reader = FieldCutter::of_head(separator);
         let mut rows_with = vec![0; self.nameless_end.max(MOST_NAMELESS) + 1];
@@ -83,11 +83,11 @@ impl Header {
             }
         }
         let most = rows_with.iter().copied().max().filter(|most| *most > 0);
-        // the fewest of several that are as frequent
+        // the smallest of several equally frequent counts
         self.nameless_end = rows_with.iter().position(|count| Some(*count) == most).unwrap_or_default();
     }
 
-    /// Takes the units from the row below the names, where that row contains nothing else. Returns
+    /// Takes the units from the row below the names, if that row contains nothing else. Returns
     /// whether it does.
     pub(super) fn take_units(&mut self, row: &[u8], separator: u8) -> bool {
         let units: Vec<String> = FieldCutter::of_head(separator).cut(row).iter().map(shown).collect();
@@ -131,7 +131,7 @@ impl Header {
     }
 
     /// Whether the line could name columns: several fields, each neither empty, number nor
-    /// sentence. The first may be empty: a column that numbers the rows.
+    /// sentence. The first may be empty, because it may number the rows.
     pub(super) fn names_columns(&self) -> bool {
         let names = match &self.names[..] {
             [first, others @ ..] if first.is_empty() => others,
@@ -147,7 +147,7 @@ impl Header {
         self.names.len() > 1 && self.names.iter().all(|name| Number::parse(name.as_bytes()).is_some())
     }
 
-    /// The columns with a name, or the places and means of those without.
+    /// The columns with a name, or the places and mean values of columns without names.
     pub(super) fn listed(&self, rows: &HeadRows) -> Vec<String> {
         if !self.is_all_numbers() {
             return self.names.iter().filter(|name| !name.is_empty()).cloned().collect();
@@ -159,7 +159,7 @@ impl Header {
         (0..self.names.len()).map(|place| format!("{} (mean {:.4})", place + 1, mean(place))).collect()
     }
 
-    /// The column at `place` as a column map names it.
+    /// The column at `place` as written in a column map.
     pub(super) fn argument(&self, place: usize) -> String {
         let name = &self.names[place];
         let is_row = self.names.iter().any(|name| name.contains("$VN"));

@@ -1,5 +1,5 @@
 //! A CSV file cut into its lines, through one buffer that never grows. A line break inside quotes
-//! ends a record, so that one lost quote damages one line only.
+//! ends a record, so a lost quote damages only one line.
 
 use std::io::{self, Read};
 
@@ -7,7 +7,7 @@ use memchr::memchr;
 
 use super::BYTE_ORDER_MARK;
 
-/// The size of the buffer: a line longer than this is not kept.
+/// The size of the buffer: a longer line is not kept.
 pub(super) const LONGEST_LINE: usize = 64 * 1024;
 
 /// Finds the lines of a byte stream.
@@ -15,7 +15,7 @@ pub(super) struct Lines<R> {
     reader: R,
     line_end: u8,
     buffer: Box<[u8]>,
-    /// The bytes that were read and are not returned yet are in `buffer[begin..end]`.
+    /// The bytes that were read but not yet returned are in `buffer[begin..end]`.
     begin: usize,
     end: usize,
     number: u64,
@@ -25,13 +25,12 @@ pub(super) struct Lines<R> {
     ended: bool,
 }
 
-/// A line.
 pub(super) struct CsvLine<'a> {
     /// Number of the line, from 1.
     pub(super) number: u64,
     /// Number of bytes of the line, with its line end.
     pub(super) bytes: u64,
-    /// The line without its line end; of an overlong line the last bytes.
+    /// The line without its line end; for an overlong line, its last bytes.
     pub(super) text: &'a [u8],
     pub(super) completeness: Completeness,
 }
@@ -60,7 +59,6 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// The next line, if it is in the buffer.
     #[inline]
     pub(super) fn next_buffered(&mut self) -> Option<CsvLine<'_>> {
         let waiting = &self.buffer[self.begin..self.end];
@@ -89,10 +87,10 @@ impl<R: Read> Lines<R> {
         Some(CsvLine { number: self.number, bytes: dropped + taken as u64, text, completeness })
     }
 
-    /// Reads once, when no line is buffered; `false` at the end of the data.
+    /// Reads once if no line is buffered; `false` at the end of the data.
     ///
     /// # Errors
-    /// The error of the reader. What was read before is kept, and the next call continues after it.
+    /// The error of the reader. The bytes read before are kept, and the next call continues after them.
     pub(super) fn fill(&mut self) -> io::Result<bool> {
         if self.ended {
             return Ok(false);
@@ -119,7 +117,7 @@ impl<R: Read> Lines<R> {
     }
 }
 
-/// Whether `line` is no row: nothing but spaces, or a `#` and what follows it.
+/// Whether `line` is no row: only spaces, or a `#` and any text after it.
 #[inline]
 pub(super) fn is_comment_or_blank(line: &[u8]) -> bool {
     let first = line.iter().find(|byte| !byte.is_ascii_whitespace());

@@ -1,4 +1,4 @@
-//! What the name of a column says of its numbers: `gyro_x [deg/s]`, `UncompAccZ`, `acc_l_x[mg]`,
+//! The meaning of a column's name: `gyro_x [deg/s]`, `UncompAccZ`, `acc_l_x[mg]`,
 //! `field.angular_velocity.x`, `accelerometer_m_s2[2]`, `w_RS_S_x [rad s^-1]`, `X (m/s^2)`.
 
 use vn100_protocol::Quantity::{
@@ -11,7 +11,7 @@ use super::{
     words::words,
 };
 
-/// Words for a sensor, or two words in one, with its name in our channels.
+/// Words for a sensor, or two words in one, with the sensor's name in our channels.
 const WORDS: [(&str, &[&str]); 3] = [
     (
         "gyro",
@@ -21,11 +21,11 @@ const WORDS: [(&str, &[&str]); 3] = [
     ("mag", &["mag", "magn", "magnetometer", "magneticfield", "magfield"]),
 ];
 
-/// Letters for a sensor, which mean it only beside a unit of its quantity.
+/// Letters for a sensor, valid only together with a unit of its quantity.
 const LETTERS: [(&str, &[&str]); 3] =
     [("gyro", &["w", "g", "gy", "omega"]), ("accel", &["a", "ac", "f", "t"]), ("mag", &["m", "b", "h"])];
 
-/// Words that make another quantity of the name of a sensor.
+/// Words that turn the name of a sensor into another quantity.
 const OTHER_QUANTITIES: &str = "std stddev sigma cov covariance var variance bias offset scale norm temp temperature time timestamp \
      stamp dt integral clipping status count accuracy flag delta gravity error rms mean max min setpoint ref target jerk world \
      earth ned enu global diff";
@@ -34,28 +34,26 @@ const UNCOMPENSATED: [&str; 2] = ["uncomp", "uncompensated"];
 const COMPENSATED: [&str; 2] = ["comp", "compensated"];
 const WITHOUT_GRAVITY: [&str; 3] = ["linear", "lin", "user"];
 
-/// Words for numbers in no unit.
+/// Words for numbers without a unit.
 const RAW: [&str; 5] = ["raw", "lsb", "adc", "counts", "ticks"];
 
-/// What a name says.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Meaning {
-    /// As in [`known`].
+    /// The channel, as in [`known`].
     pub(super) channel: usize,
     pub(super) unit: StatedUnit,
     pub(super) made: Made,
-    /// Whether a word, or the unit of an axis, names the sensor, and not a letter alone.
+    /// Whether a word or the unit of an axis names the sensor, rather than a single letter.
     pub(super) is_sure: bool,
-    /// What the columns of one triple of axes have in common.
+    /// The common part of the names of one triple of axes.
     pub(super) group: String,
 }
 
-/// The unit that a name states.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum StatedUnit {
     None,
     Known(&'static Unit),
-    /// One that is not known, or not one of the quantity.
+    /// A unit that is not known, or is not one of the quantity.
     Unknown(String),
 }
 
@@ -65,12 +63,13 @@ pub(super) enum Made {
     Uncompensated,
     Unsaid,
     Compensated,
-    /// Acceleration from which gravity was taken off.
+    /// Acceleration without gravity.
     WithoutGravity,
 }
 
 impl Meaning {
-    /// Of the name of a column in a file that is called `file`, which may say what bare axes are.
+    /// The meaning of the name of a column in the file `file`, whose name may tell the quantity of
+    /// bare axes.
     pub(super) fn of(name: &str, file: Option<&str>) -> Option<Self> {
         let (bare, brackets) = without_brackets(name);
         let mut words = words(&bare);
@@ -86,14 +85,13 @@ impl Meaning {
         if let Some(meaning) = single(&words, stated.as_deref()) {
             return Some(meaning);
         }
-        let axis = match index {
-            Some(axis) => axis,
-            None => take_axis(&mut words)?,
-        };
+        let named = index.or_else(|| take_axis(&mut words));
+        // a number may be that of an axis, or of a sensor
+        let axis = named.or_else(|| take_number_of_axis(&mut words))?;
         let (sensor, is_sure) = match sensor_word(&words) {
-            Some(sensor) => (sensor, true),
+            Some(sensor) => (sensor, named.is_some()),
             None if words.is_empty() => (sensor_of_bare_axis(stated.as_deref(), file)?, true),
-            None => (sensor_letter(&words)?, false),
+            None => (sensor_letter(&words).or_else(|| sensor_of_unit(stated.as_deref()?))?, false),
         };
         let channel = by_name(&format!("{sensor}_{axis}"))?;
         let quantity = known(channel).quantity;
@@ -155,15 +153,15 @@ fn single(words: &[String], stated: Option<&str>) -> Option<Meaning> {
     Some(Meaning { channel, unit, made: Made::Unsaid, is_sure: true, group })
 }
 
-/// The quantity of a channel, as names of streams have it: `gyro` of `gyro_x`.
+/// The quantity of a channel, as written in names of streams: `gyro` of `gyro_x`.
 pub(super) fn quantity_word(channel: &str) -> &str {
     channel.split('_').next().unwrap_or(channel)
 }
 
-/// What may stand before the name of a sensor and says nothing.
+/// Prefixes of the name of a sensor that have no meaning.
 const ABOVE: [&str; 3] = ["field", "imu", "sensor"];
 
-/// The name without what stands in brackets, and that.
+/// The name without its text in brackets, and that text.
 fn without_brackets(name: &str) -> (String, Vec<String>) {
     let (mut bare, mut brackets) = (String::new(), Vec::new());
     let mut rest = name.trim();
@@ -180,7 +178,7 @@ fn without_brackets(name: &str) -> (String, Vec<String>) {
     (bare, brackets)
 }
 
-/// Parts the words of the maker's messages, as in `uncompgyro.x`.
+/// Separates the words of the maker's messages, as in `uncompgyro.x`.
 fn part_uncompensated(words: &mut Vec<String>) {
     let place = words.iter().position(|word| {
         let sensor = word.strip_prefix(UNCOMPENSATED[0]).map(|rest| rest.strip_suffix(['x', 'y', 'z']).unwrap_or(rest));
@@ -192,7 +190,7 @@ fn part_uncompensated(words: &mut Vec<String>) {
     }
 }
 
-/// The axis, which is a word or the last letter of the word for the sensor, and leaves the words.
+/// Removes the axis from the words and returns it: a word, or the last letter of the word for the sensor.
 fn take_axis(words: &mut Vec<String>) -> Option<char> {
     let is_axis = |word: &str| matches!(word, "x" | "y" | "z");
     if let Some(place) = words.iter().rposition(|word| is_axis(word)) {
@@ -204,6 +202,14 @@ fn take_axis(words: &mut Vec<String>) -> Option<char> {
         stem.is_some_and(is_sensor)
     })?;
     words[place].pop()
+}
+
+/// The number of an axis from 1, as MATLAB writes it after the name of a matrix: `AngularVelocity_1`.
+fn take_number_of_axis(words: &mut Vec<String>) -> Option<char> {
+    let axes = [("1", 'x'), ("2", 'y'), ("3", 'z')];
+    let (_, axis) = axes.into_iter().find(|(number, _)| words.last().is_some_and(|last| last == number))?;
+    words.pop();
+    Some(axis)
 }
 
 fn sensor_word(words: &[String]) -> Option<&'static str> {
@@ -221,19 +227,22 @@ fn sensor_letter(words: &[String]) -> Option<&'static str> {
         .map(|(sensor, _)| *sensor)
 }
 
-/// What `x`, `y` and `z` alone are, by their unit, or by the name of the file.
+/// The sensor of columns named only `x`, `y` and `z`, from their unit or the name of the file.
 fn sensor_of_bare_axis(stated: Option<&str>, file: Option<&str>) -> Option<&'static str> {
-    let of_sensors = [("gyro", AngularRate), ("accel", Acceleration), ("mag", MagneticField)];
     let file = file.unwrap_or_default().to_lowercase();
-    let by_file =
-        ["gyro", "accel", "magnet"].iter().position(|word| file.contains(word)).map(|place| of_sensors[place]);
+    let words = [("gyro", "gyro"), ("accel", "accel"), ("mag", "magnet")];
+    let by_file = words.into_iter().find(|(_, word)| file.contains(word)).map(|(sensor, _)| sensor);
     match stated {
-        Some(unit) => {
-            let by_unit = of_sensors.into_iter().find(|(_, quantity)| unit_of(*quantity, unit).is_some())?;
-            by_file.is_none_or(|by_file| by_file == by_unit).then_some(by_unit.0)
-        }
-        None => by_file.map(|(sensor, _)| sensor),
+        Some(unit) => sensor_of_unit(unit).filter(|by_unit| by_file.is_none_or(|by_file| by_file == *by_unit)),
+        None => by_file,
     }
+}
+
+/// The sensor whose numbers have this unit; none for degrees, which are those of angles.
+fn sensor_of_unit(unit: &str) -> Option<&'static str> {
+    let of_sensors = [("gyro", AngularRate), ("accel", Acceleration), ("mag", MagneticField)];
+    let sensor = of_sensors.into_iter().find(|(_, quantity)| unit_of(*quantity, unit).is_some());
+    sensor.filter(|_| unit_of(Angle, unit).is_none()).map(|(sensor, _)| sensor)
 }
 
 /// The unit that words beside the sensor are.
@@ -242,14 +251,14 @@ fn unit_among(quantity: Quantity, words: &[String]) -> Option<&'static Unit> {
     { runs }.find_map(|run| unit_of(quantity, &run.concat()))
 }
 
-/// Whether people write a unit so, of a channel or of a time.
+/// Whether people write a unit of a channel or of a time in this way.
 pub(super) fn is_unit(text: &str) -> bool {
     let quantities = [Angle, MagneticField, Acceleration, AngularRate, Temperature, Pressure];
     time_unit(&text.to_lowercase()).is_some()
         || quantities.into_iter().any(|quantity| unit_of(quantity, text).is_some())
 }
 
-/// The unit that people write so.
+/// The unit that people write in this way.
 fn unit_of(quantity: Quantity, text: &str) -> Option<&'static Unit> {
     let ascii = text.to_lowercase().replace('°', "deg").replace(['µ', 'μ'], "u").replace('²', "2");
     let bare: String =
@@ -346,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn letters_are_names_beside_their_unit() {
+    fn letters_are_names_with_their_unit() {
         for (name, channel, unit) in [
             ("w_RS_S_x [rad s^-1]", "gyro_x", Some("rad/s")),
             ("a_RS_S_z [m s^-2]", "accel_z", Some("m/s^2")),
@@ -357,8 +366,13 @@ mod tests {
             ("GyX", "gyro_x", None),
             ("AcZ", "accel_z", None),
             ("w.x", "gyro_x", None),
+            ("AngularVelocity_1", "gyro_x", None),
+            ("LinearAcceleration_3", "accel_z", None),
+            ("Drehrate Y [°/s]", "gyro_y", Some("deg/s")),
+            ("Beschleunigung z (m/s²)", "accel_z", Some("m/s^2")),
         ] {
-            assert_eq!(said(name, None), Some((channel, unit.map(str::to_owned), Made::Unsaid, false)), "{name}");
+            let found = said(name, None).map(|(channel, unit, _, is_sure)| (channel, unit, is_sure));
+            assert_eq!(found, Some((channel, unit.map(str::to_owned), false)), "{name}");
         }
         // the bias of a gyroscope in ground truth
         let bias = said("b_w_RS_S_x [rad s^-1]", None).unwrap();
@@ -366,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn how_numbers_were_made_belongs_to_the_column() {
+    fn the_origin_of_numbers_belongs_to_the_column() {
         for (name, made) in [
             ("UncompGyroX", Made::Uncompensated),
             ("field.uncompaccel.x", Made::Uncompensated),
@@ -380,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn the_name_of_a_file_says_what_bare_axes_are() {
+    fn the_name_of_a_file_tells_the_sensor_of_bare_axes() {
         assert_eq!(said("x", Some("Gyroscope.csv")).map(|(channel, ..)| channel), Some("gyro_x"));
         assert_eq!(said("z", Some("2024 Accelerometer.csv")).map(|(channel, ..)| channel), Some("accel_z"));
         assert_eq!(said("z (m/s^2)", Some("Gyroscope.csv")), None, "they contradict each other");
@@ -388,10 +402,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_channel_is_none_and_an_unknown_unit_is_named() {
+    fn other_names_are_no_channel_and_an_unknown_unit_is_reported() {
         for name in [
             "",
             "x",
+            "X (deg)",
+            "z (rad)",
+            "Heading z (deg)",
             "gyro",
             "gyro_w",
             "value",

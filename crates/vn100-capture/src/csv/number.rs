@@ -25,7 +25,7 @@ const EXACT_POWERS: [f64; 23] = {
 /// Separators of thousands, for numbers with no decimals after them.
 const THOUSANDS: [u8; 3] = *b",' ";
 
-/// The number of digits that always fit 64 bits with one more after them.
+/// Digits that always fit 64 bits together with one more digit.
 const SAFE_DIGITS: usize = 18;
 
 /// Exponents beyond this have no further effect: the number is zero or too large.
@@ -38,13 +38,13 @@ pub(super) struct Number {
     digits: u64,
     /// Negative for a number such as 1e5.
     decimals: i32,
-    /// Whether a digit other than zero follows those in `digits`, which are then 19.
+    /// Whether a digit other than zero follows the digits in `digits`, which are 19 in that case.
     more: bool,
 }
 
 impl Number {
     /// Reads a field without spaces or quotes around it, also with separators of thousands as in
-    /// `101,325.12`; `None` for what is no finite decimal number.
+    /// `101,325.12`; `None` if it is no finite decimal number.
     #[inline]
     pub(super) fn parse(field: &[u8]) -> Option<Self> {
         match Self::parse_prefix(field) {
@@ -91,7 +91,7 @@ impl Number {
         Some((number, end))
     }
 
-    /// As [`parse_prefix`](Self::parse_prefix), for exponents and any number of digits at
+    /// Like [`parse_prefix`](Self::parse_prefix), for exponents and any number of digits at
     /// `begin..end`.
     #[cold]
     fn parse_prefix_slowly(negative: bool, input: &[u8], begin: usize, end: usize) -> Option<(Self, usize)> {
@@ -158,7 +158,7 @@ impl Number {
             None => (0, self.digits, u64::MAX),
         };
         let is_odd_count = quotient % 2 == 1;
-        // nothing is rounded where nothing remains
+        // nothing is rounded if nothing remains
         let up = remainder > half || remainder == half && (self.more || is_odd_count);
         Some(quotient + u64::from(up))
     }
@@ -173,7 +173,7 @@ impl Number {
         self.decimals.max(0).unsigned_abs()
     }
 
-    /// As [`decimals`](Self::decimals), but without trailing zeros.
+    /// Like [`decimals`](Self::decimals), but without trailing zeros.
     pub(super) fn significant_decimals(&self) -> u32 {
         if self.digits == 0 {
             return 0;
@@ -186,8 +186,8 @@ impl Number {
         decimals
     }
 
-    /// The decimal number with the fewest digits that is the same float: what a script had that
-    /// printed all digits of a float. `None` beyond the range of floats.
+    /// The decimal number with the fewest digits that is the same float: the number that a script
+    /// had before it printed all digits of the float. `None` beyond the range of floats.
     #[cold]
     pub(super) fn shortest_of_float(&self) -> Option<Self> {
         let sign = if self.negative { "-" } else { "" };
@@ -195,7 +195,7 @@ impl Number {
         Self::parse(format!("{float:e}").as_bytes())
     }
 
-    /// The number, to the precision of a float: the nearest one up to 15 digits and 22 decimals.
+    /// The number, to the precision of a float: the nearest float up to 15 digits and 22 decimals.
     #[inline]
     pub(super) fn value(&self) -> f64 {
         let digits = self.digits as f64;
@@ -222,7 +222,7 @@ pub(super) fn are_thousands(digits: &[u8], mark: u8) -> bool {
         && rest.all(|group| group.len() == 3 && are_digits(group))
 }
 
-/// Appends the digits of `input` from `at` on to `digits`, modulo 2^64, and returns where they end.
+/// Appends the digits of `input` from `at` on to `digits`, modulo 2^64, and returns their end.
 #[inline(always)]
 fn append_digits(mut digits: u64, input: &[u8], mut at: usize) -> (u64, usize) {
     while let Some(byte @ b'0'..=b'9') = input.get(at) {
@@ -232,7 +232,7 @@ fn append_digits(mut digits: u64, input: &[u8], mut at: usize) -> (u64, usize) {
     (digits, at)
 }
 
-/// The exponent whose sign or first digit is at `at`, and where it ends.
+/// The exponent whose sign or first digit is at `at`, and its end.
 fn parse_exponent(input: &[u8], at: usize) -> Option<(i32, usize)> {
     let signed = matches!(input.get(at), Some(b'+' | b'-'));
     let begin = at + usize::from(signed);
@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_refused() {
+    fn other_texts_are_no_number() {
         for field in [
             "", "+", "-", ".", "-.", "nan", "inf", "1e", "1e+", "e5", "1.2.3", "0x10", "1 ", " 1", "1_0", "--1", "1,5",
             "\u{661}",
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn thousands_may_stand_apart() {
+    fn thousands_may_be_separated() {
         for (field, value) in
             [("101,325.12", 10_132_512), ("-1,234,567", -123_456_700), ("1'000.5", 100_050), ("+12 345", 1_234_500)]
         {
@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn digits_too_many_are_rounded() {
+    fn surplus_digits_are_rounded() {
         for (field, rounded) in [
             ("0.1250", 12),
             ("0.1350", 14),

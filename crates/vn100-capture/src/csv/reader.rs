@@ -25,7 +25,7 @@ pub(crate) struct CsvReader<R> {
     content: Content,
 }
 
-/// What the rows are converted to.
+/// The form to which the rows are converted.
 #[expect(clippy::large_enum_variant, reason = "there is one for each file")]
 enum Content {
     /// Numbers, already counts.
@@ -47,7 +47,7 @@ impl<R: Read> CsvReader<R> {
 }
 
 impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
-    /// Up to 512 rows; fewer where the next ones would have to be waited for.
+    /// Up to 512 rows; fewer if the next rows would require waiting.
     fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
         let mut batches = Vec::new();
         let mut row_count = 0;

@@ -1,5 +1,5 @@
-//! How the numbers of a column become counts, which its first rows decide: decimals as they are
-//! printed if a count of 32 bits has room for them and for larger numbers, else a power of two.
+//! The conversion of the numbers of a column to counts, determined by its first rows: the printed
+//! decimals if a count of 32 bits has room for them and for larger numbers, else a power of two.
 
 use vn100_protocol::{Channel, Quantity};
 
@@ -18,7 +18,6 @@ const GLITCHES: f64 = 2e-3;
 /// The counts of an angle continue beyond a turn: there is room for this many times the largest.
 const TURNS: f64 = 8.0;
 
-/// More decimals than this are never kept.
 const MOST_DECIMALS: u32 = 18;
 
 /// The decimals of a channel whose first numbers are all zero.
@@ -27,7 +26,6 @@ const UNSEEN_DECIMALS: u32 = 6;
 /// A number with more digits than this is a float that was printed beyond its precision.
 const FLOAT_DIGITS: u64 = 10_u64.pow(17);
 
-/// The largest count.
 const MOST_COUNTS: f64 = i32::MAX as f64;
 
 /// The size of a count, in the unit of the file.
@@ -39,20 +37,20 @@ pub(super) enum CountScale {
     Binary(i32),
 }
 
-/// How a number becomes a count.
+/// The conversion of a number to a count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Quantizer {
     pub(super) scale: CountScale,
     /// Whether digits after the last one that is kept are rounded.
     pub(super) is_rounded: bool,
-    /// Where the channel's own zero lies on the scale of the file, and in counts.
+    /// The channel's own zero on the scale of the file, and in counts.
     zero: f64,
     zero_counts: i64,
     counts_per_unit: f64,
     limit_counts: i32,
 }
 
-/// What is known of a column before its numbers are read.
+/// Properties of a column that are known before its numbers are read.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Prior {
     /// The least number of decimals.
@@ -81,7 +79,7 @@ impl Prior {
 }
 
 /// The largest magnitude that a sensor measures in this channel; an angle may turn several times,
-/// and of a series nothing is known.
+/// and the range of a series is unknown.
 fn range(channel: &Channel) -> f64 {
     match channel.quantity {
         Quantity::Value => 0.0,
@@ -91,7 +89,7 @@ fn range(channel: &Channel) -> f64 {
 }
 
 impl Quantizer {
-    /// Decides by the numbers of the head.
+    /// Decides from the numbers of the head.
     pub(super) fn new(numbers: &[Number], prior: Prior) -> Self {
         let head = Head::of(numbers);
         let limit = prior.limit.filter(|limit| head.usual <= 2.0 * limit);
@@ -116,7 +114,7 @@ impl Quantizer {
         }
     }
 
-    /// The count; `None` for a number that no count holds.
+    /// The count; `None` for a number beyond the range of counts.
     #[inline]
     pub(super) fn count(&self, number: &Number) -> Option<i32> {
         let count = match self.scale {
@@ -129,7 +127,7 @@ impl Quantizer {
         (-limit..=limit).contains(&count).then_some(count as i32)
     }
 
-    /// Whether digits of this number are rounded that the numbers of the head did not have.
+    /// Whether this number has digits that are rounded and that the numbers of the head did not have.
     #[inline]
     pub(super) fn rounds(&self, number: &Number) -> bool {
         match self.scale {
@@ -148,7 +146,7 @@ impl Quantizer {
     }
 }
 
-/// What the first numbers of a column show.
+/// The properties of the first numbers of a column.
 #[derive(Debug, Default)]
 struct Head {
     /// The most decimals as printed, and without zeros at the end; each `None` if most numbers have
@@ -156,10 +154,10 @@ struct Head {
     printed: Option<u32>,
     shortest: Option<u32>,
     significant: u32,
-    /// The magnitude of the median, and the largest deviation from it but for glitches.
+    /// The magnitude of the median, and the largest deviation from it except glitches.
     median: f64,
     deviation: f64,
-    /// The largest magnitude but for glitches.
+    /// The largest magnitude except glitches.
     usual: f64,
 }
 
@@ -189,7 +187,7 @@ impl Head {
     }
 
     /// The decimals as printed if a count has room for larger numbers; else the smallest power of two
-    /// that has, and has it for the range of the sensor.
+    /// with such room, also for the range of the sensor.
     fn scale(&self, prior: Prior, limit: Option<f64>) -> CountScale {
         let least = u32::from(prior.decimals);
         if limit.is_some() && self.printed.is_none_or(|printed| printed <= least) && self.significant <= least {
@@ -219,14 +217,14 @@ impl Number {
     }
 }
 
-/// The value below which this fraction of the others lies; 0 of none.
+/// The value below which this fraction of the values lies; 0 if there are none.
 fn nth(values: &mut [f64], share: f64) -> f64 {
     let place = (values.len() as f64 * share) as usize;
     let place = place.min(values.len().saturating_sub(1));
     if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(place, f64::total_cmp).1 }
 }
 
-/// Exact if the result is not smaller than the smallest normal float.
+/// 2^`power`; exact if the result is not smaller than the smallest normal float.
 fn exp2(power: i32) -> f64 {
     f64::from_bits(((power.clamp(-1022, 1023) + 1023) as u64) << 52)
 }
@@ -250,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn decimals_are_taken_as_they_stand() {
+    fn decimals_are_kept_as_printed() {
         assert_eq!(scale(&["1.25", "-0.5", "0.25"], ANY), Decimal(2));
         assert_eq!(scale(&["1.50", "-0.50"], ANY), Decimal(2));
         assert_eq!(scale(&["3", "-4"], ANY), Decimal(0));
@@ -268,16 +266,16 @@ mod tests {
         assert_eq!(scale(&[], RATE), Decimal(6));
         assert_eq!(scale(&["0.5", "0.25"], RATE), Decimal(6));
         assert_eq!(scale(&["-1.234000000000000095e-03"], RATE), Decimal(6));
-        // degrees, whatever the name says: the limit is that of no such number
+        // degrees in a column of any name, because this limit applies to no such number
         let degrees = quantizer((0..100).map(|row| format!("{}.5", 100 + row)), RATE);
         assert!(degrees.count(&Number::parse(b"199.5").unwrap()).is_some());
-        // damaged digits are beyond it
+        // damaged digits exceed the limit
         let damaged = quantizer((0..1000).map(|row| if row == 7 { "400.1" } else { "0.1" }), RATE);
         assert_eq!(damaged.count(&Number::parse(b"400.1").unwrap()), None);
     }
 
     #[test]
-    fn glitches_of_the_head_cost_themselves_and_no_digit_of_the_others() {
+    fn glitches_of_the_head_are_lost_without_a_digit_of_the_others() {
         let noise = |row: i32| f64::from(row.wrapping_mul(7919) % 101) * 1.234_567_890_123e-3;
         let few = quantizer((0..1000).map(|row| if row == 500 { 3.4e38 } else { noise(row) }), ANY);
         let count = |value: f64| few.count(&Number::parse(value.to_string().as_bytes()).unwrap());
@@ -290,7 +288,7 @@ mod tests {
         /// Noise on any offset, as floats and with any decimals: rounding adds next to nothing to
         /// its deviation, and 64 times the noise has a count.
         #[test]
-        fn what_follows_a_head_has_room_and_resolution(
+        fn values_after_a_head_have_room_and_resolution(
             offset in -1e3..1e3_f64, deviation_exponent in -5_i32..2, decimals in 2..17_usize, seed in 1..u64::MAX,
         ) {
             let deviation = 10_f64.powi(deviation_exponent);

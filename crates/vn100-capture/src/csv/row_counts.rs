@@ -1,4 +1,4 @@
-//! What became of the lines of a CSV file: rows, rejected and skipped lines, absent values, bytes.
+//! Counts of the lines of a CSV file: rows, rejected and skipped lines, absent values, bytes.
 
 use vn100_protocol::{
     Tally,
@@ -13,13 +13,13 @@ pub(super) struct RowCounts {
     /// The bytes of all lines, line ends included, and the rejected rows.
     pub(super) tally: Tally,
     rejected: RejectedRowCounts,
-    /// How often each channel was absent.
+    /// The number of absences of each channel.
     absences: Vec<AbsentValues>,
-    /// The channels of which digits were rounded that the head of the file does not have.
+    /// The channels with rounded digits that the head of the file does not have.
     pub(super) late_rounded: Vec<bool>,
 }
 
-/// Why a row lacks a channel.
+/// The reason why a row lacks a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Absence {
     Empty,
@@ -45,7 +45,7 @@ impl RowCounts {
         }
     }
 
-    /// What has become of the lines so far.
+    /// The counts of the lines so far.
     pub(super) fn report(&self, plan: &CsvPlan) -> CsvReport {
         let Some(layout) = plan.layout() else { return self.report.clone() };
         let mut rounded = plan.rounded();
@@ -113,8 +113,8 @@ impl RowCounts {
         rejected[at].count += 1;
     }
 
-    /// Adds to batches the counts of what is no sample. All bytes of a row are those of its line:
-    /// stamp, other columns and line end included, even where its sentence is damaged.
+    /// Adds the counts of everything that is no sample to the batches. The bytes of a row are all bytes
+    /// of its line, including stamp, other columns and line end, even if its sentence is damaged.
     pub(super) fn complete(&self, mut batches: Vec<Batch>) -> Vec<Batch> {
         let file = &self.tally;
         for link in batches.iter_mut().map(|batch| &mut batch.link) {

@@ -1,4 +1,4 @@
-//! The rows of a CSV file, read one after the other as its plan says.
+//! The rows of a CSV file, read in sequence according to its plan.
 
 use std::mem;
 
@@ -16,21 +16,21 @@ use super::{
     stamped_sentences::stamp_and_sentence,
 };
 
-/// Reads the rows of a CSV file one after the other. Either `counts` or `sentence` is used, by the
-/// [`Kind`] of the plan.
+/// Reads the rows of a CSV file in sequence. The [`Kind`] of the plan determines whether `counts`
+/// or `sentence` is used.
 pub(super) struct RowParser {
     pub(super) plan: CsvPlan,
     fields: FieldCutter,
-    /// The counts of the last valid row, in the order of the layout; 0 for a channel that it lacks.
+    /// The counts of the last valid row, in the order of the layout; 0 for a missing channel.
     pub(super) counts: Vec<i32>,
-    /// The numbers of the last row, with the channels that it lacks, in order.
+    /// The numbers of the last row, with the missing channels, in order.
     pub(super) cells: Cells,
     /// Whether the last row has numbers of other streams only.
     is_of_others: bool,
     /// The sentence of the last valid row, with CR LF.
     pub(super) sentence: Vec<u8>,
-    /// The stamp of the last valid row, in nanoseconds since the first; negative where a clock was
-    /// set back.
+    /// The stamp of the last valid row, in nanoseconds since the first; negative if a clock was set
+    /// back.
     pub(super) stamp_ns: Option<i64>,
     first_stamp_ns: Option<i64>,
     /// The stamp as written.
@@ -62,12 +62,12 @@ impl RowParser {
         }
     }
 
-    /// What has become of the lines so far.
+    /// The counts of the lines so far.
     pub(super) fn report(&self) -> CsvReport {
         CsvReport { first_stamp_ns: self.first_stamp_ns, ..self.counted.report(&self.plan) }
     }
 
-    /// Reads a line; `None` where it is no row, or a row of another stream.
+    /// Reads a line; `None` if it is no row, or a row of another stream.
     #[inline]
     pub(super) fn push(&mut self, line: &CsvLine<'_>) -> Option<Result<(), RejectedRow>> {
         let text = self.plan.dialect.tidy(line.text);
@@ -102,11 +102,11 @@ impl RowParser {
         if line.number <= self.plan.lines_above || is_comment_or_blank(line.text) {
             return true;
         }
-        // a script that saved a sentence together with its CR LF
+        // a script saved a sentence together with its CR LF
         mem::take(&mut self.quote_open) && line.text.trim_ascii_start().starts_with(b"\"")
     }
 
-    /// Whether a row without a line end is complete, as far as that can be known.
+    /// Whether a row without a line end is complete, as far as it can be determined.
     #[cold]
     fn ends_whole(&mut self, row: &[u8]) -> bool {
         let Some(last_field) = self.plan.last_field else {
@@ -138,7 +138,7 @@ impl RowParser {
             match (number, count) {
                 (Some(number), Some(_)) => counted.late_rounded[slot] |= quantizer.rounds(number),
                 (Some(_), None) => absent.push((slot, Absence::OutOfRange)),
-                // why is in the list already
+                // the reason is in the list already
                 (None, _) => {}
             }
         }
@@ -201,9 +201,9 @@ impl RowParser {
         }
     }
 
-    /// Whether a line that is no row names the columns once more, as a logger does that was started
-    /// again: the columns of the next rows are then in its order. A line that names other columns
-    /// ends the table.
+    /// Whether a line that is no row names the columns again, as after a restart of a logger; the
+    /// columns of the next rows are then in its order. A line that names other columns ends the
+    /// table.
     #[cold]
     fn is_header(&mut self, line: &CsvLine<'_>) -> bool {
         let names: Vec<String> = self.fields.cut(line.text).iter().map(shown).collect();
@@ -241,9 +241,8 @@ impl RowParser {
             Some(form) => form.after(self.last_stamp_ns, stamp_ns),
             None => stamp_ns,
         };
-        let repeats = self.last_stamp_ns.replace(stamp_ns) == Some(stamp_ns);
-        let behind_ns = self.plan.repeated_step_ns.filter(|_| repeats).unwrap_or_default();
+        self.last_stamp_ns = Some(stamp_ns);
         let first_ns = *self.first_stamp_ns.get_or_insert(stamp_ns);
-        stamp_ns.checked_sub(first_ns).and_then(|ns| ns.checked_add(behind_ns)).ok_or(RejectedRow::Stamp)
+        stamp_ns.checked_sub(first_ns).ok_or(RejectedRow::Stamp)
     }
 }

@@ -6,17 +6,17 @@ use super::{HeadRows, header::Header};
 const WORDS: [&str; 11] =
     ["sensor", "device", "imu", "id", "name", "serial", "source", "node", "mac", "topic", "frame"];
 
-/// The least fraction of the rows that a sensor has.
+/// The smallest fraction of the rows that belongs to a sensor.
 const SMALLEST_SHARE: f64 = 0.05;
 
 /// The most sensors of one table: a column with more values is a count.
 const MOST_SENSORS: usize = 16;
 
-/// The least fraction of the rows that are followed by a row of another sensor.
+/// The smallest fraction of the rows that are followed by a row of another sensor.
 const ALTERNATING: f64 = 0.05;
 
-/// The place of the column among those that are not `taken`, and the sensors in the order of their
-/// first rows; `None` where all rows are of one sensor.
+/// The place of the column among the columns that are not `taken`, and the sensors in the order of
+/// their first rows; `None` if all rows are of one sensor.
 pub(super) fn several_sensors(
     header: &Header,
     rows: &HeadRows,
@@ -68,7 +68,8 @@ mod tests {
         for header in ["t,sensor", "t,Device ID", "t,imu_id", "t,sensorId", "t,frame_id"] {
             assert_eq!(found(header, (0..100).map(|row| format!("{row},{}", ["B", "A"][row % 2]))), two, "{header}");
         }
-        // one name, a name for every row, one behind the other, a glitch, another column, the one that is read
+        // one name, a name for every row, one sensor after the other, a glitch, another column, the column
+        // that is read
         assert_eq!(found("t,sensor", (0..100).map(|row| format!("{row},A"))), None);
         assert_eq!(found("t,id", (0..100).map(|row| format!("{row},{row}"))), None);
         assert_eq!(found("t,sensor", (0..100).map(|row| format!("{row},{}", row / 50))), None);

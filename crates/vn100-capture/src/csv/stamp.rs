@@ -14,20 +14,18 @@ const DAYS_OF_THIS_CENTURY: [Range<f64>; 2] = [36_892.0..73_800.0, 730_852.0..76
 const SHORTEST_STEP_S: f64 = 0.9e-3;
 const LONGEST_STEP_S: f64 = 1.1;
 
-/// The most rows of one read: those of the 16 ms for which an adapter delays bytes, at 1000 Hz.
+/// The most rows of one read: an adapter delays bytes by up to 16 ms, at 1000 Hz.
 const MOST_ROWS_TOGETHER: usize = 16;
 
-/// The unit a stamp is written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct StampUnit {
     /// Its name in a column map.
     pub(super) name: &'static str,
-    /// Its length.
     nanoseconds: i64,
 }
 
 impl StampUnit {
-    /// Those that the size of a stamp, or the step from row to row, may show.
+    /// The units that the size of a stamp, or the step from row to row, may show.
     pub(super) const USUAL: [Self; 4] = [
         Self { name: "s", nanoseconds: 1_000_000_000 },
         Self { name: "ms", nanoseconds: 1_000_000 },
@@ -38,7 +36,7 @@ impl StampUnit {
     pub(super) const NANOSECONDS: Self = Self::USUAL[3];
     /// The ticks of a sensor of Xsens.
     pub(super) const TICKS: Self = Self { name: "100us", nanoseconds: 100_000 };
-    /// As spreadsheets and MATLAB count them.
+    /// Days, as spreadsheets and MATLAB count them.
     const DAYS: Self = Self { name: "d", nanoseconds: 86_400_000_000_000 };
 
     pub(super) fn all() -> impl Iterator<Item = Self> {
@@ -69,13 +67,12 @@ const UNIT_WORDS: [(&str, &[&str]); 4] = [
     ("ns", &["ns", "nsec", "nsecs", "nanos", "nanosec", "nanosecs", "nanoseconds"]),
 ];
 
-/// The unit of time that the word, in lower case, is.
+/// The unit of time of a word in lower case.
 pub(super) fn time_unit(word: &str) -> Option<StampUnit> {
     let (name, _) = UNIT_WORDS.iter().find(|(_, words)| words.contains(&word))?;
     StampUnit::USUAL.into_iter().find(|unit| unit.name == *name)
 }
 
-/// The form of a stamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum StampForm {
     /// A number in this unit.
@@ -101,7 +98,7 @@ impl StampForm {
         Self::all().find(|form| form.name() == name)
     }
 
-    /// `stamp` in nanoseconds; for a date since 1970.
+    /// `stamp` in nanoseconds; for a date, since 1970.
     pub(super) fn nanoseconds(self, stamp: &[u8]) -> Option<i64> {
         match self {
             Self::Unit(unit) => match Number::parse(stamp) {
@@ -126,7 +123,7 @@ pub(super) fn device_ns(cell: &[u8]) -> Option<u64> {
     StampUnit::NANOSECONDS.nanoseconds(&Number::parse(cell)?)?.try_into().ok()
 }
 
-/// What the stamps of the first rows show.
+/// The properties of the stamps of the first rows.
 #[derive(Debug, Default)]
 pub(super) struct StampScan {
     stamps: Vec<f64>,
@@ -134,12 +131,12 @@ pub(super) struct StampScan {
     decimals: bool,
 }
 
-/// Why the unit cannot be inferred from the stamps.
+/// The reason why the unit cannot be inferred from the stamps.
 #[derive(Debug, PartialEq)]
 pub(super) struct UnsureUnit {
     /// The median step from row to row.
     pub(super) step: f64,
-    /// The units in which that step is that of an inertial sensor.
+    /// The units in which that step fits an inertial sensor.
     pub(super) units: Vec<&'static str>,
 }
 
@@ -153,10 +150,10 @@ impl StampScan {
         self.stamps.is_empty()
     }
 
-    /// The unit in which the stamps are times of the years 2001 to 2102, in seconds or a part of them,
-    /// or in days if seconds would step by less than 0.02 ms; else seconds, if there are
-    /// decimals; else the unit in which the step from row to row is 1 ms to 1 s. A unit in which
-    /// the step is longer is excluded.
+    /// The unit in which the stamps are times of the years 2001 to 2102: seconds or a decimal part of
+    /// them, or days if the step in seconds would be less than 0.02 ms. Otherwise seconds, if there
+    /// are decimals; otherwise the unit in which the step from row to row is 1 ms to 1 s. A unit with
+    /// a longer step is excluded.
     pub(super) fn unit(&self) -> Result<StampUnit, UnsureUnit> {
         let step = self.step();
         let is_short = |unit: &StampUnit| step.is_none_or(|step| step * unit.seconds() <= LONGEST_STEP_S);
@@ -180,12 +177,12 @@ impl StampScan {
         }
     }
 
-    /// Whether the step from row to row would be one of an inertial sensor in this unit.
+    /// Whether the step from row to row fits an inertial sensor in this unit.
     pub(super) fn may_be(&self, unit: StampUnit) -> bool {
         self.step().is_none_or(|step| (SHORTEST_STEP_S / 10.0..=LONGEST_STEP_S).contains(&(step * unit.seconds())))
     }
 
-    /// The median step from row to row; none for a single row.
+    /// The median step from row to row; `None` for a single row.
     fn step(&self) -> Option<f64> {
         // rows of one read have uneven steps, which average out over several rows
         let lag = (self.stamps.len() / 2).clamp(1, MOST_ROWS_TOGETHER);
@@ -247,7 +244,7 @@ mod tests {
             (nanoseconds, &[5_000_000, 25_000_000, 1_000_000_000]),
         ] {
             for &step in steps {
-                // from boot on, after half an hour, and after a month: sizes of an epoch in a larger unit are among them
+                // since boot, half an hour and a month ago: these include sizes of an epoch in a larger unit
                 for start_s in [0, 1, 1800, 2_600_000] {
                     let start = (f64::from(start_s) / unit.seconds()).round() as i64;
                     let stamps = (0..100).map(|row| start + step * row);

@@ -1,4 +1,4 @@
-//! Which columns hold the stamps of the rows, and in which form: by the names of the columns and by
+//! The search for the columns of the stamps and their form, by the names of the columns and by
 //! their content.
 
 use super::{
@@ -12,25 +12,18 @@ use super::{
     time_name::TimeName,
 };
 
-/// The columns of times in a table that this program wrote; the first one only where the source
+/// The columns of times in a table that this program wrote; the first one exists only if the source
 /// had arrival times.
 const WRITTEN_ARRIVAL: &str = "time [ns]";
 const WRITTEN_DEVICE_TIME: &str = "device time [ns]";
 
-/// In fewer rows, stamps of whole seconds may have only two values.
+/// With fewer rows, stamps of whole seconds may have only two values.
 const FEWEST_ROWS_OF_COARSE: usize = 500;
-
-/// The largest fraction of the rows that may repeat the stamp of the row before, as those of a
-/// logger with stamps of its own do.
-const REPEATED_SHARE: f64 = 0.2;
 
 /// The columns that hold the stamps of the rows, in the order in which they are added.
 #[derive(Debug, Clone)]
 pub(super) struct StampColumns {
     pub(super) columns: Vec<(usize, ColumnUse)>,
-    /// The time from a row to the next one with the same stamp; `None` if it is usual that rows share
-    /// a stamp.
-    pub(super) repeated_step_ns: Option<i64>,
 }
 
 /// The names of the columns, and the content of the first rows.
@@ -43,7 +36,7 @@ pub(super) struct StampSearch<'a> {
 }
 
 impl StampSearch<'_> {
-    /// The columns that the user named; `None` where the map names none.
+    /// The columns that the user named; `None` if the map names none.
     pub(super) fn mapped(&self, map: &ColumnMap) -> Result<Option<StampColumns>, CsvError> {
         let mapped = |(column, form): &(_, _)| Ok((self.header.mapped_place(STAMP, column)?, *form));
         let columns = map.stamp.iter().map(mapped).collect::<Result<Vec<(usize, StampForm)>, CsvError>>()?;
@@ -55,24 +48,24 @@ impl StampSearch<'_> {
             return Err(CsvError::CoarseStamps { column: self.header.names[place].clone(), rows: self.rows.len() });
         }
         let columns = columns.into_iter().map(|(place, form)| (place, ColumnUse::Stamp(form)));
-        Ok(Some(self.completed(columns.collect())))
+        Ok(Some(StampColumns { columns: columns.collect() }))
     }
 
-    /// The columns by their names, else by their content.
+    /// The columns found by their names, else by their content.
     ///
     /// # Errors
-    /// [`CsvError`] where a column that can only hold stamps is not understood.
+    /// [`CsvError`] if a column that can only hold stamps is not understood.
     pub(super) fn found(&self) -> Result<Option<StampColumns>, CsvError> {
         if let Some(columns) = self.device_time().or_else(|| self.header_stamp()) {
             return Ok(Some(columns));
         }
         match self.free().find(|&place| self.name(place).is_stamp() && !self.is_coarse(place)) {
-            Some(place) => self.form(place).map(|form| Some(self.completed(vec![(place, ColumnUse::Stamp(form))]))),
+            Some(place) => self.form(place).map(|form| Some(StampColumns::of(place, form))),
             None => Ok(self.likely()),
         }
     }
 
-    /// As [`found`](Self::found), where any column may have another content: only columns that
+    /// Like [`found`](Self::found), but any column may have another content: only columns that
     /// ascend from row to row.
     pub(super) fn likely(&self) -> Option<StampColumns> {
         if let Some(columns) = self.device_time().or_else(|| self.header_stamp()) {
@@ -87,27 +80,27 @@ impl StampSearch<'_> {
         let single = |(place, form)| vec![(place, ColumnUse::Stamp(form))];
         let by_content = || self.free().find_map(|place| Some((place, StampForm::Date(self.date(place).ok()??))));
         let columns = exactly.map(single).or_else(|| self.pair()).or_else(|| by_name().map(single));
-        columns.or_else(|| by_content().map(single)).map(|columns| self.completed(columns))
+        columns.or_else(|| by_content().map(single)).map(|columns| StampColumns { columns })
     }
 
-    /// The time at which the sensor measured each row, which is preferred to any arrival time.
+    /// The time at which the sensor measured each row, preferred to any arrival time.
     fn device_time(&self) -> Option<StampColumns> {
         if let Some(columns) = self.written_device_time() {
-            return Some(StampColumns { columns, repeated_step_ns: None });
+            return Some(StampColumns { columns });
         }
         let is_device_time = |place: &usize| self.name(*place).is_device_time() && self.ascends(*place);
         let place = self.free().find(is_device_time)?;
-        Some(self.completed(vec![(place, ColumnUse::Stamp(self.form(place).ok()?))]))
+        Some(StampColumns::of(place, self.form(place).ok()?))
     }
 
-    /// The time in the header of a message, which is preferred to that of its recording.
+    /// The time in the header of a message, preferred to the time of its recording.
     fn header_stamp(&self) -> Option<StampColumns> {
         let is_of_header = |place: &usize| self.name(*place).is_of_header();
         let single =
             self.free().find(|place| is_of_header(place) && self.name(*place).unit.is_none() && self.ascends(*place));
         let single = single.and_then(|place| Some(vec![(place, ColumnUse::Stamp(self.form(place).ok()?))]));
         let pair = || self.pair().filter(|columns| columns.iter().all(|(place, _)| is_of_header(place)));
-        Some(self.completed(single.or_else(pair)?))
+        Some(StampColumns { columns: single.or_else(pair)? })
     }
 
     /// The columns of times in a table of samples that this program wrote.
@@ -120,7 +113,7 @@ impl StampSearch<'_> {
         Some(arrival.into_iter().chain([(place, ColumnUse::DeviceTime)]).collect())
     }
 
-    /// Whether a column counts nanoseconds up from row to row, and starts again after a restart.
+    /// Whether a column counts nanoseconds up from row to row, and starts from zero after a restart.
     fn counts_up(&self, place: usize) -> bool {
         let times: Option<Vec<u64>> = self.cells(place).map(device_ns).collect();
         let Some(times) = times else { return false };
@@ -128,15 +121,15 @@ impl StampSearch<'_> {
         2 * forward >= times.len()
     }
 
-    /// The first column that can hold nothing but times, whatever its name.
+    /// The first column of any name that can only hold times.
     pub(super) fn unnamed(&self) -> Option<StampColumns> {
         let (place, form) =
             self.free().find_map(|place| Some((place, self.form(place).ok().filter(|_| self.ascends(place))?)))?;
-        Some(self.completed(vec![(place, ColumnUse::Stamp(form))]))
+        Some(StampColumns::of(place, form))
     }
 
-    /// Seconds in one column, and the nanoseconds to be added in another, whose name differs in the
-    /// unit only.
+    /// Seconds in one column, and the nanoseconds to be added in another, whose name differs only
+    /// in the unit.
     fn pair(&self) -> Option<Vec<(usize, ColumnUse)>> {
         let [seconds_unit, rest @ ..] = StampUnit::USUAL;
         let all_numbers = |place: usize| self.cells(place).all(|cell| Number::parse(cell).is_some());
@@ -145,7 +138,7 @@ impl StampSearch<'_> {
         };
         in_unit(seconds_unit).find_map(|seconds| {
             let base = self.name(seconds).words;
-            // whole seconds, or the other column is a time of its own
+            // the seconds are whole, or the other column is a time of its own
             let is_whole = self.cells(seconds).filter_map(Number::parse).all(|number| number.decimals() == 0);
             rest.into_iter().filter(|_| is_whole).find_map(|unit| {
                 let part = in_unit(unit).find(|&place| self.name(place).words == base)?;
@@ -182,7 +175,7 @@ impl StampSearch<'_> {
         Ok(StampForm::Unit(unit))
     }
 
-    /// Dates, or times of day; `None` where no cell is one of these.
+    /// Dates, or times of day; `None` if no cell is one of these.
     fn date(&self, place: usize) -> Result<Option<DateForm>, CsvError> {
         let fits = |form: &DateForm| {
             let mut cells = self.cells(place).filter(|cell| !cell.is_empty()).peekable();
@@ -199,8 +192,8 @@ impl StampSearch<'_> {
         }
     }
 
-    /// Whether so many rows share each stamp that no rate can be found, as with an epoch in a float
-    /// of 32 bits.
+    /// Whether too many rows share each stamp for finding a rate, such as an epoch in a float of 32
+    /// bits.
     fn is_coarse(&self, place: usize) -> bool {
         let stamps: Vec<&[u8]> = self.cells(place).collect();
         let changes = stamps.windows(2).filter(|pair| pair[0] != pair[1]).count();
@@ -220,17 +213,6 @@ impl StampSearch<'_> {
         CsvError::Stamps { column: self.header.names[place].clone(), text: shown(first) }
     }
 
-    fn completed(&self, columns: Vec<(usize, ColumnUse)>) -> StampColumns {
-        let stamps: Vec<i64> = self.rows.iter().filter_map(|row| stamp_ns(&columns, row)).collect();
-        let mut steps: Vec<i64> = stamps.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
-        let repeated = steps.iter().filter(|&&step| step == 0).count();
-        let are_few = (repeated as f64) < REPEATED_SHARE * steps.len() as f64;
-        steps.retain(|&step| step > 0);
-        steps.sort_unstable();
-        let repeated_step_ns = steps.get(steps.len() / 2).copied().filter(|_| are_few);
-        StampColumns { columns, repeated_step_ns }
-    }
-
     fn free(&self) -> impl Iterator<Item = usize> {
         (0..self.header.names.len()).filter(|place| !self.taken.contains(place))
     }
@@ -245,6 +227,10 @@ impl StampSearch<'_> {
 }
 
 impl StampColumns {
+    fn of(place: usize, form: StampForm) -> Self {
+        Self { columns: vec![(place, ColumnUse::Stamp(form))] }
+    }
+
     /// The form of dates and times of day.
     pub(super) fn date(&self) -> Option<DateForm> {
         self.columns.iter().find_map(|&(_, column)| match column {
@@ -253,9 +239,9 @@ impl StampColumns {
         })
     }
 
-    /// As a column map names them.
+    /// The columns as written in a column map.
     pub(super) fn named(&self, header: &Header) -> String {
-        // a device time is preferred to the arrival times beside it
+        // a device time is preferred to the arrival times in the same table
         let device_time = self.columns.iter().find(|(_, column)| *column == ColumnUse::DeviceTime);
         let columns = device_time.map_or(&self.columns[..], std::slice::from_ref);
         let column = |&(place, column): &(usize, ColumnUse)| {
@@ -268,13 +254,4 @@ impl StampColumns {
         };
         columns.iter().map(column).collect::<Vec<_>>().join("+")
     }
-}
-
-/// The stamp of a row cut into fields.
-fn stamp_ns(columns: &[(usize, ColumnUse)], row: &[Vec<u8>]) -> Option<i64> {
-    columns.iter().try_fold(0_i64, |sum, &(place, column)| {
-        let cell = row.get(place)?;
-        let part_ns = if let ColumnUse::Stamp(form) = column { form.nanoseconds(cell)? } else { 0 };
-        sum.checked_add(part_ns)
-    })
 }

@@ -11,10 +11,10 @@ use super::{
     stamp::{StampForm, StampScan},
 };
 
-/// Sentences with a stamp that show its form.
+/// Sentences with a stamp that are examined for its form.
 const EXAMINED: usize = 200;
 
-/// In fewer lines any text may stand before a sentence.
+/// With fewer lines, any text may stand before a sentence.
 const FEWEST: usize = 3;
 
 /// The stamp and the sentence of a line; `None` without a sentence.
@@ -58,12 +58,11 @@ pub(super) fn stamped_sentences(lines: &[&[u8]], line_end: u8, said: Said<'_>) -
         last_field: None,
         times: Some(format!("1:{}", form.name())),
         date: if let StampForm::Date(form) = form { Some(form) } else { None },
-        repeated_step_ns: None,
         lines_above: 0,
     }))
 }
 
-/// Numbers that ascend, in a unit that is sure.
+/// The form of numbers that ascend, if their unit is certain.
 fn of_numbers(stamps: &[&[u8]]) -> Option<StampForm> {
     let numbers: Vec<Number> = stamps.iter().map(|stamp| Number::parse(stamp)).collect::<Option<_>>()?;
     let mut scan = StampScan::default();

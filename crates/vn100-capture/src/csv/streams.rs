@@ -6,8 +6,8 @@ use vn100_protocol::Channel;
 
 use super::{CsvPlan, Kind, lines::Lines, name::quantity_word, resolution::HEAD_ROWS, row_parser::RowParser};
 
-/// The least fraction of the rows with either of two channels that have both, for channels of one
-/// rate.
+/// The smallest fraction of the rows with either of two channels that have both, for channels of
+/// one rate.
 const SAME_RATE: f64 = 0.75;
 
 /// A channel in less than this fraction of the rows of another one has a rate of its own.
@@ -17,15 +17,15 @@ const LOSSY: f64 = 0.25;
 /// its rate.
 const SHARED: f64 = 0.9;
 
-/// A channel with fewer values makes no stream of its own.
+/// A channel with fewer values forms no stream of its own.
 const FEWEST_VALUES: u64 = 10;
 
 /// The quantities that are named first.
 const FIRST: [&str; 3] = ["gyro", "accel", "mag"];
 
-/// The names of the streams of a table; none where all columns are one stream. A table is one
-/// stream where its first thousand rows lack no value, where it has no times, so that no rate is
-/// known, and where it has the fields of a message of the sensor.
+/// The names of the streams of a table; none if all columns are one stream. A table is one stream
+/// if its first thousand rows lack no value, if it has no times and so no known rate, or if it has
+/// the fields of a message of the sensor.
 pub(crate) fn streams(plan: CsvPlan, reader: impl Read) -> Vec<String> {
     let channels = match &plan.kind {
         Kind::Values(layout) if layout.message == "CSV" && plan.times.is_some() => layout.channels.clone(),
@@ -58,8 +58,8 @@ pub(crate) fn streams(plan: CsvPlan, reader: impl Read) -> Vec<String> {
     names
 }
 
-/// The quantities of these channels, the angular rate first; the channels one by one where some of
-/// a quantity are not among them.
+/// The quantities of these channels, the angular rate first; individual channels if a quantity is
+/// incomplete.
 fn name(group: &[usize], channels: &[Channel]) -> String {
     let mut group: Vec<_> = group.iter().map(|&slot| &*channels[slot].name).collect();
     group.sort_by_key(|name| rank(name));
@@ -78,15 +78,15 @@ pub(super) fn rank(name: &str) -> usize {
     FIRST.iter().position(|first| name.starts_with(first)).unwrap_or(FIRST.len())
 }
 
-/// In which rows the channels have a value, for every pair of channels.
+/// The rows in which the channels have a value, for every pair of channels.
 struct Presence {
     rows: usize,
     /// The row with a value of each channel, and the last such row before it.
     present: Vec<bool>,
     last: Vec<Vec<bool>>,
-    /// Rows with both of two channels.
+    /// Rows with both channels.
     both: Vec<Vec<u64>>,
-    /// How many of these follow such a row, among the rows with the first of the two.
+    /// Number of these rows that follow such a row, among the rows with the first channel.
     runs: Vec<Vec<u64>>,
 }
 
@@ -133,7 +133,8 @@ impl Presence {
         if values >= SAME_RATE * (all + values - shared) {
             return true;
         }
-        // lost at random, a value follows another as often as one is there; at an even rate as seldom as can be
+        // if values are lost at random, a value follows another as often as a value exists; at an even rate, as
+        // rarely as possible
         let share = values / all;
         let at_random = share;
         let evenly = (2.0 - share.recip()).max(0.0);

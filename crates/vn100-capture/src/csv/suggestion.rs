@@ -10,12 +10,12 @@ use super::{
     stamp_search::StampColumns,
 };
 
-/// Standard gravity in each unit of an acceleration, and how near to it the mean of a sensor at
-/// rest lies.
+/// Standard gravity in each unit of an acceleration, and the tolerance for the mean of a sensor at
+/// rest.
 const GRAVITY: [(&str, f64); 3] = [("m/s^2", 9.80665), ("g", 1.0), ("mg", 1000.0)];
 const NEAR_GRAVITY: f64 = 0.1;
 
-/// A gyroscope at rest measures less, in rad/s.
+/// The largest rate of a gyroscope at rest, in rad/s.
 const REST_RAD_S: f64 = 0.15;
 
 /// Three columns of a sensor.
@@ -25,24 +25,43 @@ struct Triple {
     stated: Option<&'static str>,
 }
 
-/// The columns of accelerations whose mean is gravity in one unit, with the rates beside them whose
-/// unit is stated or follows: rad/s beside m/s², deg/s beside g if they would be too large in rad/s.
-/// `None` if either is not sure.
+/// The columns of accelerations whose mean is gravity in one unit, and those of rates whose unit is
+/// stated or follows: rad/s beside m/s², deg/s beside g if they would be too large in rad/s.
+/// `None` if the unit of either is not sure.
 pub(super) fn suggestion(header: &Header, stamps: Option<&StampColumns>, rows: &HeadRows) -> Option<String> {
-    let accel = triple(header, "accel", rows)?;
-    let (accel_unit, _) = GRAVITY.into_iter().find(|(unit, gravity)| {
-        (mean_length(rows, accel.places) / gravity - 1.0).abs() < NEAR_GRAVITY
-            && accel.stated.is_none_or(|stated| stated == *unit)
-    })?;
-    let gyro = triple(header, "gyro", rows)?;
-    let rate = mean_length(rows, gyro.places);
-    let gyro_unit = match (gyro.stated, accel_unit) {
-        (Some(unit), _) => unit,
-        (None, "m/s^2") if rate < REST_RAD_S => "rad/s",
-        (None, "g" | "mg") if (REST_RAD_S..REST_RAD_S.to_degrees()).contains(&rate) => "deg/s",
-        _ => return None,
+    let accel_unit = |accel: &Triple| {
+        let mean = mean_length(rows, accel.places);
+        let is_gravity = |(_, gravity): &(&str, f64)| (mean / gravity - 1.0).abs() < NEAR_GRAVITY;
+        let (unit, _) = GRAVITY.into_iter().find(is_gravity)?;
+        accel.stated.is_none_or(|stated| stated == unit).then_some(unit)
     };
-    let parts = [(accel, accel_unit), (gyro, gyro_unit)].into_iter().flat_map(|(triple, unit)| {
+    let accel = match triple(header, "accel", rows) {
+        Some(accel) => Some((accel_unit(&accel)?, accel)),
+        None => None,
+    };
+    let gyro_unit = |gyro: &Triple| {
+        let rate = mean_length(rows, gyro.places);
+        match (gyro.stated, accel.as_ref().map(|(unit, _)| *unit)) {
+            (Some(unit), _) => Some(unit),
+            (None, Some("m/s^2")) if rate < REST_RAD_S => Some("rad/s"),
+            (None, Some("g" | "mg")) if (REST_RAD_S..REST_RAD_S.to_degrees()).contains(&rate) => Some("deg/s"),
+            _ => None,
+        }
+    };
+    let gyro = match triple(header, "gyro", rows) {
+        Some(gyro) => Some((gyro_unit(&gyro)?, gyro)),
+        None => None,
+    };
+    // of one sensor alone the names must say the unit
+    let is_sure = match (&accel, &gyro) {
+        (Some(_), Some(_)) => true,
+        (Some((_, alone)), None) | (None, Some((_, alone))) => alone.stated.is_some(),
+        (None, None) => false,
+    };
+    if !is_sure {
+        return None;
+    }
+    let parts = accel.into_iter().chain(gyro).flat_map(|(unit, triple)| {
         let part = |(channel, place)| format!("{}={}:{unit}", known(channel).name, header.argument(place));
         triple.channels.into_iter().zip(triple.places).map(part).collect::<Vec<_>>()
     });
@@ -50,7 +69,7 @@ pub(super) fn suggestion(header: &Header, stamps: Option<&StampColumns>, rows: &
     Some(parts.chain(times).collect::<Vec<_>>().join(","))
 }
 
-/// The only three columns whose names may be those of a sensor.
+/// The only three columns whose names fit the sensor.
 fn triple(header: &Header, sensor: &str, rows: &HeadRows) -> Option<Triple> {
     let named = (0..header.names.len()).filter_map(|place| Some((place, Meaning::of(&header.described(place), None)?)));
     let is_of = |(place, meaning): &(usize, Meaning)| {

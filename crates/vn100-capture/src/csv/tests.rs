@@ -18,30 +18,30 @@ mod values;
 
 /// A line of the sensor's manual.
 const SENTENCE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63";
-/// Its fields.
+/// The fields of this line.
 const VALUES: &str =
     "-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391";
-/// What they are.
+/// The counts of these fields.
 const COUNTS: [i32; 12] = [-85_469, 74_972, 63_752, -5_551, 4_403, 9_048, 8_971, -2_145, -1_093, 40, -301, -391];
-/// The names of its columns, with a stamp in front.
+/// The names of these fields, after a stamp.
 const HEADER: &str = "t,yaw,pitch,roll,mag_x,mag_y,mag_z,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z";
 
-/// All of a file.
+/// The complete content of a file.
 #[derive(Debug, Default, PartialEq)]
 struct Whole {
     counts: Vec<i32>,
     sentences: Vec<Vec<u8>>,
     stamps_ns: Vec<i64>,
     device_ns: Vec<u64>,
-    /// With the number of good rows before each.
+    /// The rejected rows, each with the number of good rows before it.
     rejected: Vec<(usize, RejectedRow)>,
     report: CsvReport,
-    /// Of rows, of rejected rows, of what is no row.
+    /// Bytes of rows, of rejected rows, and of lines that are no rows.
     bytes: [u64; 3],
 }
 
 impl Whole {
-    /// The rejected rows of all reasons.
+    /// The rejected rows for all reasons.
     fn rejected_rows(&self) -> u64 {
         self.report.rejected.iter().map(|rows| rows.count).sum()
     }

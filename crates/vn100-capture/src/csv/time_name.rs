@@ -5,7 +5,7 @@ use super::{
     words::words,
 };
 
-/// Names that are always those of times.
+/// Names that always mean times.
 const STAMPS: [&str; 6] = ["t", "time", "timestamp", "bag_t", "rosbagtimestamp", "%time"];
 
 /// Endings of the last word in other names of times.
@@ -35,7 +35,7 @@ impl TimeName {
         Self { whole, words, unit }
     }
 
-    /// Whether it is the time at which the sensor measured.
+    /// Whether the name means the time at which the sensor measured.
     pub(super) fn is_device_time(&self) -> bool {
         DEVICE_TIMES.iter().any(|known| self.words == *known)
     }
@@ -46,8 +46,8 @@ impl TimeName {
         self.unit.or_else(|| (are_ticks && self.is_device_time()).then_some(StampUnit::TICKS))
     }
 
-    /// Whether it is the time in the header of a message, which is that of the measurement, and not
-    /// the time of its recording.
+    /// Whether the name means the time in the header of a message, which is the time of the
+    /// measurement and not of its recording.
     pub(super) fn is_of_header(&self) -> bool {
         self.words.iter().any(|word| word == "header") && self.words.iter().any(|word| word == "stamp")
     }
@@ -56,8 +56,7 @@ impl TimeName {
         STAMPS.contains(&self.whole.as_str()) || STAMPS.contains(&self.words.join("_").as_str())
     }
 
-    /// Whether the name may be that of a time: its last word is one for times, or it is nothing but
-    /// a unit.
+    /// Whether the name may mean a time: its last word means times, or it is only a unit.
     pub(super) fn is_time(&self) -> bool {
         match self.words.last() {
             Some(word) => {

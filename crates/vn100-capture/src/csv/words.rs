@@ -1,6 +1,6 @@
 //! The words of a name.
 
-/// The words of a name in lower case, also those that capitals part: `UncompGyroX`, `GYR_Z`.
+/// The words of a name in lower case, also words separated by capitals: `UncompGyroX`, `GYR_Z`.
 pub(super) fn words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let characters: Vec<char> = name.chars().collect();

@@ -1,5 +1,5 @@
-//! Recordings in several files: parts with the identity of the recording and their number, which
-//! joined give what one file would.
+//! Recordings in several files: parts with the identity of the recording and their number. The
+//! joined parts equal one undivided file.
 
 use std::{
     collections::BTreeMap,
@@ -12,7 +12,7 @@ use std::{
 
 use mcap::records::Metadata;
 
-/// When a recording continues in the next part.
+/// The condition under which a recording continues in the next part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rotation {
     /// Once a part holds this many bytes of the stream.
@@ -21,7 +21,7 @@ pub enum Rotation {
     Time(Duration),
 }
 
-/// Which part of which recording a file is.
+/// The recording and the part that a file is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecordingPart {
     /// The identity of the recording, the same in all of its parts.
@@ -34,13 +34,13 @@ pub struct RecordingPart {
 
 pub(super) const PART_METADATA: &str = "vn100.part";
 
-/// Why a part ended that another one follows.
+/// The end reason of a part that is followed by another.
 pub(super) const CONTINUED: &str = "continued in the next part";
 
 impl RecordingPart {
     /// An identity that no other recording has.
     pub(super) fn new_id() -> String {
-        // seeded by the system, and differently each time
+        // seeded by the system, different each time
         let draw = || RandomState::new().hash_one(std::process::id());
         format!("{:016x}{:016x}", draw(), draw())
     }
@@ -56,9 +56,9 @@ impl RecordingPart {
     }
 }
 
-/// Files that belong together: the parts of each recording by their numbers, and any other file
-/// alone. A recording has the place of the first of its files. A part that is named twice is a
-/// recording of its own.
+/// Groups files: the parts of each recording by their numbers, and each other file alone. A
+/// recording has the place of the first of its files. A part that is named twice is a recording of
+/// its own.
 #[must_use]
 pub fn joined_parts(files: impl IntoIterator<Item = (PathBuf, Option<RecordingPart>)>) -> Vec<BTreeMap<u32, PathBuf>> {
     let mut groups: Vec<BTreeMap<u32, PathBuf>> = Vec::new();
@@ -78,8 +78,8 @@ pub fn joined_parts(files: impl IntoIterator<Item = (PathBuf, Option<RecordingPa
     groups
 }
 
-/// What is missing of parts with these numbers, in rising order; `None` of one alone, and where
-/// they follow each other from the first on.
+/// The missing parts among these ascending numbers, in words; `None` for a single part, and if the
+/// numbers are complete from 1 on.
 #[must_use]
 pub fn missing_parts(numbers: &[u32]) -> Option<String> {
     let [first, _, ..] = numbers else { return None };
@@ -122,12 +122,11 @@ pub fn recording_path(part: &Path) -> PathBuf {
     }
 }
 
-/// The folder that a file is in.
 pub(super) fn folder_of(file: &Path) -> &Path {
     file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// The parts of a recording that are there, by their numbers.
+/// The existing parts of a recording, by their numbers.
 pub(super) fn existing_parts(recording: &Path) -> io::Result<BTreeMap<u32, PathBuf>> {
     let mut parts = BTreeMap::new();
     for entry in fs::read_dir(folder_of(recording))? {
@@ -162,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_a_recording_are_joined_in_their_order_wherever_they_stand() {
+    fn parts_of_a_recording_are_joined_in_order_from_any_place() {
         let part = |id: &str, number| Some(RecordingPart { id: id.into(), number, resumed: false });
         let files = [
             ("b2", part("b", 2)),

@@ -1,4 +1,4 @@
-//! Reads a recording, up to its end or to where it was cut.
+//! Reads a recording, up to its end or to the place where it was cut.
 
 use std::{
     borrow::Cow,
@@ -24,46 +24,46 @@ use crate::{
 };
 use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 
-/// How much of a file is searched for a topic of recordings: a tool that merges files may put much
-/// before it.
+/// Bytes of a file that are searched for a topic of recordings: a tool that merges files may put
+/// much before it.
 const SEARCHED_BYTES: usize = 64 * 1024 * 1024;
 
 /// The metadata of a recording.
 #[derive(Debug, Clone, Default)]
 pub struct Recorded {
-    /// Time of the first input in nanoseconds since 1970-01-01 UTC; `None` where the recording has
-    /// no input.
+    /// Time of the first input in nanoseconds since 1970-01-01 UTC; `None` if the recording has no
+    /// input.
     pub started_ns: Option<i64>,
-    /// The program that wrote the recording, such as `vn100 1.0.0`; `None` where the file does not
+    /// The program that wrote the recording, such as `vn100 1.0.0`; `None` if the file does not
     /// name it.
     pub program: Option<String>,
     /// The metadata that the caller of the recorder gave.
     pub metadata: BTreeMap<String, String>,
-    /// Whether the recording was resumed: what `metadata` says of its length is then that of the
-    /// first part alone.
+    /// Whether the recording was resumed: the length in `metadata` is then that of the first part
+    /// alone.
     pub resumed: bool,
-    /// Which part of a recording the file is; `None` for an undivided recording, and for parts that
-    /// are joined.
+    /// The part of a recording that the file is; `None` for an undivided recording and for joined
+    /// parts.
     pub part: Option<RecordingPart>,
-    /// How the recording ended; set once it is read to its end.
+    /// The end of the recording; set when it is read to its end.
     pub end: Arc<OnceLock<RecordingEnd>>,
 }
 
-/// How a recording ended.
+/// The end of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecordingEnd {
-    /// Time of the last input in nanoseconds since 1970-01-01 UTC; `None` where the recording has
-    /// no input.
+    /// Time of the last input in nanoseconds since 1970-01-01 UTC; `None` if the recording has no
+    /// input.
     pub ended_ns: Option<i64>,
-    /// Whether the file was finished; a loss of power, for example, leaves a cut one.
+    /// Whether the file was finished; a loss of power, for example, leaves a cut file.
     pub complete: bool,
-    /// Why the recording ended, in words; `None` where the file does not say.
+    /// The reason of the end, in words; `None` if the file does not contain it.
     pub reason: Option<String>,
 }
 
 impl RecordingEnd {
-    /// The event with which a resumed recording continues; `None` where nothing came before, so
-    /// that nothing was interrupted.
+    /// The event with which a resumed recording continues; `None` if the recording has no earlier
+    /// input, because nothing was interrupted.
     pub(super) fn interruption(&self) -> Option<LinkEvent> {
         let cause = match &self.reason {
             Some(reason) => format!("recording ended ({reason}) and resumed"),
@@ -73,7 +73,7 @@ impl RecordingEnd {
     }
 }
 
-/// Why a file is no recording.
+/// The reason why a file is no recording.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
     /// The file could not be read.
@@ -91,27 +91,27 @@ pub enum RecordingError {
     /// Another program has added these topics to the recording, which a copy would lose.
     #[error("it also holds what this program did not record: {}", list(.0))]
     Mixed(Vec<String>),
-    /// The times of the recording count from zero, as those of an emulated sensor do; those of a
-    /// clock cannot continue them.
+    /// The times of the recording count from zero, as for an emulated sensor; times of a clock
+    /// cannot continue them.
     #[error("its times count from zero, as in a capture by `vn100 sim`, and are no dates: record to a new file")]
     Undated,
-    /// The form of the recording is not known to this program.
+    /// This program does not know the form of the recording.
     #[error(
         "it has the form \"{0}\", and this program reads the form \"{FORMAT}\": use the program that made it, or a newer one"
     )]
     Format(String),
 }
 
-/// The content of a recording, in the order it was written.
+/// The content of a recording, in the order of writing.
 pub(super) enum Entry<'a> {
     Bytes { at_ns: Option<i64>, bytes: Cow<'a, [u8]> },
     Link(LinkEvent),
     Metadata(Metadata),
 }
 
-/// The [`StreamInput`]s of a recording, in their order.
+/// The [`StreamInput`]s of a recording, in order.
 ///
-/// Memory is bounded, whatever the length of the recording.
+/// Memory is bounded for recordings of any length.
 pub struct RecordingReader<R> {
     records: McapRecords<R>,
     contents: Contents,
@@ -129,7 +129,7 @@ impl<R: Read> RecordingReader<R> {
     /// recording without inputs.
     ///
     /// # Errors
-    /// [`RecordingError`] when the file is no recording, or cannot be read.
+    /// [`RecordingError`] if the file is no recording, or cannot be read.
     pub fn open(reader: R) -> Result<Self, RecordingError> {
         let mut new = Self {
             records: McapRecords::open(reader)?.ok_or(RecordingError::NotMcap)?,
@@ -169,7 +169,7 @@ impl<R: Read> RecordingReader<R> {
     /// describes.
     ///
     /// # Errors
-    /// When the file cannot be read, or is damaged. No input follows; those before are valid.
+    /// If the file cannot be read, or is damaged. No input follows; earlier inputs are valid.
     pub fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         let input = |entry: Entry<'_>| match entry {
             Entry::Bytes { at_ns, bytes } => {
@@ -191,7 +191,7 @@ impl<R: Read> RecordingReader<R> {
         !self.contents.carries.is_empty()
     }
 
-    /// Topics of others, as far as it was read.
+    /// The topics of other programs, as far as the file was read.
     pub(super) fn other_topics(&self) -> Vec<String> {
         self.contents.other_topics.values().cloned().collect()
     }
@@ -260,8 +260,8 @@ impl<R: Read> RecordingReader<R> {
 }
 
 impl RecordingPart {
-    /// The part that a file is; `None` where it is no part of a recording. What is not a file on
-    /// disk can be read only once, and is not read for this.
+    /// The part that a file is; `None` if it is no part of a recording. A pipe or a device can be
+    /// read only once, and is not read for this.
     #[must_use]
     pub fn of(path: &Path) -> Option<Self> {
         if !fs::metadata(path).ok()?.is_file() {
@@ -282,7 +282,7 @@ impl Entry<'_> {
     }
 }
 
-/// What a channel of a recording carries.
+/// The content of a channel of a recording.
 #[derive(Debug, Clone, Copy)]
 enum Carries {
     Bytes { stamped: bool },
@@ -290,7 +290,7 @@ enum Carries {
     Link,
 }
 
-/// What is known from the records read so far.
+/// The facts from the records read so far.
 #[derive(Debug, Default)]
 struct Contents {
     carries: BTreeMap<u16, Carries>,
@@ -298,11 +298,11 @@ struct Contents {
     /// Bytes of records before the first topic of recordings.
     searched_bytes: usize,
     last_ns: Option<i64>,
-    /// Of the end mark after the last input.
+    /// The reason in the end mark after the last input.
     reason: Option<String>,
 }
 
-/// What a record holds.
+/// The content of a record.
 enum Taken<'a> {
     Entry(Entry<'a>),
     Reads(VecDeque<(i64, Bytes)>),
@@ -377,7 +377,7 @@ impl Contents {
     }
 }
 
-/// Some names in words, whatever the file contains.
+/// Some names in words, with a bounded length for any content of the file.
 fn list(topics: &[String]) -> String {
     const NAMED: usize = 8;
     let named: Vec<String> = topics.iter().take(NAMED).map(|topic| format!("{topic:.60}")).collect();

@@ -1,25 +1,25 @@
-//! Reads that came close together, in one message: without that the header of a message would cost
-//! more than the bytes of the read.
+//! Reads that came close together share one message: the header of a message would otherwise be
+//! larger than the bytes of a read.
 //!
 //! ```text
 //! number of reads | for each: its length, nanoseconds since the one before | their bytes
 //! ```
 //!
-//! Numbers are LEB128, seven bits a byte and the lowest first; the first read came at the log time.
+//! Numbers are LEB128, seven bits per byte, the lowest first; the first read came at the log time.
 
 use std::mem;
 
-/// Longest time from the first read of a message to its last, by which the file lags behind the
+/// Longest time from the first read of a message to its last; the file is this much later than the
 /// port.
 const TOGETHER_NS: u64 = 50_000_000;
 
-/// Reads of this many bytes are written at once: the header of a message is small beside them.
+/// Reads of this many bytes are written at once: the header of a message is small compared to them.
 const TOGETHER_BYTES: usize = 4 * 1024;
 
 /// Longest form of a 64-bit number.
 const MAX_DIGITS: usize = 10;
 
-/// Reads that wait to be written together.
+/// Reads that will be written together.
 #[derive(Debug, Default)]
 pub(super) struct Reads {
     first_ns: i64,
@@ -30,13 +30,13 @@ pub(super) struct Reads {
 }
 
 impl Reads {
-    /// Whether a read at this time belongs to those that wait.
+    /// Whether a read at this time belongs to the pending reads.
     pub(super) fn takes(&self, at_ns: i64, bytes: &[u8]) -> bool {
         let is_later = at_ns >= self.last_ns && at_ns.abs_diff(self.first_ns) < TOGETHER_NS;
         self.count == 0 || is_later && self.bytes.len() + bytes.len() <= TOGETHER_BYTES
     }
 
-    /// Whether they wait no longer.
+    /// Whether the pending reads must be written now.
     pub(super) fn is_full(&self) -> bool {
         self.bytes.len() >= TOGETHER_BYTES
     }
@@ -52,7 +52,7 @@ impl Reads {
         self.count += 1;
     }
 
-    /// What waits, and its log time; `None` for nothing.
+    /// The pending reads as one message, and its log time; `None` if there are none.
     pub(super) fn take(&mut self) -> Option<(i64, ReadsMessage)> {
         let Self { first_ns, count, table, bytes, .. } = mem::take(self);
         let message = match count {
@@ -70,7 +70,6 @@ impl Reads {
     }
 }
 
-/// The data of a message.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum ReadsMessage {
     /// The bytes of a single read.
@@ -79,8 +78,8 @@ pub(super) enum ReadsMessage {
     Several(Vec<u8>),
 }
 
-/// The reads of a message of several, with the time and the place of each in `data`; `None` where
-/// it has not this form.
+/// The reads of a message of several reads, with the time and the place of each in `data`; `None`
+/// if the message does not have this form.
 pub(super) fn reads_of(log_ns: i64, data: &[u8]) -> Option<Vec<(i64, std::ops::Range<usize>)>> {
     let mut rest = data;
     let count = take_number(&mut rest)?;
@@ -150,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn reads_wait_for_a_twentieth_of_a_second_of_time_that_does_not_go_back() {
+    fn reads_wait_for_a_twentieth_of_a_second_unless_time_decreases() {
         let mut reads = Reads::default();
         assert!(reads.takes(7, b"a"));
         reads.push(7, b"a");
@@ -160,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_about_its_lengths_is_refused() {
+    fn false_lengths_are_rejected() {
         let (at_ns, data) = several(&[(10, b"abc"), (300, b"de")]);
         assert_eq!(reads_of(at_ns, &data), Some(vec![(10, 6..9), (300, 9..11)]));
         for cut in 0..data.len() {

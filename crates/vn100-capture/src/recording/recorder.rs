@@ -26,13 +26,14 @@ use super::{
     writer::{RecordingWriter, head},
 };
 
-/// Inputs that may wait for the disk: ten seconds of 800 packets. The sender drops the others.
+/// Inputs that may wait for the disk: ten seconds of 800 packets per second. The sender drops
+/// further inputs.
 const WAITING_INPUTS: usize = 8192;
 
-/// A killed program loses no more of the stream than this.
+/// The longest part of the stream that is lost if the program is killed.
 const FLUSH_EVERY_NS: u64 = 1_000_000_000;
 
-/// Why a recording cannot begin.
+/// The reason why a recording cannot begin.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The operating system reports an error.
@@ -46,7 +47,7 @@ pub enum RecordError {
     /// A file of this name exists.
     #[error("{} exists and is not replaced: choose another name, or resume it", .0.display())]
     Exists(PathBuf),
-    /// Resuming a recording replaces its file, and here a symbolic link would be replaced.
+    /// Resuming a recording replaces its file, and would here replace a symbolic link.
     #[error("{} is a symbolic link: name the recording itself to resume it", .0.display())]
     SymbolicLink(PathBuf),
     /// Another program is recording to the file.
@@ -57,7 +58,7 @@ pub enum RecordError {
     NotResumable {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         problem: RecordingError,
     },
 }
@@ -69,10 +70,10 @@ pub struct RecordingState {
     pub path: PathBuf,
     /// Bytes of the stream that this recorder has written.
     pub bytes: u64,
-    /// The free space on the disk, where the disk will soon be full; else `None`.
+    /// The free space on the disk, if the disk will soon be full; else `None`.
     pub low_space: Option<LowSpace>,
-    /// Why the recording stopped: a full disk, or a file that was removed meanwhile; `None` while
-    /// it continues. The file holds all inputs before the error, and the measurement continues.
+    /// The reason why the recording stopped: a full disk, or a file that was removed meanwhile; `None`
+    /// while it continues. The file holds all inputs before the error, and the measurement continues.
     pub error: Option<Arc<io::Error>>,
     /// Whether the recording has ended, by [`Recorder::finish`] or by an error.
     pub ended: bool,
@@ -80,8 +81,8 @@ pub struct RecordingState {
 
 /// Writes the inputs of a link to a file, on a thread of its own.
 ///
-/// The file is flushed whenever a second of the stream has passed, and with each link event. Where
-/// a recorder is dropped, its thread ends the file without a reason.
+/// The file is flushed whenever a second of the stream has passed, and with each link event. If a
+/// recorder is dropped, its thread ends the file without a reason.
 #[derive(Debug)]
 pub struct Recorder {
     inputs: mpsc::Sender<StreamInput>,
@@ -92,11 +93,11 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Starts a new file; `metadata` is what a replay is to know of the recording. No file is ever
-    /// replaced.
+    /// Starts a new file; `metadata` is the information about the recording for a replay. An
+    /// existing file is never replaced.
     ///
     /// # Errors
-    /// [`RecordError::Exists`] when a file of this name exists, [`RecordError::Io`] when the file
+    /// [`RecordError::Exists`] if a file of this name exists, [`RecordError::Io`] if the file
     /// cannot be written.
     pub fn create(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
         let path = path.as_ref();
@@ -107,18 +108,18 @@ impl Recorder {
         })?;
         NamedFile::claim(&file);
         let writer = RecordingWriter::new(NamedFile(file), metadata).map_err(|source| {
-            // an empty file would be in the way of the next recording
+            // an empty file would prevent the next recording
             let _ = fs::remove_file(path);
             failed(source)
         })?;
         Self::start(path, writer, NamedFile::sync_all, None).map_err(failed)
     }
 
-    /// [`resume`](Self::resume)s the recording of this name; [`create`](Self::create)s one where
-    /// there is none, or one that was cut before anything was recorded.
+    /// [`resume`](Self::resume)s the recording of this name; [`create`](Self::create)s one if there
+    /// is none, or if it was cut before its first input.
     ///
     /// # Errors
-    /// As [`resume`](Self::resume) and [`create`](Self::create).
+    /// As for [`resume`](Self::resume) and [`create`](Self::create).
     pub fn resume_or_create(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
         let path = path.as_ref();
         match Self::resume(path, metadata) {
@@ -133,11 +134,11 @@ impl Recorder {
     }
 
     /// Starts a recording in parts, whose files are named by [`part_path`](super::part::part_path);
-    /// where `resume` is set and one exists, continues it in its next part.
+    /// if `resume` is set and a recording exists, continues it in its next part.
     ///
     /// # Errors
-    /// [`RecordError`] when a part exists and is not to be resumed, cannot be read, or is recorded
-    /// to by another program; or when the next part cannot be written.
+    /// [`RecordError`] if a part exists that must not be resumed, cannot be read, or is in use by
+    /// another program; or if the next part cannot be written.
     pub fn in_parts(
         path: impl AsRef<Path>,
         metadata: &BTreeMap<String, String>,
@@ -153,16 +154,16 @@ impl Recorder {
         Ok(Self { known_serial, is_resumed, ..recorder })
     }
 
-    /// Resumes a recording, finished or cut: its readable part, then
+    /// Resumes a recording, finished or cut: the new file has its readable part, then
     /// [`Down`](vn100_protocol::stream::LinkEventKind::Down), then the new inputs.
     ///
-    /// The readable part is copied to a file beside the recording, which takes its place only when
-    /// it is safely on the disk. Until then the recording stays as it is, and there must be room
-    /// for both. Blocks while it copies.
+    /// The readable part is copied to another file in the same folder, which replaces the recording
+    /// once it is synced to the disk. Until then the recording is unchanged, and the disk must have
+    /// room for both. Blocks while it copies.
     ///
     /// # Errors
-    /// [`RecordError`] when the file cannot be read or is no recording, when another program
-    /// records to it, or when the copy cannot be written.
+    /// [`RecordError`] if the file cannot be read or is no recording, if another program records to
+    /// it, or if the copy cannot be written.
     pub fn resume(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
         let path = path.as_ref();
         let (writer, known_serial) = resume(path, metadata)?;
@@ -193,15 +194,15 @@ impl Recorder {
         Ok(Self { inputs: sender, state, reason, known_serial: None, is_resumed: false })
     }
 
-    /// Takes the inputs to record, as `LinkOptions::recording` does. While the channel is full the
-    /// disk does not keep up; when it is closed the recording has stopped.
+    /// The sender for inputs to record, used by `LinkOptions::recording`. A full channel means that
+    /// the disk is too slow; a closed channel means that the recording has stopped.
     #[must_use]
     pub fn inputs(&self) -> mpsc::Sender<StreamInput> {
         self.inputs.clone()
     }
 
     /// The serial number of the sensor in a resumed recording, for `LinkOptions::known_serial`;
-    /// `None` where the recording does not contain it, or is new.
+    /// `None` if the recording does not contain it, or is new.
     #[must_use]
     pub fn known_serial(&self) -> Option<&str> {
         self.known_serial.as_deref()
@@ -220,8 +221,8 @@ impl Recorder {
     }
 
     /// Ends the recording for this reason, in words, once all clones of [`Recorder::inputs`] are
-    /// dropped: writes what is pending and syncs the file to the disk. Returns the last state,
-    /// which holds the error where there was one.
+    /// dropped: writes pending inputs and syncs the file to the disk. Returns the last state, with
+    /// the error, if there was one.
     pub async fn finish(self, reason: &str) -> RecordingState {
         let Self { inputs, mut state, reason: given, .. } = self;
         given.get_or_init(|| reason.to_owned());
@@ -236,10 +237,10 @@ impl Recorder {
     }
 }
 
-/// The next part of a recording and its file, where one begins before an input.
+/// The next part of a recording and its file, if one begins before an input.
 type NextPart<W> = Box<dyn FnMut(&StreamInput) -> Option<io::Result<(PathBuf, RecordingWriter<W>)>> + Send>;
 
-/// Records until all senders are gone, and hands the finished files to the disk.
+/// Records until all senders are dropped, and syncs the finished files to the disk.
 fn record<W: Write>(
     mut writer: RecordingWriter<W>,
     mut next_part: Option<NextPart<W>>,
@@ -266,7 +267,7 @@ fn record<W: Write>(
                 low_space = disk.note(at_ns);
                 at_ns.abs_diff(*oldest_unflushed_ns.get_or_insert(at_ns)) >= FLUSH_EVERY_NS
             }
-            // how much time has passed is not known
+            // the elapsed time is not known
             StreamInput::Chunk(Chunk { bytes: more, at_ns: None }) => {
                 bytes += more.len() as u64;
                 true
@@ -284,15 +285,15 @@ fn record<W: Write>(
     sync(&out)
 }
 
-/// Writes to a file, and fails to [`flush`](Write::flush) after its last name was removed: what is
-/// written then is gone with the program.
+/// Writes to a file, and fails to [`flush`](Write::flush) after its last name was removed, because
+/// the bytes would be lost when the program ends.
 #[derive(Debug)]
 struct NamedFile(File);
 
 impl NamedFile {
-    /// Claims a file for this program while it is open; `false` where another one writes it.
+    /// Claims a file for this program while it is open; `false` if another program writes it.
     fn claim(file: &File) -> bool {
-        // a file system without locks lets everybody in
+        // a file system without locks grants every claim
         !matches!(file.try_lock(), Err(TryLockError::WouldBlock))
     }
 

@@ -1,4 +1,4 @@
-//! The samples of a recording, or of the parts of one, one behind the other.
+//! The samples of a recording, or of its parts in sequence.
 
 use std::{
     collections::VecDeque,
@@ -24,22 +24,22 @@ use crate::{
 
 type Stored = Box<dyn Read + Send>;
 
-/// The parts that follow the one that is read.
+/// The parts after the current one.
 pub(crate) struct LaterParts {
     paths: VecDeque<PathBuf>,
     stored_bytes_read: Arc<AtomicU64>,
-    /// That of all parts, set behind the last.
+    /// The end of all parts, set after the last part.
     end: Arc<OnceLock<RecordingEnd>>,
 }
 
 impl LaterParts {
-    /// The parts in these files, in their order; the bytes read of them are counted.
+    /// The parts in these files, in order; the bytes read from them are counted.
     pub(crate) fn new(paths: &[PathBuf], stored_bytes_read: &Arc<AtomicU64>) -> Self {
         let paths = paths.iter().cloned().collect();
         Self { paths, stored_bytes_read: Arc::clone(stored_bytes_read), end: Arc::default() }
     }
 
-    /// What is known of the recording of `first` and these parts: that of a whole one.
+    /// The metadata of the recording that `first` and these parts form.
     pub(crate) fn joined(&self, first: &Recorded) -> Recorded {
         let resumed = |path: &PathBuf| RecordingPart::of(path).is_some_and(|part| part.resumed);
         let resumed = first.resumed || self.paths.iter().any(resumed);
@@ -58,7 +58,7 @@ impl LaterParts {
     }
 }
 
-/// Reads a recording, with one batch for many reads: a recorded read can bring a few bytes.
+/// Reads a recording, with one batch for many reads, because a recorded read may have only a few bytes.
 pub(crate) struct RecordingSamples {
     recording: RecordingReader<Stored>,
     later: LaterParts,
@@ -67,7 +67,7 @@ pub(crate) struct RecordingSamples {
     unsent: usize,
     /// The latest connection.
     up: Option<LinkEventKind>,
-    /// When the last input came, in the parts that were read.
+    /// The time of the last input in the parts read so far.
     ended_ns: Option<i64>,
 }
 
@@ -76,12 +76,12 @@ impl RecordingSamples {
         Self { recording, later, samples: SampleReader::new(options), unsent: 0, up: None, ended_ns: None }
     }
 
-    /// Continues with the next part; `None` behind the last. Where a part is missing, or the end of
-    /// one, the link counts as lost meanwhile.
+    /// Continues with the next part; `None` after the last. If a part, or the end of one, is
+    /// missing, the link counts as lost meanwhile.
     fn next_part(&mut self) -> io::Result<Option<Vec<Event>>> {
         let end = self.recording.recorded().end.get().cloned();
         self.ended_ns = end.as_ref().and_then(|end| end.ended_ns).or(self.ended_ns);
-        // a part that was begun and cut at once has no time
+        // a part that was cut at once has no time
         let end = end.map(|end| RecordingEnd { ended_ns: self.ended_ns, ..end });
         let Some(path) = self.later.paths.pop_front() else {
             end.into_iter().for_each(|end| _ = self.later.end.set(end));
@@ -97,7 +97,7 @@ impl RecordingSamples {
         } else if is_cut && !now.resumed {
             format!("part {last_number} of the recording is cut")
         } else {
-            // a break is in the part that was begun behind it
+            // the break is in the part that was begun after it
             return Ok(Some(Vec::new()));
         };
         let Some(at_ns) = end.and_then(|end| end.ended_ns) else { return Ok(Some(Vec::new())) };

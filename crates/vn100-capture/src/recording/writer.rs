@@ -21,14 +21,13 @@ use vn100_protocol::stream::{Chunk, LinkEvent, StreamInput};
 
 const PROGRAM: &str = concat!("vn100 ", env!("CARGO_PKG_VERSION"));
 
-/// Bytes that may wait in memory between two flushes; more are written at once.
+/// Bytes that may stay in memory between two flushes; more are written at once.
 const BUFFERED_BYTES: usize = 64 * 1024;
 
 /// Writes [`StreamInput`]s as an MCAP file, to any writer.
 ///
-/// Reads within 50 ms are written together. What was flushed can be replayed, whatever happens to
-/// the file after that. After an error nothing more is written: the file is then a recording that
-/// was cut.
+/// Reads within 50 ms are written together. All flushed inputs can be replayed, even if the file is
+/// cut later. After an error nothing more is written, and the file is a recording that was cut.
 ///
 /// ```
 /// use vn100_capture::{RecordingReader, RecordingWriter};
@@ -49,15 +48,15 @@ pub struct RecordingWriter<W: Write> {
     bytes_channel: u16,
     reads_channel: u16,
     link_channel: u16,
-    /// Not written yet.
+    /// The reads that are not written yet.
     reads: Reads,
     messages: u32,
     last_ns: i64,
 }
 
 impl<W: Write> RecordingWriter<W> {
-    /// Starts a recording and flushes its head; `metadata` is what a replay is to know of the
-    /// recording, under names of the caller's choice.
+    /// Starts a recording and flushes its head; `metadata` is the information about the recording
+    /// for a replay, under names of the caller's choice.
     ///
     /// # Errors
     /// The first error of `out`.
@@ -104,7 +103,7 @@ impl<W: Write> RecordingWriter<W> {
         self.put(Writer::flush)
     }
 
-    /// Ends the recording, with the reason where it is known, and returns the flushed writer. A
+    /// Ends the recording, with the reason if it is known, and returns the flushed writer. A
     /// recording that is dropped without this is ended as well, but its errors are lost.
     ///
     /// # Errors
@@ -122,7 +121,7 @@ impl<W: Write> RecordingWriter<W> {
         mcap.into_inner().into_inner().into_inner().map_err(io::IntoInnerError::into_error)
     }
 
-    /// Begins a recording with all metadata that stands before its first message.
+    /// Begins a recording with all metadata before its first message.
     pub(super) fn begin(out: W, head: &[Metadata]) -> io::Result<Self> {
         let options = WriteOptions::new()
             .compression(None)
@@ -154,7 +153,6 @@ impl<W: Write> RecordingWriter<W> {
         metadata.iter().try_for_each(|metadata| self.put(|mcap| mcap.write_metadata(metadata)))
     }
 
-    /// Writes the reads that wait.
     fn write_reads(&mut self) -> io::Result<()> {
         match self.reads.take() {
             Some((at_ns, ReadsMessage::One(bytes))) => self.write_message(self.bytes_channel, at_ns, &bytes),
@@ -175,7 +173,7 @@ impl<W: Write> RecordingWriter<W> {
         let mcap = self.mcap.as_mut().ok_or_else(stopped)?;
         let result = write(mcap);
         if result.is_err() {
-            // dropped as it is, it would write its end behind half a record
+            // if it were dropped, it would write its end after half a record
             self.mcap.take().map(Writer::into_inner);
         }
         result.map_err(io_error)
@@ -184,7 +182,7 @@ impl<W: Write> RecordingWriter<W> {
 
 impl<W: Write> Drop for RecordingWriter<W> {
     fn drop(&mut self) {
-        // its error is lost with it
+        // the error is lost with the writer
         let _ = self.write_reads();
     }
 }

@@ -1,8 +1,8 @@
-//! Bags that Python's `rosbags` 0.11.9 wrote: 60 messages of a seeded generator, whose numbers stand
-//! in `tests/bags/rows.txt`, in each form and compression; and damaged ones.
+//! Bags that Python's `rosbags` 0.11.9 wrote: 60 messages of a seeded generator, with the numbers in
+//! `tests/bags/rows.txt`, in each form and compression; and damaged ones.
 //!
-//! `sentences.bag` and `sentences_mcap` have messages with a sentence beside an `Imu` whose header
-//! is empty, behind arrays of messages and texts of varying length.
+//! `sentences.bag` and `sentences_mcap` have messages with arrays of messages and texts of varying
+//! length, then a sentence and an `Imu` with an empty header.
 
 use std::{
     fs,
@@ -29,7 +29,7 @@ pub(crate) fn options(topic: Option<&str>, columns: Option<&str>) -> CaptureOpti
     }
 }
 
-/// What a capture gives: rows of values, their times, and what became of the messages.
+/// The result of a capture: rows of values, their times, and the counts of the messages.
 pub(crate) struct Read {
     pub(crate) names: Vec<String>,
     pub(crate) rows: Vec<Vec<f64>>,
@@ -81,7 +81,7 @@ fn written() -> Vec<Vec<f64>> {
     text.lines().map(|line| line.split(' ').map(|number| number.parse().unwrap()).collect()).collect()
 }
 
-/// Half of a count of the rates, of the accelerations.
+/// Half of a count of the rates and of the accelerations.
 const HALF_COUNTS: [f64; 2] = [0.5 / (1 << 25) as f64, 0.5 / (1 << 23) as f64];
 
 fn assert_written(read: &Read, name: &str) {
@@ -210,7 +210,7 @@ fn units_are_converted_and_a_series_is_as_fine_as_its_largest_value_allows() {
 }
 
 #[test]
-fn what_is_not_there_is_named_with_what_is() {
+fn missing_topics_are_named_with_the_existing_ones() {
     let problem = |name: &str, options: &CaptureOptions| match Capture::open(path(name), options) {
         Err(OpenError::Bag { problem, .. }) => *problem,
         _ => panic!("{name} was opened"),
@@ -234,7 +234,7 @@ fn what_is_not_there_is_named_with_what_is() {
     assert!(open(&database).unwrap().contains("wal_checkpoint"), "{:?}", open(&database));
 }
 
-/// The rows of a damaged file; none where it is refused.
+/// The rows of a damaged file; none if it is rejected.
 fn rows_of(folder: &Path, bytes: &[u8]) -> Option<(Vec<Vec<f64>>, bool)> {
     let file = folder.join("damaged");
     fs::write(&file, bytes).unwrap();
@@ -254,7 +254,7 @@ fn a_bag_that_was_cut_gives_what_came_before() {
         for cut in (0..bytes.len()).step_by(bytes.len() / 60) {
             let Some((rows, has_failed)) = rows_of(folder.path(), &bytes[..cut]) else { continue };
             assert!(rows[..] == whole[..rows.len()], "{name} at {cut}");
-            // before its first topic it may be anything
+            // before its first topic the file may be of any kind
             assert!(
                 rows.is_empty() || rows.len() == whole.len() || has_failed,
                 "{name} at {cut} ends well with {} rows",

@@ -1,4 +1,4 @@
-//! What files are taken for, and what comes out of them, through [`Capture`] alone.
+//! The detected formats of files and the samples in them, through [`Capture`] alone.
 
 use std::{
     collections::BTreeMap,
@@ -22,7 +22,7 @@ fn csv(rows: usize) -> String {
     "t,gyro_x,accel_x\n".to_owned() + &rows.collect::<String>()
 }
 
-/// All that a capture tells.
+/// The events of a capture.
 pub(crate) fn read(capture: Capture, options: ReadOptions) -> (Vec<Batch>, End) {
     let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
     runtime.block_on(async {
@@ -58,14 +58,14 @@ fn damaged_and_foreign_bytes_leave_a_csv_file_one() {
     let at = latin.iter().position(|&byte| byte == b'#').unwrap();
     latin[at] = 0xb2;
     assert_eq!(rows(&latin), (100, vec![]));
-    // no known name: said so, and not taken for a port at the wrong rate
+    // no known name: the error says so, and the file is not read as a port at the wrong rate
     let unknown = String::from_utf8_lossy(&latin).replace("gyro_x,accel_x", "Rate,Kraft");
     let unknown: Vec<u8> = unknown.chars().map(|c| if c == '\u{fffd}' { 0xb2 } else { c as u8 }).collect();
     assert!(matches!(open(unknown), Err(OpenError::Csv { .. })));
 }
 
 #[test]
-fn a_file_of_the_disk_gives_what_a_stream_of_its_bytes_does() {
+fn a_file_gives_the_same_as_a_stream_of_its_bytes() {
     for (between, format) in [("", Format::Text), ("\0", Format::Raw)] {
         let bytes = format!("{between}{SENTENCE}\r\n").repeat(1000);
         let mut file = tempfile::NamedTempFile::new().unwrap();
@@ -85,7 +85,7 @@ fn old_line_ends_are_read() {
 }
 
 #[test]
-fn bytes_that_are_no_csv_file_stay_what_they_are() {
+fn bytes_that_are_no_csv_file_keep_their_format() {
     let utf_16: Vec<u8> = csv(100).replace("t,", "n,").bytes().flat_map(|byte| [byte, 0]).collect();
     assert_eq!(open(&utf_16).unwrap().format, Format::Raw);
     assert_eq!(open([b"\xff\xfe", &*utf_16].concat()).unwrap().format, Format::Csv);
@@ -93,7 +93,7 @@ fn bytes_that_are_no_csv_file_stay_what_they_are() {
     assert_eq!(open(&noise).unwrap().format, Format::Raw);
     assert_eq!(open([b"\0,\n", SENTENCE.as_bytes(), b"\r\n"].concat()).unwrap().format, Format::Raw);
     assert!(matches!(open([0; 5000]), Err(OpenError::NotACapture { .. })));
-    // a table and sentences behind what other files begin with
+    // a table and sentences after the first bytes of other kinds of files
     assert_eq!(rows("MATLAB log\n".to_owned() + &csv(100)), (100, vec![]));
     for (begin, format) in [("MATLAB", Format::Text), ("MATLAB \0", Format::Raw)] {
         assert_eq!(open(format!("{begin} log\r\n{SENTENCE}\r\n")).unwrap().format, format);
@@ -102,7 +102,7 @@ fn bytes_that_are_no_csv_file_stay_what_they_are() {
 
 #[test]
 fn a_live_stream_that_begins_within_a_sentence_is_known_by_its_first_whole_one() {
-    /// Two lines, and then nothing for ever.
+    /// Two lines, and then no data without an end.
     struct Live(Cursor<Vec<u8>>);
     impl Read for Live {
         fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
@@ -118,7 +118,7 @@ fn a_live_stream_that_begins_within_a_sentence_is_known_by_its_first_whole_one()
 }
 
 #[test]
-fn sentences_beside_stamps_of_an_unsure_unit_are_not_read_without_them() {
+fn sentences_with_stamps_of_an_uncertain_unit_are_not_read_without_them() {
     let rows = (0..50).map(|row| format!("{row},{SENTENCE}\n"));
     let error = open("t,raw\n".to_owned() + &rows.collect::<String>()).err().unwrap();
     let OpenError::Csv { problem, .. } = error else { panic!("{error}") };
@@ -126,7 +126,7 @@ fn sentences_beside_stamps_of_an_unsure_unit_are_not_read_without_them() {
 }
 
 #[test]
-fn zeros_behind_gzip_data_are_its_end() {
+fn zeros_after_gzip_data_are_its_end() {
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     encoder.write_all(csv(100).as_bytes()).unwrap();
     let mut packed = encoder.finish().unwrap();
@@ -167,7 +167,7 @@ fn line_by_line_gives_each_row_of_a_file_the_bytes_up_to_its_end() {
     assert_eq!(told.collect::<Vec<_>>(), [header + line, header + 2 * line, header + rejected + 3 * line]);
 }
 
-/// A reader whose every other call is interrupted by a signal, and brings nothing.
+/// A reader whose every other call is interrupted by a signal, and returns nothing.
 struct Interrupted {
     bytes: Cursor<Vec<u8>>,
     is_interrupted: bool,
@@ -215,7 +215,7 @@ fn files_of_other_programs_are_named() {
         assert!(refused.contains(named), "{refused}");
     }
     assert!(open("RDA3\nA\n3\n262146\n").err().unwrap().to_string().contains("write.csv"));
-    // a port at the wrong baud rate sends anything
+    // a port at the wrong baud rate sends any bytes
     for rows in [0_u8, 9] {
         let bytes = [&[0, 0, 0, 0, rows, 0, 0, 0, 0, 0, 0, 0][..], &random].concat();
         assert_eq!(open(bytes).unwrap().format, Format::Raw);

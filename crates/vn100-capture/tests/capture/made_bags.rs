@@ -1,5 +1,5 @@
-//! Bags made here, byte by byte: what merged bags, sensors that start late and clocks that are set
-//! leave behind.
+//! Bags made here byte by byte, as left by merging, by sensors that start late and by clocks that
+//! are set.
 
 use std::io::{Cursor, Write};
 
@@ -8,8 +8,8 @@ use vn100_protocol::stream::StampSource;
 
 use crate::bags::{Read, options};
 
-/// One topic of ROS 1 messages, each with the place of its definition, the time it was recorded
-/// and its bytes.
+/// One topic of ROS 1 messages, each with the place of its definition, its record time and its
+/// bytes.
 struct Bag<'a> {
     type_name: &'a str,
     definitions: &'a [&'a str],
@@ -22,7 +22,7 @@ impl Bag<'_> {
         let mut channels = Vec::new();
         for (place, text) in self.definitions.iter().enumerate() {
             let schema = mcap.add_schema(self.type_name, "ros1msg", text.as_bytes()).unwrap();
-            // equal channels are one
+            // equal channels are one channel
             let which = [("which".into(), place.to_string())].into();
             channels.push(mcap.add_channel(schema, "/imu", "ros1", &which).unwrap());
         }
@@ -35,7 +35,7 @@ impl Bag<'_> {
         mcap.into_inner().into_inner()
     }
 
-    /// Without chunks and an index.
+    /// The bag without chunks and an index.
     fn ros1(&self) -> Vec<u8> {
         let fields = |fields: &[(&str, &[u8])]| -> Vec<u8> {
             let field = |(name, value): &(&str, &[u8])| {
@@ -84,7 +84,7 @@ fn read(bytes: Vec<u8>, options: &CaptureOptions) -> Read {
     Read::of(Capture::from_reader(Cursor::new(bytes), options).unwrap())
 }
 
-/// Of several topics, each with the type and the one content of its messages.
+/// A bag of several topics, each with one type and one content of its messages.
 fn of_topics(topics: &[(&str, &str, &[u8])]) -> Vec<u8> {
     let mut mcap = mcap::Writer::new(Cursor::new(Vec::new())).unwrap();
     for (topic, type_name, data) in topics {
@@ -100,7 +100,7 @@ fn of_topics(topics: &[(&str, &str, &[u8])]) -> Vec<u8> {
     mcap.into_inner().into_inner()
 }
 
-/// The topics that are measured of a bag, or those that may be meant.
+/// The measured topics of a bag, or the candidates.
 fn streams(bytes: &[u8]) -> Vec<Option<String>> {
     let mut file = tempfile::NamedTempFile::with_suffix(".mcap").unwrap();
     file.write_all(bytes).unwrap();
@@ -108,7 +108,7 @@ fn streams(bytes: &[u8]) -> Vec<Option<String>> {
 }
 
 #[test]
-fn the_topic_of_a_sensor_is_chosen_by_what_it_measures() {
+fn the_topic_of_a_sensor_is_chosen_by_its_measurements() {
     let [whole, rates, accelerations] =
         [[0.1, 9.8], [0.1, 0.0], [0.0, 9.8]].map(|[rate, acceleration]| imu(1, [rate; 3], [acceleration; 3]));
     let header = [&[0; 4][..], &time(1), &[0; 4]].concat();
@@ -117,19 +117,19 @@ fn the_topic_of_a_sensor_is_chosen_by_what_it_measures() {
     let (log, mag) = (("/log", "std_msgs/String", &*text), ("/mag", "sensor_msgs/MagneticField", &*field));
     let [whole, rates, accelerations] = [&*whole, &*rates, &*accelerations];
     let inertial = |topic, data| (topic, "sensor_msgs/Imu", data);
-    // without rates and accelerations it is the magnetic field, and beside them it is not
+    // without rates and accelerations the magnetic field is measured, with them it is not
     let alone = read(of_topics(&[log, mag]), &CaptureOptions::default());
     assert_eq!((&*alone.report().topic, alone.names.len()), ("/mag", 3));
     let beside = read(of_topics(&[mag, log, inertial("/imu", whole)]), &CaptureOptions::default());
     assert_eq!(&*beside.report().topic, "/imu");
-    // rates and accelerations that are sent apart are two streams, the rates first
+    // rates and accelerations in separate topics are two streams, the rates first
     let (gyro, accel) = (inertial("/gyro", rates), inertial("/accel", accelerations));
     let both = ["/gyro", "/accel"].map(|topic| Some(topic.to_owned()));
     assert_eq!(
         (streams(&of_topics(&[gyro, accel])), streams(&of_topics(&[accel, mag, gyro]))),
         (both.to_vec(), both.to_vec())
     );
-    // of two whole sensors neither is
+    // of two complete sensors neither is chosen
     let two = of_topics(&[inertial("/left", whole), inertial("/right", whole)]);
     assert_eq!(streams(&two), [None]);
     let refused = Capture::from_reader(Cursor::new(two), &CaptureOptions::default()).err().unwrap().to_string();
@@ -149,7 +149,7 @@ fn messages_of_another_definition_are_refused() {
         let bag = Bag { type_name: "demo/Rates", definitions: &definitions, messages: messages.clone() };
         [bag.mcap(), bag.ros1()]
     };
-    // another comment is no other definition; the scale of a series is fitted to all messages
+    // another comment makes no other definition; the scale of a series is fitted to all messages
     for (map, scale) in [("gyro_x=x:deg/s", 1_f64.to_radians()), ("value=x:mbar", 1.0)] {
         let options = options(None, Some(map));
         for bytes in made(["float64 x\nfloat64 y\n", "float64 x # east\nfloat64 y\n"]) {
@@ -177,7 +177,7 @@ fn more_definitions_than_any_bag_has_are_an_error() {
     let measured = bag(&["float64 x\n"], messages.collect());
     let long = &*"#".repeat(3_900_000);
     let error = |count: usize| {
-        // behind the magic bytes
+        // the bytes after the magic bytes
         let behind = &bag(&vec![long; count], Vec::new())[13..];
         let read = read([&measured[..], behind].concat(), &options(None, Some("gyro_x=x:deg/s")));
         assert_eq!(read.rows.len(), 80);
@@ -211,7 +211,7 @@ fn numbers_that_are_zero_at_first_are_named_and_watched() {
     assert_eq!(unread(&late), [told]);
     let early = read(bag(99, 0.01).mcap(), &no);
     assert_eq!((early.names.len(), unread(&early).len()), (6, 0));
-    // what the user names is read, zero or not
+    // a number that the user names is read, zero or not
     let named = read(bag(150, 0.01).mcap(), &options(None, Some("accel_z=linear_acceleration.z:m/s^2")));
     assert_eq!((named.rows[0][0], unread(&named).len()), (0.0, 0));
     assert!((named.rows[199][0] - 9.8).abs() < 1e-6);
@@ -228,7 +228,7 @@ fn times_may_be_numbers_of_the_messages() {
     let text = [&(SENTENCE.len() as u32).to_le_bytes()[..], SENTENCE.as_bytes()].concat();
     let messages = (0..60).map(|row| {
         let numbers = [doubles(&[at_ns(row) as f64 / 1e9, 0.01]), at_ns(row).to_le_bytes().to_vec()].concat();
-        // recorded in bursts
+        // the messages were recorded in bursts
         (0, 5_000_000_000 + row / 10 * 250_000_000, [&numbers[..], &time(at_ns(row)), &text].concat())
     });
     let fields = "float64 seconds\nfloat64 x\nuint64 ns\nuint32 sec\nuint32 nsec\nstring line\n";
@@ -259,7 +259,7 @@ fn times_may_be_numbers_of_the_messages() {
 }
 
 #[test]
-fn a_clock_that_is_set_back_begins_anew() {
+fn a_clock_that_is_set_back_restarts() {
     let period_ns = 10_000_000;
     let made = |back: u64, swapped: bool| {
         let mut messages: Vec<_> = (0..400)
@@ -279,7 +279,7 @@ fn a_clock_that_is_set_back_begins_anew() {
         }
         Bag { type_name: "sensor_msgs/Imu", definitions: &[""], messages }
     };
-    // by more than the window in which messages are put in order
+    // by more than the window that puts messages in order
     for back in 40..60 {
         for swapped in [false, true] {
             let read = read(made(back, swapped).mcap(), &CaptureOptions::default());

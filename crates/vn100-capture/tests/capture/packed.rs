@@ -53,7 +53,7 @@ fn of_file(bytes: &[u8]) -> Result<(usize, bool), OpenError> {
 }
 
 #[test]
-fn what_others_packed_is_read_from_a_file_and_from_a_stream() {
+fn compressed_files_of_other_programs_are_read_from_a_file_and_from_a_stream() {
     for packed in [BZIP2, XZ] {
         assert_eq!(row_count(open(packed).unwrap()), (40, true));
         assert_eq!(of_file(packed).unwrap(), (40, true));
@@ -93,9 +93,9 @@ fn the_only_capture_of_an_archive_is_read_and_several_are_listed() {
     ] {
         assert_eq!(of_file(&archive(files)).unwrap(), (20, true));
     }
-    // packed once more
+    // compressed once more
     assert_eq!(of_file(&archive(&[("a.csv.bz2", BZIP2)])).unwrap(), (40, true));
-    // of two tables the only one of a sensor
+    // of two tables, the only one of a sensor is read
     let gps = "t,lat,lon\n".to_owned() + &(0..60).map(|row| format!("{row}.0,48.1,11.{row}\n")).collect::<String>();
     assert_eq!(of_file(&archive(&[("gps.csv", gps.as_bytes()), ("imu.csv", csv)])).unwrap(), (20, true));
     let several = problem(&archive(&[("a.csv", csv), ("b.csv", csv)]));
@@ -104,7 +104,7 @@ fn the_only_capture_of_an_archive_is_read_and_several_are_listed() {
     assert_eq!(problem(&archive(&[("__MACOSX/a.csv", b"")])), ArchiveError::Empty);
     let whole = archive(&[("a.csv", csv)]);
     assert!(matches!(problem(&whole[..whole.len() - 30]), ArchiveError::Damaged(_)));
-    // a digit that changed on the disk
+    // a digit changed on the disk
     let mut damaged = whole.clone();
     let at = damaged.iter().position(|&byte| byte == b'5').unwrap();
     damaged[at] = b'6';

@@ -20,7 +20,7 @@ const YPR: &str = "$VNYPR,-129.867,-000.355,-000.296*61\r\n";
 const REPLY: &str = "$VNRRG,01,VN-100S-CR*35\r\n";
 const DAMAGED: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*64\r\n";
 
-/// Hands out inputs as told, and ends as told.
+/// Returns given inputs, then a given end.
 struct Script {
     inputs: std::vec::IntoIter<StreamInput>,
     error: Option<io::Error>,
@@ -53,16 +53,16 @@ fn link(kind: LinkEventKind) -> StreamInput {
     StreamInput::Link(LinkEvent { at_ns: 7_000_000, kind })
 }
 
-/// Everything a stream told, with the borders of its batches taken out.
+/// The content of a stream, without the borders of its batches.
 #[derive(Debug, Default, PartialEq)]
 struct Told {
     rows: Vec<Vec<i32>>,
-    /// Marks by the number of the row they stand before.
+    /// Marks, by the number of the row after them.
     marks: Vec<(usize, MarkKind)>,
     registers: Vec<(u8, String)>,
     counters: Vec<(usize, u64)>,
     link: StreamCounts,
-    /// What befell the link, by the number of the row it stands before.
+    /// Link events, by the number of the row after them.
     link_events: Vec<(usize, LinkEventKind)>,
     error: Option<String>,
 }
@@ -91,7 +91,7 @@ fn block_on<T>(future: impl Future<Output = T>) -> T {
 }
 
 #[test]
-fn samples_replies_other_messages_and_bad_lines_are_told_apart() {
+fn samples_replies_other_messages_and_bad_lines_are_distinguished() {
     let bytes = [YMR, DAMAGED, REPLY, YMR, YPR, IMU, YMR_OLD, "$VNYM"].concat();
     let told = block_on(told(Script::new(bytes.as_bytes(), 1000), ReadOptions::default()));
     assert_eq!(told.rows.len(), 3);
@@ -108,7 +108,7 @@ fn samples_replies_other_messages_and_bad_lines_are_told_apart() {
     );
 }
 
-/// The line with a counter behind its numbers.
+/// The line with a counter after its numbers.
 fn with_counter(line: &str, count: u64) -> String {
     let body = format!("{},T{count}", line.trim_start_matches('$').split_once('*').unwrap().0);
     format!("${body}*{:02X}\r\n", xor8(body.as_bytes()))
@@ -149,7 +149,7 @@ fn an_error_ends_the_stream_and_keeps_what_came_before() {
 }
 
 #[test]
-fn a_link_that_goes_down_cuts_the_line_under_way() {
+fn a_lost_link_cuts_the_incomplete_line() {
     let up = || LinkEventKind::Up { port: "/dev/ttyUSB0".into(), baud: Some(115_200) };
     let down = || LinkEventKind::Down { cause: "unplugged".into() };
     let (head, tail) = YMR.as_bytes().split_at(50);
@@ -160,7 +160,7 @@ fn a_link_that_goes_down_cuts_the_line_under_way() {
         chunk(head),
         link(down()),
         link(up()),
-        // the rest of another line: never joined to the head of the one before
+        // the rest of another line is never joined to the head of the line before
         chunk(tail),
         link(LinkEventKind::Overrun { bytes: 62 }),
         chunk(YMR.as_bytes()),
@@ -191,7 +191,7 @@ fn stop_ends_the_stream_with_an_end() {
 }
 
 #[test]
-fn line_by_line_gives_each_row_the_counts_of_its_own_moment() {
+fn line_by_line_gives_each_row_its_own_counts() {
     let bytes = [YMR, YMR, DAMAGED, YMR].concat();
     for piece in [1, 60, 121, 1000] {
         let options = ReadOptions { line_by_line: true, ..ReadOptions::default() };
@@ -211,7 +211,8 @@ fn line_by_line_gives_each_row_the_counts_of_its_own_moment() {
             }
             seen
         });
-        // through the check digits; the line end comes with the next batch, and the first row tells how it is printed
+        // a cut through the check digits; the line end comes with the next batch, and the first row shows the print
+        // format
         assert_eq!(seen, [(1, 120, 0, 1), (1, 242, 0, 1), (1, 486, 1, 2)], "pieces of {piece}");
     }
 }
@@ -233,7 +234,7 @@ fn pieces_of_a_stream() -> impl Strategy<Value = Vec<u8>> {
 
 proptest! {
     #[test]
-    fn any_chunking_tells_the_same(bytes in pieces_of_a_stream(), piece in 1..400_usize, line_by_line: bool) {
+    fn any_chunking_gives_the_same(bytes in pieces_of_a_stream(), piece in 1..400_usize, line_by_line: bool) {
         let options = ReadOptions { line_by_line, ..ReadOptions::default() };
         let whole = block_on(told(Script::new(&bytes, bytes.len().max(1)), ReadOptions::default()));
         prop_assert_eq!(whole.link.tally.bytes(), bytes.len() as u64);

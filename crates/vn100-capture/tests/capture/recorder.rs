@@ -1,4 +1,4 @@
-//! Recorders and their files: begun, flushed, ended, gone on with.
+//! Recorders and their files: created, flushed, finished, resumed.
 
 use std::{
     collections::BTreeMap,
@@ -59,7 +59,7 @@ fn files(folder: &TempDir) -> Vec<String> {
 }
 
 #[tokio::test]
-async fn what_was_recorded_is_in_the_file() {
+async fn recorded_inputs_are_in_the_file() {
     let (_folder, path) = place();
     let inputs = [read(5), down(6, "unplugged"), read(SECOND_NS), read(7)];
     record(Recorder::create(&path, &conditions("me")).unwrap(), &inputs, "stopped").await;
@@ -84,7 +84,7 @@ async fn each_second_of_stream_and_each_event_is_flushed() {
         (read(3 * SECOND_NS), false),
         (link(3 * SECOND_NS + 1, LinkEventKind::Overrun { bytes: 1 }), true),
         (read(4 * SECOND_NS), false),
-        // a clock that was set back
+        // a clock was set back
         (read(2 * SECOND_NS), true),
     ] {
         recorder.inputs().send(input.clone()).await.unwrap();
@@ -119,7 +119,7 @@ async fn no_file_is_replaced() {
 }
 
 #[tokio::test]
-async fn a_whole_recording_goes_on_behind_a_break() {
+async fn a_complete_recording_continues_after_a_break() {
     let (folder, path) = place();
     record(Recorder::create(&path, &conditions("me")).unwrap(), &[read(5), read(6)], "stopped").await;
     fs::write(folder.path().join(".day.mcap.resuming"), "left by a program that was killed").unwrap();
@@ -130,7 +130,7 @@ async fn a_whole_recording_goes_on_behind_a_break() {
     assert_eq!(recorded.end.get().unwrap().reason.as_deref(), Some("stopped again"));
     assert_eq!(files(&folder), ["day.mcap"]);
 
-    // the reason of the first end is not that of a later cut
+    // the reason of the first end is not the reason of a later cut
     let whole = fs::read(&path).unwrap();
     let mut cuts = (0..whole.len()).rev().map(|cut| {
         fs::write(&path, &whole[..cut]).unwrap();
@@ -145,7 +145,7 @@ async fn a_whole_recording_goes_on_behind_a_break() {
 async fn a_resumed_recording_names_its_sensor() {
     let (_folder, path) = place();
     let said = |bytes: &'static str| StreamInput::from(Chunk { bytes: bytes.into(), at_ns: Some(5) });
-    // whole in two reads
+    // complete in two reads
     let inputs = [said("$VNRRG,03,0100012345*5C\r\n$VNRRG,03,01000"), said("99887*5A\r\n")];
     let recorder = Recorder::create(&path, &conditions("me")).unwrap();
     assert_eq!(recorder.known_serial(), None);
@@ -158,7 +158,7 @@ async fn a_resumed_recording_names_its_sensor() {
 #[tokio::test]
 async fn a_cut_recording_resumes_wherever_it_was_cut() {
     let (_folder, path) = place();
-    // each in a message of its own
+    // each is in a message of its own
     let before = [read(5), read(100_000_006), read(200_000_007)];
     record(Recorder::create(&path, &conditions("me")).unwrap(), &before, "stopped").await;
     let whole = fs::read(&path).unwrap();
@@ -201,19 +201,19 @@ async fn one_call_begins_a_recording_and_resumes_it_however_it_was_cut() {
         assert!(is_resumed || inputs.len() == 1, "cut at {cut}");
         assert_eq!(files(&folder), ["day.mcap"]);
     }
-    // nor is the beginning of what another program recorded
+    // the beginning of a recording by another program is not replaced either
     let mut other = mcap::Writer::new(fs::File::create(&path).unwrap()).unwrap();
     other.add_channel(0, "/camera", "application/octet-stream", &BTreeMap::new()).unwrap();
     other.finish().unwrap();
     let whole = fs::read(&path).unwrap();
-    // before its 32nd byte it could be that of any
+    // before its 32nd byte it could be a file of any program
     for cut in (32..whole.len()).step_by(3) {
         fs::write(&path, &whole[..cut]).unwrap();
         let error = Recorder::resume_or_create(&path, &BTreeMap::new()).unwrap_err();
         assert!(matches!(error, RecordError::NotResumable { .. }), "{error}");
         assert_eq!(fs::read(&path).unwrap(), &whole[..cut], "cut at {cut}");
     }
-    // what is no beginning of a recording is not replaced
+    // content that is no beginning of a recording is not replaced
     for content in ["$VNYMR,-085", "\u{89}"] {
         fs::write(&path, content).unwrap();
         let error = Recorder::resume_or_create(&path, &BTreeMap::new()).unwrap_err();
@@ -223,7 +223,7 @@ async fn one_call_begins_a_recording_and_resumes_it_however_it_was_cut() {
 }
 
 #[tokio::test]
-async fn what_is_no_recording_is_left_alone() {
+async fn other_files_are_not_touched() {
     let (folder, path) = place();
     for (content, problem) in [("$VNYMR,-085", "it is no MCAP file"), ("", "it was cut before it began")] {
         fs::write(&path, content).unwrap();
@@ -276,7 +276,7 @@ async fn a_recording_that_is_removed_meanwhile_is_reported() {
         };
         let mut state = recorder.state();
         fs::remove_file(&path).unwrap();
-        // within a second of stream
+        // within a second of the stream
         recorder.inputs().send(read(0)).await.unwrap();
         recorder.inputs().send(read(SECOND_NS)).await.unwrap();
         let ended = timeout(Duration::from_secs(20), state.wait_for(|state| state.ended)).await.unwrap();
@@ -288,7 +288,7 @@ async fn a_recording_that_is_removed_meanwhile_is_reported() {
         assert!(recorder.finish("stopped").await.error.is_some());
         assert!(!path.exists(), "nothing else takes its place");
     }
-    // as late as that, at the end
+    // the same delay at the end
     let (_folder, path) = place();
     let recorder = Recorder::create(&path, &metadata).unwrap();
     recorder.inputs().send(read(0)).await.unwrap();
@@ -300,11 +300,11 @@ async fn a_recording_that_is_removed_meanwhile_is_reported() {
 async fn a_part_bears_its_name_only_with_its_identity() {
     let (folder, path) = place();
     let begin = || Recorder::in_parts(&path, &conditions("ada"), Rotation::Bytes(20), true);
-    // what a killed program left of one
+    // a remnant of a killed program
     fs::write(folder.path().join(".day.0001.mcap.resuming"), "").unwrap();
     record(begin().unwrap(), &[read(SECOND_NS), read(2 * SECOND_NS)], "stopped").await;
     assert_eq!(files(&folder), ["day.0001.mcap", "day.0002.mcap"]);
-    // the third cannot be written beforehand
+    // the third cannot be written in advance
     fs::create_dir(folder.path().join(".day.0003.mcap.resuming")).unwrap();
     assert!(matches!(begin(), Err(RecordError::Io { .. })));
     assert_eq!(files(&folder), [".day.0003.mcap.resuming", "day.0001.mcap", "day.0002.mcap"]);

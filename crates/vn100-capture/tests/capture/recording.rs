@@ -1,5 +1,5 @@
-//! What is recorded is replayed: the same inputs, the same samples, up to the last whole read of a
-//! file that was cut.
+//! A replay gives what was recorded: the same inputs, the same samples, up to the last whole read
+//! of a file that was cut.
 
 use std::{
     collections::BTreeMap,
@@ -8,6 +8,7 @@ use std::{
 
 use bytes::Bytes;
 use proptest::prelude::*;
+use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{
     BagError, Capture, CaptureOptions, Event, Format, OpenError, RecordingEnd, RecordingError, RecordingReader,
@@ -52,7 +53,7 @@ fn recording(inputs: &[StreamInput]) -> Vec<u8> {
     recording_ended(inputs, Some("the test is over"))
 }
 
-/// With a message for each input.
+/// The recording, with a message for each input.
 fn recording_ended(inputs: &[StreamInput], reason: Option<&str>) -> Vec<u8> {
     let mut writer = writer();
     for input in inputs {
@@ -62,7 +63,7 @@ fn recording_ended(inputs: &[StreamInput], reason: Option<&str>) -> Vec<u8> {
     writer.finish(reason).unwrap()
 }
 
-/// With a message for reads that came together.
+/// The recording, with one message for reads that came together.
 fn coalesced(inputs: &[StreamInput]) -> Vec<u8> {
     let mut writer = writer();
     inputs.iter().for_each(|input| writer.write(input).unwrap());
@@ -79,7 +80,7 @@ fn inputs(file: &[u8]) -> (Vec<StreamInput>, RecordingEnd) {
     (inputs, reader.recorded().end.get().unwrap().clone())
 }
 
-/// The payloads, one behind the other.
+/// The payloads in sequence.
 fn stream(inputs: &[StreamInput]) -> Vec<u8> {
     let bytes = |input: &StreamInput| match input {
         StreamInput::Chunk(chunk) => chunk.bytes.to_vec(),
@@ -88,7 +89,7 @@ fn stream(inputs: &[StreamInput]) -> Vec<u8> {
     inputs.iter().flat_map(bytes).collect()
 }
 
-/// Inputs of a list, one after the other.
+/// Inputs of a list, in sequence.
 struct Script(std::vec::IntoIter<StreamInput>);
 
 impl Source for Script {
@@ -97,13 +98,13 @@ impl Source for Script {
     }
 }
 
-/// All that events tell, without the borders of the batches.
+/// The content of the events, without the borders of the batches.
 #[derive(Debug, Default, PartialEq)]
 struct Told {
     rows: Vec<Vec<i32>>,
     arrivals: Vec<Arrival>,
     marks: Vec<(usize, String)>,
-    /// With the number of rows before each.
+    /// Link events, each with the number of rows before it.
     events: Vec<(usize, LinkEvent)>,
     counts: StreamCounts,
     error: Option<String>,
@@ -143,7 +144,7 @@ async fn measured(inputs: Vec<StreamInput>) -> Told {
 }
 
 #[tokio::test]
-async fn a_replay_tells_what_the_measurement_told() {
+async fn a_replay_equals_the_measurement() {
     let live = measured(session()).await;
     assert_eq!((live.rows.len(), live.events.len(), live.counts.connects), (4, 5, 2));
     assert_eq!(replayed(recording(&session())).await, live);
@@ -169,7 +170,7 @@ async fn reads_that_came_together_are_lost_together_by_a_cut() {
 #[test]
 fn at_800_packets_a_second_the_file_has_little_more_than_their_bytes() {
     let mut writer = writer();
-    // as an adapter hands them over: 62 bytes each 1.76 ms
+    // an adapter delivers 62 bytes every 1.76 ms
     let reads = 20_000;
     for number in 0..reads {
         writer.write(&read(&[0xFA; 62], START_NS + number * 1_761_363 + number % 7 * 31_000)).unwrap();
@@ -180,7 +181,7 @@ fn at_800_packets_a_second_the_file_has_little_more_than_their_bytes() {
 }
 
 #[test]
-fn a_recording_says_what_it_is() {
+fn a_recording_contains_its_metadata() {
     let file = recording(&session());
     let mut reader = RecordingReader::open(&file[..]).unwrap();
     let recorded = reader.recorded().clone();
@@ -198,7 +199,7 @@ fn a_recording_says_what_it_is() {
 async fn a_cut_anywhere_leaves_all_up_to_the_last_whole_read() {
     let session = session();
     let file = recording(&session);
-    // behind the record of each input the end of a recording follows, and differs from what stands there in this file
+    // after the record of each input comes the end of a recording, which differs from the bytes of this file
     let ends_at = |count: usize| {
         let ended = recording_ended(&session[..count], None);
         ended.iter().zip(&file).take_while(|(a, b)| a == b).count()
@@ -206,7 +207,7 @@ async fn a_cut_anywhere_leaves_all_up_to_the_last_whole_read() {
     let ends: Vec<usize> = (1..=session.len()).map(ends_at).collect();
     for cut in 0..file.len() {
         if cut < 8 {
-            // not even the magic number: nothing to recognise, and nothing lost
+            // not even the magic number: no format to detect, and no sample lost
             if let Ok(capture) = Capture::from_reader(Cursor::new(file[..cut].to_vec()), &CaptureOptions::default()) {
                 let told = told(capture.read(ReadOptions::default(), CancellationToken::new()).unwrap()).await;
                 assert_eq!((told.rows.len(), told.error), (0, None), "cut at {cut}");
@@ -224,7 +225,7 @@ async fn a_cut_anywhere_leaves_all_up_to_the_last_whole_read() {
 }
 
 #[tokio::test]
-async fn zeros_behind_the_last_record_are_a_cut() {
+async fn zeros_after_the_last_record_are_a_cut() {
     let mut file = recording_ended(&session()[..4], None);
     let whole = recording(&session());
     file.truncate(file.iter().zip(&whole).take_while(|(a, b)| a == b).count());
@@ -256,7 +257,7 @@ fn repacked(compression: Option<&str>, chunk_bytes: u64, crcs: bool) -> Vec<u8> 
     compression.map_or_else(|| file.clone(), |name| compressed(&file, name))
 }
 
-/// With the records of each chunk compressed.
+/// The session with the records of each chunk compressed.
 fn compressed(file: &[u8], name: &str) -> Vec<u8> {
     const UNCOMPRESSED: [u8; 4] = [0; 4];
     let (magic, mut rest) = file.split_at(mcap::MAGIC.len());
@@ -271,11 +272,11 @@ fn compressed(file: &[u8], name: &str) -> Vec<u8> {
                 let (sums, records) = (&data[..28], &data[28 + UNCOMPRESSED.len() + 8..]);
                 let records = match name {
                     "lz4" => {
-                        let mut encoder = lz4::EncoderBuilder::new().build(Vec::new()).unwrap();
+                        let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::new());
                         encoder.write_all(records).unwrap();
-                        encoder.finish().0
+                        encoder.finish().unwrap()
                     }
-                    _ => zstd::encode_all(records, 0).unwrap(),
+                    _ => compress_to_vec(records, CompressionLevel::Fastest),
                 };
                 let name = [&(name.len() as u32).to_le_bytes()[..], name.as_bytes()].concat();
                 [sums, &name, &(records.len() as u64).to_le_bytes(), &records].concat()
@@ -290,7 +291,7 @@ fn compressed(file: &[u8], name: &str) -> Vec<u8> {
     packed
 }
 
-/// The inputs up to an error, and what that says.
+/// The inputs up to an error, and its text.
 fn inputs_to_error(file: &[u8]) -> (Vec<StreamInput>, Option<String>) {
     let (mut reader, mut inputs) = (RecordingReader::open(file).unwrap(), Vec::new());
     loop {
@@ -303,7 +304,7 @@ fn inputs_to_error(file: &[u8]) -> (Vec<StreamInput>, Option<String>) {
 }
 
 #[test]
-fn what_other_tools_have_compressed_is_read() {
+fn recordings_compressed_by_other_tools_are_read() {
     for compression in COMPRESSIONS {
         let repacked = repacked(compression, 300, true);
         assert_eq!(inputs(&repacked).0, session(), "{compression:?}");
@@ -317,7 +318,7 @@ fn what_other_tools_have_compressed_is_read() {
 #[test]
 fn a_cut_chunk_gives_its_whole_records() {
     for compression in COMPRESSIONS {
-        // one chunk alone, behind a head without messages
+        // one chunk only, after a head without messages
         let repacked = repacked(compression, 1 << 20, true);
         let mut most = 0;
         for cut in 8..repacked.len() {
@@ -328,7 +329,7 @@ fn a_cut_chunk_gives_its_whole_records() {
                 most = most.max(left.len());
             }
         }
-        // what is compressed comes in blocks, here one for all
+        // compressed content comes in blocks, here one for all
         assert!(most == session().len() - 1 || compression.is_some(), "{compression:?}: {most}");
     }
 }
@@ -358,7 +359,7 @@ fn a_wrong_checksum_of_a_chunk_is_damage() {
     assert!(!left.is_empty() && left == session()[..left.len()], "{}", left.len());
     let error = error.unwrap();
     assert!(error.contains("checksum 0x") && error.contains("and not 0x"), "{error}");
-    // where there is none it cannot be seen
+    // without a checksum the damage cannot be detected
     let mut file = repacked(None, 300, false);
     file[at] = b'U';
     assert_eq!(inputs_to_error(&file).1, None);
@@ -379,8 +380,8 @@ fn another_programs_file_is_refused_by_its_topics() {
 }
 
 #[test]
-fn another_programs_file_without_an_end_is_not_searched_for_ever() {
-    // a message of 1 MiB on a channel that nobody has told of
+fn an_endless_file_of_another_program_is_not_searched_forever() {
+    // a message of 1 MiB on an undefined channel
     let length = (1_u64 << 20).to_le_bytes();
     let message = [&[5][..], &length, &[0; 1 << 20]].concat();
     let reader = mcap::MAGIC.chain(Endless { record: &message, at: 0 });
@@ -410,7 +411,7 @@ fn any_input() -> impl Strategy<Value = StreamInput> {
     ]
 }
 
-/// Gives a record again and again.
+/// Returns a record repeatedly.
 struct Endless<'a> {
     record: &'a [u8],
     at: usize,
@@ -424,7 +425,7 @@ impl Read for Endless<'_> {
     }
 }
 
-/// Gives a few bytes at a time.
+/// Returns a few bytes at a time.
 struct Dribble<'a>(&'a [u8], usize);
 
 impl Read for Dribble<'_> {
@@ -436,7 +437,7 @@ impl Read for Dribble<'_> {
 
 proptest! {
     #[test]
-    fn what_is_written_is_read(session in prop::collection::vec(any_input(), 0..30), piece in 1..5000_usize) {
+    fn written_inputs_are_read(session in prop::collection::vec(any_input(), 0..30), piece in 1..5000_usize) {
         let file = coalesced(&session);
         let mut reader = RecordingReader::open(Dribble(&file, piece)).unwrap();
         let read: Vec<StreamInput> = std::iter::from_fn(|| reader.next_input().unwrap()).collect();
@@ -449,7 +450,7 @@ proptest! {
         let mut file = coalesced(&session());
         *at.get_mut(&mut file) ^= flip;
         if let Ok(mut reader) = RecordingReader::open(&file[..]) {
-            // ends: no input is shorter than its record
+            // it ends, because no input is shorter than its record
             let read = std::iter::from_fn(|| reader.next_input().ok().flatten()).count();
             prop_assert!(read <= session().len());
         }

@@ -9,31 +9,30 @@ use crate::{
     question::{QUESTION, without_echoes},
 };
 
-/// How long to listen before asking: more than three periods of the factory default of 40 Hz.
+/// The time of listening before a question: more than three periods of the factory default of 40 Hz.
 const LISTEN: Duration = Duration::from_millis(150);
 
-/// How long to listen if no question is sent: a period of the slowest output, and the frame
+/// The time of listening if no question is sent: a period of the slowest output, and the frame
 /// itself.
 const LISTEN_ONLY: Duration = Duration::from_millis(1200);
 
-/// How long to wait for a sensor beside the output of another device: time for three lines at one a
-/// second.
+/// The wait for a sensor while another device sends: enough for three lines at one per second.
 const DOUBT: Duration = Duration::from_millis(2400);
 
-/// How long the sensor may take to answer, besides the transmission time of the answer.
+/// The longest delay of the sensor's answer, besides the transmission time of the answer.
 const ANSWER: Duration = Duration::from_millis(100);
 
 /// The round-trip time of a network.
 const NETWORK: Duration = Duration::from_millis(500);
 
-/// The longest frame that may be under way when the question arrives, and the answer behind it, in
-/// bytes.
+/// The longest frame that may be in transmission when the question arrives, and the answer after
+/// it, in bytes.
 const BYTES_BEFORE_ANSWER: u32 = 256;
 
-/// How long to wait for a silent sensor at the first baud rate: longer than its boot of 1.25 s.
+/// The wait for a silent sensor at the first baud rate: longer than its boot of 1.25 s.
 const BOOT: Duration = Duration::from_secs(2);
 
-/// How long bytes are discarded before a baud rate is tried a second time: longer than an adapter
+/// The time for discarding bytes before a baud rate is tried a second time: longer than an adapter
 /// keeps bytes.
 const SETTLE: Duration = Duration::from_millis(100);
 
@@ -49,11 +48,11 @@ const GLITCH_BYTES: u64 = 8;
 struct BaudAttempt {
     /// The rate; `None` if the link has none, as over TCP.
     baud: Option<u32>,
-    /// For how long received bytes are discarded first.
+    /// The time for discarding received bytes at first.
     settle: Duration,
 }
 
-/// What an attempt waits for; only the port is waited for without a timeout.
+/// The event that an attempt waits for; only the wait for the port has no timeout.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum AttemptStage {
     /// The port to switch to the baud rate.
@@ -64,26 +63,26 @@ enum AttemptStage {
     Listening,
     /// The answer to the question, or a frame.
     Asking,
-    /// A frame of a sensor beside the output of another device.
+    /// A frame of a sensor, while another device sends.
     Doubting,
 }
 
-/// Tries baud rates one after the other until a valid frame arrives. At the first rate a silent
-/// sensor is waited for, because it may be booting.
+/// Tries baud rates in sequence until a valid frame arrives. At the first rate the scan waits for a
+/// silent sensor, because it may be booting.
 ///
-/// Bytes at a wrong rate come from a device that sends by itself. Where no sensor was connected
-/// before, that may be another device: then no further question is sent, and each rate is listened
-/// to for as long as the slowest output needs. Every second scan sends the question nevertheless.
+/// Bytes at a wrong rate come from a device that sends by itself. If no sensor was connected
+/// before, that may be another device: then no further question is sent, and the scan listens at
+/// each rate for a period of the slowest output. Every second scan sends the question nevertheless.
 ///
 /// If a sensor is silent at its former rate, its adapter may be stalled: it delays all bytes,
-/// answers as well, and delivers them at once, perhaps while another rate is tried. So the first
-/// valid frame after such a silence is discarded, and the former rate is tried next: only what
-/// arrives after a delayed burst shows the baud rate.
+/// including answers, and delivers them at once, perhaps while another rate is tried. So the first
+/// valid frame after such a silence is discarded, and the former rate is tried next: only bytes
+/// after a delayed burst show the baud rate.
 pub(super) struct BaudScan {
     attempts: VecDeque<BaudAttempt>,
     attempt: BaudAttempt,
     stage: AttemptStage,
-    /// When the stage ends.
+    /// The end of the stage.
     until: Duration,
     listening_since: Duration,
     is_first: bool,
@@ -98,7 +97,7 @@ pub(super) struct BaudScan {
     bytes: u64,
     /// Copies of the question among them.
     echoes: u64,
-    /// Bytes of neither a sensor nor an echo, at the rates tried before.
+    /// Bytes that are neither from a sensor nor an echo, at the rates tried before.
     unframed: u64,
     /// Bytes that arrived long after the port was switched and without a question.
     unsolicited: u64,
@@ -131,13 +130,13 @@ impl BaudScan {
         scan
     }
 
-    /// The baud rate of the sensor, once the sensor is found: `Some(None)` on a link without one.
-    /// The frames of the sensor are then still pending.
+    /// The baud rate of the sensor, when the sensor is found: `Some(None)` on a link without a baud
+    /// rate. The frames of the sensor are then still pending.
     pub(super) fn found(&self) -> Option<Option<u32>> {
         self.is_found.then_some(self.attempt.baud)
     }
 
-    /// Handles what was received, all of it pending, of which this many bytes are new.
+    /// Handles received bytes, all of them pending and this many of them new.
     pub(super) fn handle_received(
         &mut self,
         context: &mut LinkContext,
@@ -155,7 +154,7 @@ impl BaudScan {
                 context.requests.handle_link_down();
                 (self.stage, self.until) = (AttemptStage::Doubting, now + DOUBT + self.line_time());
             }
-            // at the right rate a frame is complete by now; bytes before that may be stray
+            // at the correct rate a frame is complete by now; earlier bytes may be stray
             AttemptStage::Listening if now >= self.attempt_began + SETTLE && self.only_listens(context) => {
                 self.until = self.until.min(now + LISTEN + self.line_time());
             }
@@ -235,20 +234,20 @@ impl BaudScan {
     }
 
     /// Whether another device may be sending. A text alone may be the banner of a server or of an
-    /// adapter, and the one question is sent nevertheless.
+    /// adapter, so the one question is sent nevertheless.
     fn is_doubtful(&self, context: &LinkContext) -> bool {
         let (other, echoes) = (&context.pending.other_device, context.pending.echoes);
         other.has_frames() || other.has_text(echoes) && (self.has_asked || self.only_listens(context))
     }
 
-    /// The time that the bytes before the answer, and the answer, take on the line.
+    /// The transmission time of the bytes before the answer, and of the answer.
     fn line_time(&self) -> Duration {
-        // ten bits a byte
+        // ten bits per byte
         self.attempt.baud.map_or(NETWORK, |baud| Duration::from_secs(10) * BYTES_BEFORE_ANSWER / baud.max(1))
     }
 
     fn finish_attempt(&mut self, context: &mut LinkContext, now: Duration) -> Result<(), LinkError> {
-        // a late answer to this question must not count as one to a later question
+        // a late answer to this question must not count as an answer to a later question
         context.requests.handle_link_down();
         let (is_found, echoes) = (context.pending.has_sensor(), context.pending.echoes);
         let before = context.pending.take_before_sensor();
@@ -272,7 +271,7 @@ impl BaudScan {
             self.may_be_stalled |= context.last_baud.is_some();
             let booted = self.began + BOOT;
             if now < booted {
-                // a frame of a sensor that sends one a second arrives before the next question
+                // a frame of a sensor that sends one per second arrives before the next question
                 let until = now + LISTEN_ONLY + self.line_time();
                 let until = match context.was_connected {
                     _ if self.only_listens(context) => until,

@@ -1,4 +1,4 @@
-//! A connected link: its frames are forwarded, and silences, restarts and garbled bytes detected.
+//! A connected link: its frames are forwarded, and silences, restarts and garbled bytes are detected.
 
 use std::{mem, time::Duration};
 
@@ -15,19 +15,19 @@ use crate::{
     link_error::LinkError,
 };
 
-/// The interval at which a silent sensor is asked again, or after which the link is given up where
-/// no question may be sent.
+/// The interval at which a silent sensor is asked again, or after which the link is given up if no
+/// question may be sent.
 const SILENCE_CHECK: Duration = Duration::from_secs(10);
 
 /// The shortest silence after which a sensor that does not answer counts as lost: a machine or an
-/// adapter that stalls for two seconds then delivers everything that was received meanwhile, the
-/// answer as well.
+/// adapter that stalls for two seconds then delivers all bytes received meanwhile, including the
+/// answer.
 const LONGEST_STALL: Duration = Duration::from_millis(2500);
 
 pub(super) struct Connected {
     pub(super) up: Up,
     health: StreamHealth,
-    /// When the output of the sensor was last received, or a damaged frame that may be output.
+    /// The time of the last output of the sensor, or of the last damaged frame that may be output.
     last_output: Duration,
     silence: Option<Silence>,
     /// Whether the sensor has reported a restart, and has sent no output since.
@@ -41,7 +41,7 @@ struct Silence {
 }
 
 impl Silence {
-    /// Whether the sensor sends by itself in this input; neither replies nor garbled bytes end a
+    /// Whether this input contains output of the sensor; neither replies nor garbled bytes end a
     /// silence.
     fn is_ended_by(&mut self, input: &StreamInput) -> bool {
         let StreamInput::Chunk(chunk) = input else { return false };
@@ -81,8 +81,8 @@ impl Connected {
         connected
     }
 
-    /// Forwards what was pending while the sensor was verified. Of the replies in it, those for
-    /// which `is_open` holds are handled: the others answered the baud scan and the verification.
+    /// Forwards the inputs that were pending while the sensor was verified. Their replies are
+    /// handled if `is_open` holds for them: the others answered the baud scan and the verification.
     pub(super) fn forward_pending(
         &mut self,
         context: &mut LinkContext,
@@ -97,8 +97,8 @@ impl Connected {
         Ok(())
     }
 
-    /// Handles an input: forwards it, unless the sensor has to be verified first, because it sends
-    /// again after a silence. In that case the input is returned.
+    /// Handles an input: forwards it, unless the sensor must be verified first, because it sends
+    /// again after a silence. In that case it returns the input.
     pub(super) fn handle_received(
         &mut self,
         context: &mut LinkContext,
@@ -113,7 +113,7 @@ impl Connected {
         Ok(None)
     }
 
-    /// Checks whether the output is silent, and the commands that are open.
+    /// Checks whether the output is silent, and whether the open commands have timed out.
     pub(super) fn handle_timeout(&mut self, context: &mut LinkContext, now: Duration) -> Result<(), LinkError> {
         if now >= self.next_silence_check() {
             if context.options.listen_only && self.silence.is_some() {
@@ -148,7 +148,7 @@ impl Connected {
         context.publish(LinkState::Up(self.up.clone()));
     }
 
-    /// When the output will count as silent, or, where it is silent, when it is checked again.
+    /// The time when the output will count as silent, or, if it is silent, the time of the next check.
     fn next_silence_check(&self) -> Duration {
         match &self.silence {
             Some(silence) => silence.last_check + SILENCE_CHECK,
@@ -163,8 +163,8 @@ impl Connected {
         context.emit(now, LinkEventKind::Up { port: self.up.port.clone(), baud: self.up.baud });
     }
 
-    /// Forwards an input, judges the link by it, and handles those of its replies for which
-    /// `is_open` holds, which are the ones not handled yet.
+    /// Forwards an input, judges the link by it, and handles its replies for which `is_open` holds,
+    /// because the others are handled already.
     fn forward(
         &mut self,
         context: &mut LinkContext,
@@ -215,7 +215,7 @@ impl Connected {
         Ok(())
     }
 
-    /// Handles what follows from a reply or a timeout.
+    /// Handles the effect of a reply or a timeout.
     pub(super) fn handle_request_event(
         &mut self,
         context: &mut LinkContext,
@@ -242,7 +242,7 @@ impl Connected {
                 self.up.since_ns = nanoseconds(now);
                 self.up.restarted = Some(error);
                 context.publish(LinkState::Up(self.up.clone()));
-                // the sensor boots and does not answer: with its next frame it is connected again
+                // the sensor boots and does not answer; with its next frame it is connected again
                 self.is_restarting = true;
             }
             RequestEvent::BaudChanged(_) | RequestEvent::PhaseAnswered(_) => {}
@@ -255,7 +255,7 @@ impl Connected {
 /// the receiver of the host flips bits until the port is opened again.
 const GARBLED_AFTER: Duration = Duration::from_millis(300);
 
-/// Fewer bytes than this may be single damaged frames: the length of four usual ones.
+/// Fewer bytes than this may be single damaged frames: the length of four usual frames.
 const GARBLED_BYTES: u64 = 512;
 
 /// A stream counts as silent after this many of its own periods, but not before the usual pauses of
@@ -272,10 +272,10 @@ const SILENT_UNKNOWN: Duration = Duration::from_secs(3);
 const LONGEST_PAUSE_S: f64 = 1.2;
 const SILENT_PAUSES: f64 = 2.0;
 
-/// Time constant with which the longest pause decays while no longer one occurs.
+/// Time constant with which the longest pause decays if no longer one occurs.
 const PAUSE_MEMORY_S: f64 = 4.0;
 
-/// Weight of a new period in the estimate: a read may contain one frame more or less.
+/// Weight of a new period in the estimate: a read may contain one frame more or fewer.
 const PERIOD_SMOOTHING: f64 = 1.0 / 8.0;
 
 /// The recent past of one connection.
@@ -283,7 +283,7 @@ const PERIOD_SMOOTHING: f64 = 1.0 / 8.0;
 struct StreamHealth {
     /// The counts at the last read.
     counts: FrameCounts,
-    /// When the first byte after the last valid frame arrived; `None` right after a valid frame.
+    /// The arrival time of the first byte after the last valid frame; `None` right after a valid frame.
     bad_since_ns: Option<i64>,
     bad_bytes: u64,
     last_output_ns: Option<i64>,
@@ -293,14 +293,14 @@ struct StreamHealth {
 }
 
 impl StreamHealth {
-    /// The state at the start of a connection; `counts` are those of the connections before.
+    /// The state at the start of a connection; `counts` are those of earlier connections.
     fn new(counts: FrameCounts) -> Self {
         Self { counts, bad_since_ns: None, bad_bytes: 0, last_output_ns: None, period_s: None, pause_s: 0.0 }
     }
 
-    /// Judges a read by its time, its length and the number of frames up to its end. Whether it
-    /// brought a valid frame; where it did not, a single damaged or incomplete frame is the
-    /// explanation until no frame has been valid for too long.
+    /// Judges a read by its time, its length and the number of frames up to its end. Returns
+    /// whether it contained a valid frame. If it did not, a single damaged or incomplete frame is
+    /// assumed, until the time without a valid frame is too long.
     fn handle_read(&mut self, at_ns: i64, length: usize, counts: FrameCounts) -> Result<bool, LinkError> {
         let before = mem::replace(&mut self.counts, counts);
         if counts.output > before.output {
@@ -319,7 +319,7 @@ impl StreamHealth {
         Ok(false)
     }
 
-    /// How long after its last frame the output counts as silent.
+    /// The time after its last frame when the output counts as silent.
     fn silence_timeout(&self) -> Duration {
         let Some(period_s) = self.period_s else { return SILENT_UNKNOWN };
         let periods = Duration::from_secs_f64(period_s).saturating_mul(SILENT_PERIODS);
@@ -371,7 +371,7 @@ mod tests {
     fn a_damaged_frame_of_a_slow_stream_is_not_a_garbled_stream() {
         let mut health = StreamHealth::new(FrameCounts::default());
         let mut good = 0;
-        // lines a second apart in two reads each, one of three damaged
+        // lines at one per second in two reads each, one of three damaged
         for line in 0..30 {
             let at_ns = line * 1000 * MS;
             assert!(!health.handle_read(at_ns, 62, lines(good)).unwrap());
@@ -387,7 +387,7 @@ mod tests {
         assert_eq!(health.silence_timeout(), SILENT_UNKNOWN);
         (0..100).for_each(|line| _ = health.handle_read(line * 200 * MS, 122, lines(line as u64 + 1)));
         assert_eq!(health.silence_timeout(), Duration::from_secs(1));
-        // eight lines a read, 200 Hz
+        // eight lines per read, 200 Hz
         let mut health = StreamHealth::new(FrameCounts::default());
         (0..100).for_each(|read| _ = health.handle_read(read * 40 * MS, 976, lines(8 * (read as u64 + 1))));
         assert_eq!(health.silence_timeout(), SILENT_AT_LEAST);
@@ -412,7 +412,7 @@ mod tests {
                 assert!(read(&mut health, 2, 8) > pause);
             }
             assert!(health.silence_timeout() <= pause * 2);
-            // what may be a restart is no pause
+            // a gap that may be a restart is no pause
             read(&mut health, 1300, 1);
             let timeouts: Vec<_> = (0..400).map(|_| read(&mut health, 25, 1)).collect();
             assert!(timeouts[0] < Duration::from_millis(2600));

@@ -1,4 +1,4 @@
-//! What all phases of a link share: the path of every input, and what is known of the sensor.
+//! The state shared by all phases of a link: the path of every input, and the facts about the sensor.
 
 use std::{collections::VecDeque, mem, time::Duration};
 
@@ -21,16 +21,16 @@ const LONGEST_DELAY: Duration = Duration::from_secs(5);
 /// The number of frames that a stream has carried so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct FrameCounts {
-    /// All frames with a right checksum.
+    /// All frames with a correct checksum.
     pub(super) good: u64,
-    /// Those that are not replies: the output that the sensor sends by itself.
+    /// Frames that are not replies: the output that the sensor sends by itself.
     pub(super) output: u64,
-    /// Bytes of no valid frame, which may have been output or replies.
+    /// Bytes without a valid frame, which may have been output or replies.
     pub(super) damaged_bytes: u64,
 }
 
 pub(super) struct LinkContext {
-    /// The name of the port as the user gave it.
+    /// The name of the port as given by the user.
     pub(super) given_name: String,
     pub(super) has_baud: bool,
     pub(super) options: LinkOptions,
@@ -38,7 +38,7 @@ pub(super) struct LinkContext {
     /// link.
     pub(super) last_baud: Option<u32>,
     pub(super) was_connected: bool,
-    /// Another program that has the port open, where one was found.
+    /// Another program that has the port open, if one was found.
     pub(super) port_shared_with: Option<String>,
     /// Attempts to open the port since the sensor was last connected.
     pub(super) attempts: u32,
@@ -48,7 +48,7 @@ pub(super) struct LinkContext {
     /// The port that was opened last.
     pub(super) port: OpenPort,
     pub(super) requests: Requests,
-    /// What was received and is neither forwarded nor discarded yet.
+    /// Received inputs that are neither forwarded nor discarded yet.
     pub(super) pending: PendingInputs,
     pub(super) port_actions: VecDeque<PortAction>,
     pub(super) events: VecDeque<LinkOutput>,
@@ -91,7 +91,7 @@ impl LinkContext {
         }
     }
 
-    /// The frames of all connections so far. A frame with a right checksum shows that the link
+    /// The frames of all connections so far. A frame with a correct checksum shows that the link
     /// carries a sensor, even if its fields are malformed.
     pub(super) fn frame_counts(&self) -> FrameCounts {
         let tally = self.reader.tally();
@@ -125,7 +125,7 @@ impl LinkContext {
         self.reader.take_replies()
     }
 
-    /// Discards what is pending; its bytes are counted and recorded as discarded. Returns their
+    /// Discards pending inputs; their bytes are counted and recorded as discarded. Returns their
     /// number.
     pub(super) fn discard_pending(&mut self, now: Duration) -> u64 {
         let inputs = self.pending.take_all();
@@ -146,8 +146,8 @@ impl LinkContext {
         bytes
     }
 
-    /// Handles a reply that was received before it is decided whether its bytes are part of the
-    /// measurement. Unsolicited errors are handled with the measurement.
+    /// Handles a reply before the decision whether its bytes are part of the measurement.
+    /// Unsolicited errors are handled with the measurement.
     pub(super) fn handle_pending_reply(&mut self, now: Duration, reply: &Reply) -> Result<(), LinkError> {
         if is_unsolicited_error(reply) {
             return Ok(());
@@ -164,8 +164,8 @@ impl LinkContext {
     }
 
     /// Compares a reply with the known serial number. Returns whether the number must be read
-    /// again: one reply in a few million is damaged in spite of its checksum, but not two in the
-    /// same way.
+    /// again: one reply in a few million is damaged in spite of a correct checksum, but not two in
+    /// the same way.
     pub(super) fn check_serial_number(&mut self, reply: &Reply) -> Result<bool, LinkError> {
         let Reply::Register(RegisterContents { register: Register::SERIAL_NUMBER, fields, .. }) = reply else {
             return Ok(false);
@@ -192,7 +192,7 @@ pub(super) fn nanoseconds(time: Duration) -> i64 {
     i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
 }
 
-/// Finds the frames in a stream of chunks; a frame may be spread over several of them.
+/// Finds the frames in a stream of chunks; a frame may span several of them.
 pub(super) struct FrameScanner {
     framer: Framer,
     incomplete: Vec<u8>,
@@ -219,16 +219,16 @@ impl FrameScanner {
     }
 }
 
-/// The inputs in the order in which they were received, and the meaning of their frames.
+/// The inputs in the order of their arrival, and the meaning of their frames.
 pub(super) struct PendingInputs {
     pub(super) options: Options,
     pub(super) inputs: VecDeque<StreamInput>,
     scanner: FrameScanner,
-    /// Where the first frame of a sensor begins, in bytes from the first input.
+    /// The start of the first frame of a sensor, in bytes from the first input.
     sensor_at: Option<u64>,
     /// Copies of the question of a baud scan that arrived before that frame: an echo is no sensor.
     pub(super) echoes: u64,
-    /// What shows that another device sends.
+    /// Evidence that another device sends.
     pub(super) other_device: OtherDevice,
 }
 
@@ -244,7 +244,7 @@ impl PendingInputs {
         }
     }
 
-    /// Keeps an input, and gives the replies that it completes.
+    /// Keeps an input, and returns the replies that it completes.
     pub(super) fn push(&mut self, input: StreamInput) -> Vec<Reply> {
         let mut replies = Vec::new();
         if let StreamInput::Chunk(chunk) = &input {
@@ -287,7 +287,7 @@ impl PendingInputs {
         mem::replace(self, Self::new(self.options)).inputs
     }
 
-    /// Takes what was received before the first frame of a sensor.
+    /// Takes the inputs received before the first frame of a sensor.
     pub(super) fn take_before_sensor(&mut self) -> VecDeque<StreamInput> {
         let Some(offset) = self.sensor_at else { return self.take_all() };
         let mut left = usize::try_from(offset).unwrap_or(usize::MAX);
@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn an_echo_of_the_question_is_no_sensor_and_the_answer_behind_it_is() {
+    fn an_echo_of_the_question_is_no_sensor_but_the_answer_after_it_is() {
         let echo = "$VNRRG,01*72\r\n";
         let mut nothing = pending(&["$VNRRG,", "01*72\r\n", echo]);
         assert_eq!((nothing.has_sensor(), nothing.echoes), (false, 2));

@@ -16,9 +16,9 @@ use super::baud_rates::BAUD_RATES;
 use crate::link::CommandError;
 use temperature_poll::TemperaturePoll;
 
-/// The registers that describe a measurement, in the order in which they are read: first those that
-/// the first numbers depend on, because reading all of them takes five seconds. The serial number
-/// is the second, because a sensor that is lost early is identified by it.
+/// The registers that describe a measurement, in the order in which they are read: those that
+/// affect the first results come first, because reading all of them takes five seconds. The serial
+/// number is the second, because it identifies a sensor that is lost early.
 const IDENTITY: [Register; 24] = [
     Register::ASYNC_RATE,
     Register::SERIAL_NUMBER,
@@ -47,22 +47,22 @@ const IDENTITY: [Register; 24] = [
 ];
 
 /// The interval between two reads of the link itself. On a line that is nearly full a reply delays
-/// all frames behind it until idle time has made up for the delay; replies without a pause between
-/// them would add up to what looks like dropped frames.
+/// all frames after it until idle time has made up for the delay; replies without a pause between
+/// them would together delay frames so much that they look dropped.
 const READ_INTERVAL: Duration = Duration::from_millis(200);
 
 /// A running sensor whose output is on has sent a frame within this time: the slowest output sends
 /// one each second, and a restart takes 1.25 s.
 const SURELY_PAUSED: Duration = Duration::from_secs(3);
 
-/// Who submitted a command.
+/// The origin of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Requester {
     /// The user of the link; the number is that of the command.
     User(u64),
-    /// The link, to identify the sensor. The replies are part of the stream.
+    /// The link, for identifying the sensor. The replies are part of the stream.
     Identification,
-    /// The link, to find out whether a silent sensor is connected.
+    /// The link, for finding out whether a silent sensor is connected.
     Presence,
     /// A phase of the link, which waits for the result.
     Phase,
@@ -73,18 +73,18 @@ pub(super) enum Requester {
 pub(super) enum RequestEvent {
     /// The command of the phase has ended.
     PhaseAnswered(Result<Response, RequestFailure>),
-    /// The sensor has carried out the user's command to change its baud rate.
+    /// The sensor has executed the user's command to change its baud rate.
     BaudChanged(BaudRate),
     /// The sensor did not reply to the question whether it is connected.
     Absent,
     /// The sensor reports a restart.
     Restarted(DeviceError),
-    /// The sensor refused a command that this link did not send. Errors that are unsolicited in any
-    /// case are counted in the stream instead.
+    /// The sensor refused a command that this link did not send. Errors that are always unsolicited
+    /// are counted in the stream instead.
     Unsolicited(DeviceError),
 }
 
-/// What this link has done about an output that was silent.
+/// The action of this link on an output that was silent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 enum InitialOutputState {
     /// This link has sent no command, or the user has set the output since.
@@ -108,7 +108,7 @@ pub(super) struct Requests {
     read_at: Duration,
     /// Whether the user has paused the output.
     is_paused_by_user: bool,
-    /// When the sensor last answered a command.
+    /// The time of the sensor's last answer to a command.
     answered_at: Option<Duration>,
     initial_output: InitialOutputState,
     /// The number of errors that may still be replies to a baud scan.
@@ -135,15 +135,15 @@ impl Requests {
             return;
         }
         self.to_read = IDENTITY.into();
-        // a read that is still open went to the sensor as it was before
+        // a read that is still open was sent to the sensor in its former state
         self.open.retain(|_, (_, requester)| *requester != Requester::Identification);
         if let Some(poll) = &mut self.temperature {
             poll.restart(now);
         }
     }
 
-    /// Cancels the commands of the link itself, which a sensor that has become silent will not
-    /// answer.
+    /// Cancels the commands of the link itself, because a sensor that has become silent will not
+    /// answer them.
     pub(super) fn cancel_own(&mut self) {
         self.to_read.clear();
         self.open.retain(|id, (_, requester)| {
@@ -155,7 +155,7 @@ impl Requests {
         });
     }
 
-    /// Reads a register ahead of the others that identify the sensor.
+    /// Reads a register before the others that identify the sensor.
     pub(super) fn read_next(&mut self, register: Register) {
         if !self.listen_only {
             self.to_read.push_front(register);
@@ -164,7 +164,7 @@ impl Requests {
 
     /// A baud scan has sent a question. At all other baud rates the sensor received garbled bytes.
     /// Until its first valid answer it may report an error for each rate and each further question;
-    /// these errors answer none of the commands that are open at that time.
+    /// these errors do not answer the commands that are open at that time.
     pub(super) fn expect_spurious_errors(&mut self) {
         self.spurious_errors_expected = (self.spurious_errors_expected + 1).max(BAUD_RATES.len());
     }
@@ -177,14 +177,14 @@ impl Requests {
         }
     }
 
-    /// Submits the command that the present phase waits for, ahead of the commands of the user.
+    /// Submits the command that the present phase waits for, before the commands of the user.
     pub(super) fn submit_for_phase(&mut self, command: SensorCommand) {
         self.submit(command, Requester::Phase);
     }
 
-    /// Asks a sensor that has been silent since `silent_since` whether it is connected. A sensor
-    /// that has answered since then has power: it is commanded to send, because a program that was
-    /// killed may have left its output paused; not if the user has paused the output.
+    /// Asks a sensor that has been silent since `silent_since` whether it is connected. A sensor that
+    /// has answered since then has power: it is commanded to send, because a program that was killed
+    /// may have left its output paused. This command is not sent if the user has paused the output.
     pub(super) fn ask_presence(&mut self, silent_since: Duration, now: Duration) {
         let has_answered = self.answered_at.is_some_and(|at| at > silent_since);
         let may_be_paused = !self.is_paused_by_user && has_answered && now >= silent_since + SURELY_PAUSED;
@@ -196,7 +196,7 @@ impl Requests {
         self.submit(question, Requester::Presence);
     }
 
-    /// Notes that the output is on. Returns whether that shows, for the first time, that the output
+    /// Notes that the output is on. Returns whether this shows for the first time that the output
     /// had been paused.
     pub(super) fn detect_resumed_output(&mut self) -> bool {
         let is_resumed = self.initial_output == InitialOutputState::Commanded;
@@ -212,7 +212,7 @@ impl Requests {
         self.initial_output == InitialOutputState::Resumed && !self.is_paused_by_user
     }
 
-    /// Submits the reads that are due on a connected link of this baud rate.
+    /// Submits the due reads on a connected link of this baud rate.
     pub(super) fn submit_due_reads(&mut self, now: Duration, baud: Option<u32>) {
         if self.temperature.as_mut().is_some_and(|poll| poll.is_due(now, baud)) {
             self.to_read.push_back(Register::IMU);
@@ -295,7 +295,7 @@ impl Requests {
             (Ok(id), requester) => _ = self.open.insert(id, (command, requester)),
             (Err(full), Requester::User(id)) => self.answers.push_back((id, Err(full.into()))),
             (Err(_), Requester::Phase) => {
-                // handled as a command that the sensor did not answer
+                // handled like a command that the sensor did not answer
                 let failure = RequestFailure::LinkDown { line: String::new(), attempts: 0 };
                 self.events.push_back(RequestEvent::PhaseAnswered(Err(failure)));
             }
@@ -335,7 +335,7 @@ impl Requests {
         }
     }
 
-    /// Notes what a command of the user changes for the link.
+    /// Notes the effects of a user's command on the link.
     fn note_effects(&mut self, command: &SensorCommand, result: &Result<Response, RequestFailure>) {
         match (command, result) {
             (SensorCommand::WriteRegister { register: Register::BAUD_RATE, fields }, Ok(Response::Register(written)))

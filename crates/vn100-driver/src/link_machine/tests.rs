@@ -1,4 +1,4 @@
-//! Scripts of what happens to a link, on a clock that is a number.
+//! Scripts of inputs for a link, on a clock that is a number.
 
 mod connected;
 mod ending;
@@ -37,11 +37,11 @@ const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
 }
 
-/// A link whose port always opens, unless a test fails it; all that the machine gave.
+/// A link whose port always opens, unless a test makes it fail; with all results of the machine.
 struct Bench {
     machine: LinkMachine,
     now: Duration,
-    /// Whether the port is opened, set and closed at once.
+    /// Whether the port opens, changes its baud rate and closes without errors.
     is_port_good: bool,
     port: Vec<PortAction>,
     sent: Vec<String>,
@@ -80,7 +80,7 @@ impl Bench {
         bench
     }
 
-    /// One that is connected, and whose first reads are answered by nothing.
+    /// A connected link whose first reads are not answered.
     fn connected(options: LinkOptions) -> Self {
         let mut bench = Self::new(options);
         bench.receive(FRAME);
@@ -201,7 +201,7 @@ impl Bench {
         cause
     }
 
-    /// That every byte is counted and recorded, now that the link has ended.
+    /// Checks that every byte is counted and recorded, after the link has ended.
     fn assert_ledger(&mut self) {
         if self.phase() != "closed" {
             self.stop();
@@ -217,14 +217,14 @@ fn known_serial() -> LinkOptions {
     LinkOptions { known_serial: Some("7".into()), ..LinkOptions::default() }
 }
 
-/// That the rate is to be 20 Hz.
+/// The rate is set to 20 Hz.
 fn slowed() -> LinkOptions {
     let fields = |text| RegisterFields::new(text).unwrap();
     let desired_settings = vec![Change { register: Register::ASYNC_RATE, before: fields("40"), after: fields("20") }];
     LinkOptions { desired_settings, ..LinkOptions::default() }
 }
 
-/// A sensor with settings to keep that has been lost, and sends again.
+/// A sensor with desired settings that has been lost, and sends again.
 fn reconnected() -> Bench {
     let mut bench = Bench::connected(LinkOptions { baud: Some(230_400), ..slowed() });
     bench.receive(FRAME);

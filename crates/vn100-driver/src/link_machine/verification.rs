@@ -1,5 +1,5 @@
-//! What is done before output counts as that of the sensor measured so far. The output may be that
-//! of another sensor, or of one that has lost its power and its settings: the serial number is
+//! The steps before output counts as that of the sensor measured so far. The output may be that of
+//! another sensor, or of one that has lost its power and its settings. So the serial number is
 //! read, and the settings are read or written again.
 
 use std::{collections::VecDeque, io, time::Duration};
@@ -9,7 +9,7 @@ use vn100_protocol::{BaudRate, DeviceError, Register, RequestFailure, Response, 
 use super::{PortAction, link_context::LinkContext};
 use crate::{link_error::LinkError, output_plan::Change};
 
-/// Steps that are executed one after the other; each waits for the result of its commands.
+/// Steps that are executed in sequence; each waits for the result of its commands.
 pub(super) struct Verification {
     steps: VecDeque<Step>,
 }
@@ -23,7 +23,7 @@ enum Step {
     ReapplySettings {
         commands: VecDeque<SensorCommand>,
         failure: Option<RequestFailure>,
-        /// The baud rate to change to where the present rate is too low for the settings.
+        /// The baud rate to change to if the present rate is too low for the settings.
         faster: Option<BaudRate>,
     },
     /// Change the baud rate of the sensor, then that of the port.
@@ -54,12 +54,10 @@ impl Verification {
         verification
     }
 
-    /// Whether all steps are done.
     pub(super) fn is_done(&self) -> bool {
         self.steps.is_empty()
     }
 
-    /// Whether the output of the sensor may be paused.
     pub(super) fn may_have_paused_output(&self) -> bool {
         matches!(self.steps.front(), Some(Step::ReapplySettings { .. } | Step::RaiseBaudRate(_)))
     }
@@ -91,7 +89,7 @@ impl Verification {
                 *failure = failure.take().or(result.err());
                 if commands.is_empty() {
                     let (failure, faster) = (failure.take(), faster.take());
-                    // output under other settings is no part of the measurement
+                    // output under other settings is not part of the measurement
                     context.discard_pending(now);
                     match (failure, faster) {
                         (Some(failure), Some(faster)) if is_baud_too_low(&failure) => {
@@ -113,8 +111,8 @@ impl Verification {
         Ok(())
     }
 
-    /// The port was switched to the baud rate of the sensor. Returns that rate; `None` where no
-    /// step waits for it.
+    /// The port was switched to the baud rate of the sensor. Returns that rate; `None` if no step
+    /// waits for it.
     pub(super) fn handle_baud_set(
         &mut self,
         context: &mut LinkContext,
@@ -150,7 +148,7 @@ impl Verification {
 }
 
 /// The step that writes the desired settings; `None` if there are none. The baud rate is not
-/// written: the sensor is found at the rate it has.
+/// written, because the sensor is found at its present rate.
 fn reapply_settings(desired: &[Change], faster: Option<BaudRate>) -> Option<Step> {
     let changes = desired.iter().filter(|change| change.register != Register::BAUD_RATE);
     let writes: Vec<_> = changes
@@ -159,7 +157,7 @@ fn reapply_settings(desired: &[Change], faster: Option<BaudRate>) -> Option<Step
     if writes.is_empty() {
         return None;
     }
-    // by a read the queue detects an echoing line, and can then distinguish the echo of a write
+    // with a read the queue detects an echoing line, and can then distinguish the echo of a write
     // from its answer
     let begin = [SensorCommand::ReadRegister(Register::MODEL), SensorCommand::Async(false)];
     let commands = begin.into_iter().chain(writes).chain([SensorCommand::Async(true)]).collect();

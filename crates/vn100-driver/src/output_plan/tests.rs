@@ -1,4 +1,4 @@
-//! What is planned, in which order, and what cannot be.
+//! The planned writes, their order, and impossible settings.
 
 use proptest::{option, prelude::*, sample::select};
 
@@ -21,7 +21,7 @@ fn current(baud: u32, code: u8, rate_hz: u32) -> Vec<RegisterContents> {
     ]
 }
 
-/// The same with some of the registers holding something else.
+/// The same registers, some with other contents.
 fn with(mut current: Vec<RegisterContents>, others: &[(Register, &str)]) -> Vec<RegisterContents> {
     for (register, fields) in others {
         current.retain(|contents| contents.register != *register);
@@ -38,7 +38,7 @@ fn count(count: bool) -> OutputSettings {
     OutputSettings { count: Some(count), ..OutputSettings::default() }
 }
 
-/// Each write as the sensor sees it.
+/// Each write as received by the sensor.
 fn planned(current: &[RegisterContents], settings: &OutputSettings) -> Vec<String> {
     plan(current, settings)
         .unwrap()
@@ -53,7 +53,7 @@ fn error(current: &[RegisterContents], settings: &OutputSettings) -> String {
 }
 
 #[test]
-fn the_line_is_never_asked_for_more_than_it_carries() {
+fn the_output_always_fits_the_line() {
     let settings = |baud, rate_hz| OutputSettings { baud: Some(baud), ..rate(rate_hz) };
     assert_eq!(planned(&current(115_200, 14, 40), &settings(921_600, 200)), ["05,921600", "07,200"]);
     assert_eq!(planned(&current(921_600, 14, 200), &settings(57_600, 40)), ["07,40", "05,57600"]);
@@ -61,7 +61,7 @@ fn the_line_is_never_asked_for_more_than_it_carries() {
 }
 
 #[test]
-fn a_port_behind_a_value_is_no_change() {
+fn a_port_after_a_value_is_no_change() {
     let replies = [(Register::BAUD_RATE, "115200,1"), (Register::ASYNC_TYPE, "14,1"), (Register::ASYNC_RATE, "40,1")];
     let current = with(current(115_200, 14, 40), &replies);
     let settings = OutputSettings { message: Some("VNYMR".into()), baud: Some(115_200), ..rate(40) };
@@ -92,11 +92,11 @@ fn a_count_of_lines_follows_the_rate_and_no_other_pulse_does() {
     assert_eq!(planned(&lines, &rate(50)), ["07,50", "32,3,0,0,0,1,0,15,100000000,0"]);
     assert_eq!(planned(&lines, &count(true)), [""; 0]);
     assert_eq!(planned(&lines, &count(false)), ["30,0,0,0,0,1,0,1", "32,3,0,0,0,0,0,0,100000000,0"]);
-    // every measurement, and every attitude
+    // a pulse for every measurement, and for every attitude
     for sync in ["3,0,0,0,1,0,0,100000000,0", "3,0,0,0,3,0,19,100000000,0"] {
         assert_eq!(planned(&counting((Register::SYNC_CONTROL, sync)), &rate(20)), ["07,20"]);
     }
-    // pulses of someone's own, which no line counts
+    // pulses for another purpose, which no line counts
     let own = with(current(115_200, 14, 40), &[(Register::SYNC_CONTROL, "3,0,0,0,1,0,19,100000000,0")]);
     assert_eq!(planned(&own, &rate(20)), ["07,20"]);
     let camera = (Register::SYNC_CONTROL, "3,0,0,0,3,1,9,5000000,0");
@@ -106,7 +106,7 @@ fn a_count_of_lines_follows_the_rate_and_no_other_pulse_does() {
 
 #[test]
 fn a_shorter_line_comes_before_a_higher_rate() {
-    // 124 bytes 50 times a second are too much for 57 600 baud, 112 are not
+    // 124 bytes 50 times per second are too many for 57 600 baud, 112 are not
     let counting =
         [(Register::PROTOCOL_CONTROL, "3,0,0,0,1,0,1"), (Register::SYNC_CONTROL, "3,0,0,0,1,0,19,100000000,0")];
     let settings = OutputSettings { rate_hz: Some(50), ..count(false) };
@@ -128,7 +128,7 @@ fn a_port_that_sends_no_lines_can_be_set() {
 
 #[test]
 fn the_highest_rates_are_those_of_the_sheet() {
-    // VNYMR: what the sensor takes at each speed
+    // VNYMR: the rate that the sensor accepts at each baud rate
     let table = [
         (9600, 5),
         (19_200, 10),
@@ -154,8 +154,8 @@ fn the_highest_rates_are_those_of_the_sheet() {
 }
 
 #[test]
-fn packets_take_their_part_of_the_line() {
-    // 110 bytes 40 times a second
+fn packets_need_their_part_of_the_line() {
+    // 110 bytes 40 times per second
     let packets = |text| with(current(115_200, 14, 40), &[(Register::BINARY_OUTPUT_2, text)]);
     assert_eq!(planned(&packets("1,20,01,0739"), &rate(50)), ["07,50"]);
     assert_eq!(
@@ -163,14 +163,14 @@ fn packets_take_their_part_of_the_line() {
         "VNYMR at 50 Hz, beside 11000 bytes a second of packets, needs 17100 bytes a second and 115200 baud carry 11520; \
          at most 4 Hz fit, or take 230400 baud or more"
     );
-    // what is off, or not understood, is left to the sensor
+    // outputs that are off or malformed are left to the sensor
     for text in ["0,8,01,0739", "1,0,01,0739", "1,8,08,0001", "1,8,?"] {
         assert_eq!(planned(&packets(text), &rate(50)), ["07,50"], "{text}");
     }
 }
 
 #[test]
-fn what_cannot_be_says_what_can() {
+fn impossible_settings_report_the_possible_ones() {
     let factory = current(115_200, 14, 40);
     assert_eq!(
         error(&factory, &rate(100)),
@@ -200,14 +200,14 @@ fn what_cannot_be_says_what_can() {
     assert!(error(&without(Register::SYNC_CONTROL), &count(true)).contains("lacks register 32"));
     let damaged = with(factory.clone(), &[(Register::SYNC_CONTROL, "3,0,0")]);
     assert!(error(&damaged, &count(true)).starts_with("register 32 lacks the field "));
-    // and is passed over where it does not matter
+    // they are ignored if they do not matter
     for passable in [without(Register::SYNC_CONTROL), without(Register::IMU_FILTER), damaged] {
         assert_eq!(planned(&passable, &rate(50)), ["07,50"]);
     }
 }
 
 #[test]
-fn packets_come_behind_a_faster_line_and_without_sentences() {
+fn packets_follow_a_faster_line_and_replace_sentences() {
     let factory = current(115_200, 14, 40);
     let packets =
         |name: &str, rate_hz| OutputSettings { message: Some(name.into()), rate_hz, ..OutputSettings::default() };
@@ -222,12 +222,12 @@ fn packets_come_behind_a_faster_line_and_without_sentences() {
 }
 
 #[test]
-fn packets_that_are_sent_keep_their_port_and_take_another_rate() {
+fn active_packets_keep_their_port_and_get_another_rate() {
     let sending = with(current(921_600, 0, 40), &[(Register::BINARY_OUTPUT_1, "2,4,05,0001,001C")]);
     assert_eq!(planned(&sending, &rate(800)), ["75,2,1,05,0001,001C"]);
     let binary = OutputSettings { message: Some("BINARY".into()), ..OutputSettings::default() };
     assert_eq!(planned(&sending, &binary), [""; 0]);
-    // switched off, or without a rate, they are not sent
+    // packets that are off, or have no rate, are not sent
     for off in ["0,4,05,0001,001C", "2,0,05,0001,001C"] {
         let silent = with(current(921_600, 0, 40), &[(Register::BINARY_OUTPUT_1, off)]);
         let port = if off.starts_with('2') { 2 } else { 1 };
@@ -238,7 +238,7 @@ fn packets_that_are_sent_keep_their_port_and_take_another_rate() {
 }
 
 #[test]
-fn packets_that_do_not_come_go_to_the_second_port() {
+fn missing_packets_are_sent_to_the_second_port() {
     let changes = plan(
         &current(115_200, 14, 40),
         &OutputSettings { message: Some("BINARY".into()), ..OutputSettings::default() },
@@ -254,7 +254,7 @@ fn packets_that_do_not_come_go_to_the_second_port() {
 }
 
 #[test]
-fn packets_that_do_not_fit_say_what_does() {
+fn packets_that_do_not_fit_report_what_fits() {
     let factory = current(115_200, 14, 40);
     let asked = OutputSettings { message: Some("BINARY".into()), baud: Some(115_200), ..rate(800) };
     assert_eq!(
@@ -275,7 +275,7 @@ fn message() -> impl Strategy<Value = AsyncType> {
     select((0..=u8::MAX).map(AsyncType).filter(known).collect::<Vec<_>>())
 }
 
-/// A sensor with any output, whether or not the line carries it.
+/// A sensor with any output, whether or not it fits the line.
 fn sensor() -> impl Strategy<Value = Vec<RegisterContents>> {
     let packets = select(vec!["0,0,00", "1,20,01,0101", "1,8,01,0739", "3,4,06,0001,001C"]);
     (select(BaudRate::ALL.to_vec()), message(), select(OUTPUT_RATES_HZ.to_vec()), any::<bool>(), packets).prop_map(
@@ -334,7 +334,7 @@ proptest! {
 }
 
 #[test]
-fn a_change_names_what_is_changed() {
+fn a_change_names_the_changed_setting() {
     let fields = |text| RegisterFields::new(text).unwrap();
     for (register, name) in [
         (Register::BAUD_RATE, "the baud rate (register 05) from 1 to 2"),

@@ -1,5 +1,5 @@
-//! No line of another sensor gets into a measurement, whether it is on the port when that comes
-//! back or behind an adapter that stays, and every line of the same one does.
+//! No line of another sensor is measured, whether it is found on a port that returns or on an
+//! adapter that stays; every line of the same sensor is measured.
 
 use std::time::Duration;
 
@@ -15,32 +15,32 @@ const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
 }
 
-/// That the rate was set to 20 Hz.
+/// The rate was set to 20 Hz.
 fn slowed() -> Vec<Change> {
     let fields = |text| RegisterFields::new(text).unwrap();
     vec![Change { register: Register::ASYNC_RATE, before: fields("40"), after: fields("20") }]
 }
 
-/// A sensor that has told its serial number, with a link that is up.
+/// A sensor that has reported its serial number, with a link that is up.
 async fn known(keep: Vec<Change>) -> (Sensor, Link) {
     let rate_hz = if keep.is_empty() { 40 } else { 20 };
     let sensor = Sensor::new(115_200, rate_hz);
     sensor.world().registers.insert(3, KNOWN.into());
     let mut link = sensor.link(LinkOptions { desired_settings: keep, ..LinkOptions::default() });
     link.until_up().await;
-    // it is asked for early
+    // the serial number is read early
     link.run(ms(500)).await;
     assert!(link.told.registers.contains(&(3, KNOWN.into())));
     (sensor, link)
 }
 
-/// The port is gone.
+/// The port disappears.
 async fn lost(sensor: &Sensor, link: &mut Link) {
     sensor.world().plugged = false;
     link.until_down().await;
 }
 
-/// Nothing comes for a while, as when the sensor is pulled off an adapter that stays.
+/// No bytes come for a while, as when the sensor is disconnected from an adapter that stays.
 async fn silent(sensor: &Sensor, link: &mut Link) {
     (sensor.world().streams, sensor.world().answers) = (false, false);
     link.run(ms(1000)).await;
@@ -51,7 +51,7 @@ fn speak(sensor: &Sensor) {
     (sensor.world().streams, sensor.world().answers) = (true, true);
 }
 
-/// How often the link came up and went down.
+/// The numbers of connects and disconnects.
 fn ups_and_downs(link: &[(i64, LinkEventKind)]) -> (usize, usize) {
     let count = |is: fn(&LinkEventKind) -> bool| link.iter().filter(|(_, kind)| is(kind)).count();
     (count(|kind| matches!(kind, LinkEventKind::Up { .. })), count(|kind| matches!(kind, LinkEventKind::Down { .. })))
@@ -113,7 +113,7 @@ async fn no_line_of_another_sensor_behind_an_adapter_that_stays_is_measured() {
         let rows = link.told.rows;
         sensor.world().registers.insert(3, OTHER.into());
         sensor.world().answers_after = answers_after;
-        // it is plugged in amid a line
+        // it is plugged in while it sends a line
         sensor.world().garbled = true;
         speak(&sensor);
         link.run(ms(40)).await;
@@ -121,18 +121,18 @@ async fn no_line_of_another_sensor_behind_an_adapter_that_stays_is_measured() {
         let told = link.end().await;
         assert_eq!(told.error.unwrap(), "another sensor is on the port: serial number 0100012345, expected 0100099887");
         assert_eq!(told.rows, rows, "answers after {answers_after:?}");
-        // the lines that were held while it was asked
+        // the lines that were pending while it was verified
         assert!(sensor.world().lines > rows);
         assert_eq!(told.counts.bytes(), sensor.world().bytes);
     }
 }
 
 #[tokio::test(start_paused = true)]
-async fn another_sensor_without_output_ends_the_link_by_what_it_answers() {
+async fn the_answer_of_another_sensor_without_output_ends_the_link() {
     let (sensor, mut link) = known(Vec::new()).await;
     link.run(ms(2500)).await;
     sensor.world().registers.insert(3, OTHER.into());
-    // until the link asks whether it is there
+    // until the link asks whether it is connected
     sensor.world().streams = false;
     let error = link.end().await.error.unwrap();
     assert!(error.contains(OTHER), "{error}");
@@ -197,7 +197,7 @@ async fn a_sensor_that_only_answers_is_kept_and_not_asked_for_its_number_each_ti
 }
 
 #[tokio::test(start_paused = true)]
-async fn listening_only_asks_nobody_for_a_number_that_another_program_was_told() {
+async fn a_link_that_only_listens_does_not_verify_an_overheard_serial_number() {
     let sensor = Sensor::new(115_200, 40);
     let mut link = sensor.link(LinkOptions { listen_only: true, ..LinkOptions::default() });
     link.until_up().await;

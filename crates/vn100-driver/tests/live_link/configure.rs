@@ -1,5 +1,5 @@
-//! Setting a sensor over a live link: what is written, what is undone, and that its output goes on
-//! whatever happens.
+//! Setting a sensor over a live link: the writes, their restoration, and that its output continues
+//! in any case.
 
 use std::{slice, time::Duration};
 
@@ -18,14 +18,14 @@ fn sensor() -> Sensor {
     sensor
 }
 
-/// A link to it that is up.
+/// A link to the sensor that is up.
 async fn up(sensor: &Sensor) -> Link {
     let mut link = sensor.link(LinkOptions::default());
     link.until_up().await;
     link
 }
 
-/// The same, with somebody who sets it so.
+/// The same link, with a task that sets the sensor.
 async fn configuring(
     sensor: &Sensor,
     settings: OutputSettings,
@@ -37,7 +37,7 @@ async fn configuring(
 }
 
 #[tokio::test(start_paused = true)]
-async fn rate_and_speed_are_changed_measured_and_put_back() {
+async fn rate_and_baud_rate_are_changed_measured_and_restored() {
     let sensor = sensor();
     let mut link = up(&sensor).await;
     let handle = link.handle.clone();
@@ -64,10 +64,10 @@ async fn rate_and_speed_are_changed_measured_and_put_back() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_count_follows_the_rate_and_a_port_told_is_no_change() {
+async fn a_count_follows_the_rate_and_a_reported_port_is_no_change() {
     let sensor = sensor();
     let counting = "3,0,0,0,1,0,19,100000000,0";
-    // 38 bytes 20 times a second beside the lines
+    // 38 bytes 20 times per second in addition to the lines
     let told = [(6, "14,1"), (30, "3,0,0,0,1,0,1"), (32, counting), (75, "1,40,01,0201")];
     sensor.world().registers.extend(told.map(|(register, fields)| (register, fields.to_owned())));
     let mut link = up(&sensor).await;
@@ -88,7 +88,7 @@ async fn a_count_follows_the_rate_and_a_port_told_is_no_change() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_not_kept_is_told_and_the_output_goes_on() {
+async fn a_setting_that_is_not_kept_is_reported_and_the_output_continues() {
     let sensor = sensor();
     sensor.world().forgets = Some(7);
     let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
@@ -99,7 +99,7 @@ async fn what_is_not_kept_is_told_and_the_output_goes_on() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_does_not_fit_is_not_written() {
+async fn settings_that_do_not_fit_are_not_written() {
     let sensor = sensor();
     let settings = OutputSettings { rate_hz: Some(200), ..OutputSettings::default() };
     let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
@@ -109,9 +109,9 @@ async fn what_does_not_fit_is_not_written() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_refusal_in_the_middle_puts_back_what_was_written_before_it() {
+async fn a_refusal_restores_the_earlier_writes() {
     let sensor = sensor();
-    // it has the register to be read, and not to be written
+    // the register can be read, but not written
     sensor.world().read_only = Some(85);
     let settings = OutputSettings { rate_hz: Some(20), window: Some(40), ..OutputSettings::default() };
     let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
@@ -124,7 +124,7 @@ async fn a_refusal_in_the_middle_puts_back_what_was_written_before_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn told_to_stop_at_any_time_it_puts_back_what_was_written() {
+async fn a_stop_at_any_time_restores_the_writes() {
     for after in (0..2500).step_by(37).map(Duration::from_millis) {
         let sensor = sensor();
         let stop = CancellationToken::new();
@@ -136,7 +136,7 @@ async fn told_to_stop_at_any_time_it_puts_back_what_was_written() {
         let error = work.await.unwrap().unwrap_err();
         let ConfigureError::Interrupted { undone } = error else { panic!("after {after:?}: {error}") };
         let world = sensor.world();
-        // each write that was answered is told, and one under way may be
+        // each write that was answered is reported, and a pending one may be
         let is_written = |line: &str| world.written.iter().any(|(_, bytes)| bytes.starts_with(line.as_bytes()));
         assert_eq!(undone.iter().any(|change| change.register == Register::ASYNC_RATE), is_written("$VNWRG,07,20"));
         let registers = (world.registers[&7].as_str(), world.registers[&85].as_str());
@@ -146,7 +146,7 @@ async fn told_to_stop_at_any_time_it_puts_back_what_was_written() {
 
 const PACKETS_OFF: (u8, &str) = (75, "0,0,01,0001");
 
-/// A sensor that can send packets, and what sets it to send as many as it measures.
+/// A sensor that can send packets, and the settings for one packet per measurement.
 fn sensor_of_packets() -> (Sensor, OutputSettings) {
     let sensor = sensor();
     sensor.world().registers.insert(PACKETS_OFF.0, PACKETS_OFF.1.into());
@@ -180,13 +180,13 @@ async fn interrupted_at_any_time_packets_leave_the_sensor_as_it_was() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn packets_that_do_not_come_on_the_first_port_are_sent_to_the_second() {
+async fn packets_missing_on_the_first_port_are_sent_to_the_second() {
     let (sensor, settings) = sensor_of_packets();
     let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
     let configured = link.until_done(work).await.unwrap();
     let packets = configured.changes.iter().find(|change| change.register == Register::BINARY_OUTPUT_1).unwrap();
     assert_eq!((packets.before.as_str(), packets.after.as_str()), (PACKETS_OFF.1, "2,1,05,0001,001C"));
-    // this sensor sends none on either
+    // this sensor sends no packets on either port
     assert!(!configured.rate_is_kept() && configured.measured_hz == 0.0 && configured.rate_hz == 800.0);
     let asked = |line: &str| sensor.world().written.iter().any(|(_, bytes)| bytes.starts_with(line.as_bytes()));
     assert!(asked("$VNWRG,75,1,1,05") && asked("$VNWRG,75,2,1,05"));
@@ -209,7 +209,7 @@ async fn packets_that_a_stall_delays_stay_on_the_first_port() {
     assert!(configured.measured_hz > 30.0, "{configured:?}");
 }
 
-/// A stall too short to be a silence delays frames out of the first count, and into the second.
+/// A stall too short to be a silence delays frames from the first count into the second.
 #[tokio::test(start_paused = true)]
 async fn frames_that_a_stall_delays_are_counted_again() {
     for after_ms in (2000..2500).step_by(20) {
@@ -228,7 +228,7 @@ async fn frames_that_a_stall_delays_are_counted_again() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_cannot_be_put_back_is_told() {
+async fn a_failed_restoration_is_reported() {
     let sensor = sensor();
     let stop = CancellationToken::new();
     let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
@@ -257,7 +257,7 @@ async fn lines_of_any_message_are_counted() {
 
 #[tokio::test(start_paused = true)]
 async fn the_first_line_of_a_faster_output_may_come_a_whole_old_period_later() {
-    // wherever between two of its lines it is set
+    // it is set at any time between two of its lines
     for after in (0..1000).step_by(100).map(Duration::from_millis) {
         let sensor = Sensor::new(115_200, 1);
         sensor.world().registers.insert(30, PROTOCOL.1.into());
@@ -291,7 +291,7 @@ async fn lines_of_a_message_that_is_not_set_are_not_counted() {
 
 #[tokio::test(start_paused = true)]
 async fn what_is_lost_with_the_power_while_it_is_counted_is_set_once_more() {
-    // the port goes with the power, and comes back before the count is over or behind it; or it stays
+    // the port disappears with the power, and returns before or after the end of the count; or it stays
     for away in [Some(100), Some(1500), Some(4000), None].map(|away| away.map(Duration::from_millis)) {
         let (sensor, mut link, work) = counting().await;
         power_fails(&sensor, away.is_none());
@@ -329,7 +329,7 @@ async fn a_sensor_that_does_not_come_back_while_it_is_counted_may_stay_changed()
     link.stop().await;
 }
 
-/// A sensor that is set to 20 Hz, and counted for a second since.
+/// A sensor that was set to 20 Hz and has been counted for a second.
 async fn counting() -> (Sensor, Link, JoinHandle<Result<Configured, ConfigureError>>) {
     let sensor = sensor();
     let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
@@ -342,7 +342,7 @@ async fn counting() -> (Sensor, Link, JoinHandle<Result<Configured, ConfigureErr
     (sensor, link, work)
 }
 
-/// It is as it was switched on; its port is gone too, or it says nothing on one that stays.
+/// The sensor has its state after power-up; its port disappears as well, or it stays and is silent.
 fn power_fails(sensor: &Sensor, port_stays: bool) {
     let mut world = sensor.world();
     world.registers.insert(7, "40".into());
@@ -354,8 +354,8 @@ fn power_fails(sensor: &Sensor, port_stays: bool) {
     }
 }
 
-/// Sets it and closes the link right behind that, as whoever wants no more of it; tells it to stop
-/// so long after so many lines were written.
+/// Sets it and closes the link right after that; the stop comes this long after this many written
+/// lines.
 async fn configured_and_closed(
     sensor: &Sensor,
     settings: OutputSettings,
@@ -377,7 +377,7 @@ async fn configured_and_closed(
 
 #[tokio::test(start_paused = true)]
 async fn stopped_at_any_request_the_output_resumes_although_the_link_closes_at_once() {
-    // before the answer, and behind it where the last of a paused output may still come
+    // before the answer, and after it, when the last frames of a paused output may still come
     for after in [0, 50, 120].map(Duration::from_millis) {
         let mut lines = 0;
         let paused_first = loop {
@@ -404,7 +404,7 @@ async fn the_output_resumes_after_a_refused_first_command_although_the_link_clos
     let sensor = sensor();
     sensor.world().read_only = Some(7);
     let rate = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
-    // it has no command to keep its settings
+    // it has no command for saving its settings
     let save = OutputSettings { save: true, ..OutputSettings::default() };
     for (settings, refusal) in [(rate, "VNERR 09"), (save, "VNERR 04")] {
         let error = configured_and_closed(&sensor, settings, None).await.unwrap_err().to_string();

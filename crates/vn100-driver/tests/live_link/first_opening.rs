@@ -1,4 +1,4 @@
-//! A port that is opened first, or again: a sensor that boots, none at all, and a receiver that
+//! The first opening of a port, or another one: a sensor that boots, no sensor, and a receiver that
 //! flips bits.
 
 use std::time::Duration;
@@ -6,7 +6,7 @@ use std::time::Duration;
 use crate::support::{LINE, Sensor};
 use vn100_driver::LinkOptions;
 
-/// Both rates, with a speed that carries them.
+/// Both rates, with a sufficient baud rate.
 const RATES: [(u32, u32); 2] = [(40, 115_200), (200, 921_600)];
 
 const fn ms(ms: u64) -> Duration {
@@ -34,7 +34,7 @@ async fn a_sensor_that_boots_is_waited_for_at_the_first_speed() {
         assert!(!asked_elsewhere(&sensor));
         link.run(ms(1000)).await;
     }
-    // where something comes it is not booting
+    // a sensor that sends is not booting
     let sensor = Sensor::new(921_600, 40);
     let mut link = sensor.link(LinkOptions::default());
     link.until_up().await;

@@ -1,5 +1,5 @@
-//! The byte ledger: every byte that was read from the port is counted and recorded, however the
-//! link ends.
+//! The byte ledger: every byte read from the port is counted and recorded, for every end of the
+//! link.
 
 use std::time::Duration;
 
@@ -8,14 +8,14 @@ use tokio::sync::mpsc;
 use vn100_driver::LinkOptions;
 use vn100_protocol::stream::{LinkEventKind, StreamInput};
 
-/// The last one in the order of the baud scan.
+/// The last baud rate in the order of the baud scan.
 const LAST_BAUD: u32 = 128_000;
 
 const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
 }
 
-/// The bytes that a recording accounts for: those in it, and those that it says are missing.
+/// The bytes that a recording accounts for: the recorded ones, and those reported as missing.
 async fn accounted_for(mut recorded: mpsc::Receiver<StreamInput>) -> u64 {
     let mut bytes = 0;
     while let Some(input) = recorded.recv().await {
@@ -64,7 +64,7 @@ async fn bytes_of_a_baud_scan_that_a_stop_ends_are_counted_and_recorded() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn bytes_that_a_full_recording_could_not_take_are_recorded_as_missing() {
+async fn bytes_lost_to_a_full_recording_are_recorded_as_missing() {
     let sensor = Sensor::new(115_200, 40);
     let (recording, recorded) = mpsc::channel(10);
     let mut link = sensor.link(LinkOptions { recording: Some(recording), ..LinkOptions::default() });

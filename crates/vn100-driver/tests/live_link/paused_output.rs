@@ -1,4 +1,4 @@
-//! A sensor whose output somebody else has paused: made to go on, told, and left as it was found.
+//! A sensor whose output another program has paused: it is resumed, reported, and left as it was found.
 
 use std::time::Duration;
 
@@ -21,14 +21,14 @@ fn paused(rate_hz: u32) -> Sensor {
     sensor
 }
 
-/// A link to it that is up.
+/// A link to the sensor that is up.
 async fn up(sensor: &Sensor) -> Link {
     let mut link = sensor.link(LinkOptions::default());
     link.until_up().await;
     link
 }
 
-/// Stops a link: what it told, and what became of an output that was found paused.
+/// Stops a link: returns its events, and whether an output that was found paused is paused again.
 async fn stop(link: Link) -> (Told, Option<bool>) {
     let mut state = link.handle.state();
     let told = link.stop().await;
@@ -58,7 +58,7 @@ async fn an_output_that_was_found_paused_is_told_and_paused_again() {
     }
 }
 
-/// A host that stands still reads the answer and the first line of the output at once.
+/// After a stall the host reads the answer and the first line of the output at once.
 #[tokio::test(start_paused = true)]
 async fn a_paused_output_whose_first_line_comes_with_the_answer_is_paused_again() {
     for rate_hz in [1, 40] {
@@ -72,7 +72,7 @@ async fn a_paused_output_whose_first_line_comes_with_the_answer_is_paused_again(
     }
 }
 
-/// A part of an answer is no output: a paused output is found no later for it.
+/// A part of an answer is no output: it does not delay the detection of a paused output.
 #[tokio::test(start_paused = true)]
 async fn a_paused_output_is_found_in_three_seconds_where_answers_come_in_two_reads() {
     let sensor = paused(40);
@@ -107,7 +107,7 @@ async fn a_slow_output_whose_frames_are_damaged_was_not_paused() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn it_is_paused_again_where_nobody_takes_the_events_any_more() {
+async fn it_is_paused_again_after_the_receiver_of_events_is_dropped() {
     let sensor = paused(40);
     let mut link = up(&sensor).await;
     link.until(|kind| *kind == LinkEventKind::OutputResumed).await;
@@ -118,7 +118,7 @@ async fn it_is_paused_again_where_nobody_takes_the_events_any_more() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_output_that_is_paused_in_the_middle_of_a_measurement_is_found_so_too() {
+async fn an_output_paused_during_a_measurement_is_detected() {
     let sensor = paused(40);
     sensor.world().streams = true;
     let mut link = up(&sensor).await;
@@ -131,7 +131,7 @@ async fn an_output_that_is_paused_in_the_middle_of_a_measurement_is_found_so_too
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_cannot_be_paused_again_is_told() {
+async fn a_failed_pause_is_reported() {
     let sensor = paused(40);
     let mut link = up(&sensor).await;
     link.until(|kind| *kind == LinkEventKind::OutputResumed).await;
@@ -142,7 +142,7 @@ async fn what_cannot_be_paused_again_is_told() {
 
 #[tokio::test(start_paused = true)]
 async fn a_sensor_that_is_silent_for_another_reason_was_not_paused() {
-    // it has no output; it is without power for a while, and boots; it sends late
+    // it has no output; it has no power for a while, and boots; it sends late
     for (case, away) in [(0, 0), (1, 1000), (2, 4000)] {
         let sensor = paused(40);
         sensor.world().streams = case > 0;
@@ -163,7 +163,7 @@ async fn a_sensor_that_is_silent_for_another_reason_was_not_paused() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn whoever_asks_for_the_output_keeps_it() {
+async fn a_user_who_resumes_the_output_keeps_it_on() {
     let sensor = paused(40);
     let mut link = up(&sensor).await;
     link.until(|kind| *kind == LinkEventKind::OutputResumed).await;
@@ -175,7 +175,7 @@ async fn whoever_asks_for_the_output_keeps_it() {
     assert!(sensor.world().streams);
 }
 
-/// Sets the rate; the link is stopped behind it.
+/// Sets the rate; the link is stopped after that.
 async fn set(
     sensor: &Sensor,
     rate_hz: u32,
@@ -193,7 +193,7 @@ async fn set(
     work.await.unwrap()
 }
 
-/// Puts back what was changed, over a link of its own.
+/// Restores the changes, over another link.
 async fn put_back(sensor: &Sensor, configured: Configured) {
     let mut link = up(sensor).await;
     let handle = link.handle.clone();
@@ -204,13 +204,13 @@ async fn put_back(sensor: &Sensor, configured: Configured) {
 }
 
 #[tokio::test(start_paused = true)]
-async fn whoever_sets_the_output_has_it_and_is_told_that_it_was_paused() {
+async fn a_user_who_sets_the_output_learns_that_it_was_paused() {
     for rate_hz in [40, 20] {
         let sensor = paused(40);
         let configured = set(&sensor, rate_hz, &CancellationToken::new(), ms(10_000)).await.unwrap();
         assert!(configured.was_paused && configured.rate_is_kept(), "{configured:?}");
         assert!(sensor.world().streams);
-        // put back by somebody who finds it so
+        // restored by a link that finds it in this state
         put_back(&sensor, configured).await;
         let world = sensor.world();
         assert_eq!((world.registers[&7].as_str(), world.streams), ("40", true));
@@ -231,7 +231,7 @@ async fn told_to_stop_at_any_time_it_leaves_the_output_paused() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_put_back_on_a_sensor_that_is_paused_leaves_it_so() {
+async fn restoring_a_paused_sensor_leaves_it_paused() {
     let sensor = paused(40);
     sensor.world().streams = true;
     let configured = set(&sensor, 20, &CancellationToken::new(), ms(10_000)).await.unwrap();
@@ -243,7 +243,7 @@ async fn what_is_put_back_on_a_sensor_that_is_paused_leaves_it_so() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_slow_output_and_none_at_all_are_not_taken_for_a_paused_one() {
+async fn slow_and_absent_output_are_not_a_paused_one() {
     for (message, rate_hz) in [("14", "1"), ("0", "1"), ("14", "0")] {
         let sensor = paused(1);
         sensor.world().streams = (message, rate_hz) == ("14", "1");

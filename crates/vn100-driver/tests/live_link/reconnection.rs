@@ -1,5 +1,4 @@
-//! A live link on a scripted sensor: the search for its speed, losses of the link, and what is told
-//! of both.
+//! A live link to a scripted sensor: the baud scan, losses of the link, and the events for both.
 
 use std::time::Duration;
 
@@ -9,7 +8,7 @@ use vn100_driver::{BAUD_RATES, Change, LinkOptions, LinkState};
 use vn100_protocol::stream::{LinkEventKind, StreamInput};
 use vn100_protocol::{Register, RegisterFields};
 
-/// Both rates, with a speed that carries them.
+/// Both rates, with a sufficient baud rate.
 const RATES: [(u32, u32); 2] = [(40, 115_200), (200, 921_600)];
 
 const fn ms(ms: u64) -> Duration {
@@ -27,7 +26,8 @@ async fn a_sensor_is_found_at_each_baud_rate_and_no_byte_is_lost() {
         let up = LinkEventKind::Up { port: "/dev/imu".into(), baud: Some(baud) };
         assert_eq!(told.link.last().unwrap().1, up);
         assert_eq!(told.error, None);
-        // every line at the right speed is a sample, from the one it was found by on; every byte is accounted for
+        // every line at the correct rate is a sample, beginning with the first one found; every byte is accounted
+        // for
         assert_eq!(told.rows, sensor.world().lines, "at {baud}");
         assert_eq!(told.counts.bytes(), sensor.world().bytes, "at {baud}");
         assert!(told.rows >= 9);
@@ -77,14 +77,14 @@ async fn a_sensor_without_output_is_kept_and_one_that_is_gone_is_not() {
         let mut link = sensor.link(LinkOptions::default());
         link.until_up().await;
         link.run(ms(1000)).await;
-        // no message is chosen: it answers, and sends nothing
+        // no message is selected: the sensor answers, but sends nothing
         sensor.world().period = ms(3_600_000);
         link.run(ms(60_000)).await;
         assert!(matches!(&*link.handle.state().borrow(), LinkState::Silent(_)));
         assert_eq!(link.told.counts.connects, 1);
         let written = sensor.world().written.len();
         assert!(written < 40, "{written} commands: asked every ten seconds, not identified again and again");
-        // switched off behind its adapter
+        // switched off, with its adapter still connected
         sensor.world().answers = false;
         link.until_down().await;
         let cause = "the sensor sends nothing and does not reply".into();
@@ -96,7 +96,7 @@ async fn a_sensor_without_output_is_kept_and_one_that_is_gone_is_not() {
     }
 }
 
-/// From power-up to the first line.
+/// The time from power-up to the first line.
 const BOOT: Duration = ms(1250);
 
 #[tokio::test(start_paused = true)]
@@ -106,7 +106,7 @@ async fn a_restart_of_the_sensor_begins_a_new_segment() {
         let mut link = sensor.link(LinkOptions::default());
         link.until_up().await;
         link.run(ms(5000)).await;
-        // it boots, and answers nothing meanwhile
+        // it boots, and does not answer meanwhile
         sensor.world().says = Some("VNERR,0A");
         (sensor.world().streams, sensor.world().answers) = (false, false);
         link.until_down().await;
@@ -152,7 +152,7 @@ async fn an_unplug_in_the_middle_of_a_line_is_a_new_segment() {
         sensor.world().plugged = true;
         link.until_up().await;
         link.run(ms(500)).await;
-        // with good data the waits begin from the shortest again
+        // with good data the delays are reset to the shortest
         sensor.world().cut_at = Some(LINE.len());
         link.until_down().await;
         sensor.world().plugged = true;
@@ -170,7 +170,7 @@ async fn an_unplug_in_the_middle_of_a_line_is_a_new_segment() {
     }
 }
 
-/// That the rate was set to 20 Hz.
+/// The rate was set to 20 Hz.
 fn slowed() -> Vec<Change> {
     let fields = |text| RegisterFields::new(text).unwrap();
     vec![Change { register: Register::ASYNC_RATE, before: fields("40"), after: fields("20") }]
@@ -209,7 +209,7 @@ async fn a_sensor_that_lost_its_power_is_set_again_before_anything_of_it_is_meas
 
 #[tokio::test(start_paused = true)]
 async fn a_sensor_that_needs_the_baud_rate_it_lost_with_its_power_is_reconfigured() {
-    // what 115 200 baud do not carry, and what they do
+    // a rate that does not fit 115 200 baud, and one that does
     for (rate_hz, baud, periods) in [("200", 460_800, 200), ("50", 115_200, 50)] {
         let sensor = Sensor::new(460_800, periods);
         let fields = |text| RegisterFields::new(text).unwrap();
@@ -236,7 +236,7 @@ async fn a_sensor_that_needs_the_baud_rate_it_lost_with_its_power_is_reconfigure
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_that_cannot_be_set_again_is_not_measured() {
+async fn a_sensor_that_cannot_be_configured_again_is_not_measured() {
     let sensor = Sensor::new(115_200, 20);
     let mut link = sensor.link(LinkOptions { desired_settings: slowed(), ..LinkOptions::default() });
     link.until_up().await;
@@ -270,7 +270,7 @@ async fn the_speed_it_had_is_tried_first() {
     link.until_up().await;
     let told = link.stop().await;
     let [.., (down, _), (up, _)] = told.link[..] else { panic!("{:?}", told.link) };
-    // the first wait, and at most a line's time and the question
+    // the first delay, and at most the time of a line and the question
     assert!(up - down < 500, "{:?}", told.link);
 }
 
@@ -343,7 +343,7 @@ async fn the_recording_holds_what_came_and_never_delays() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn it_ends_when_nobody_listens() {
+async fn it_ends_without_a_receiver() {
     let sensor = Sensor::new(115_200, 40);
     sensor.world().streams = false;
     let mut link = sensor.link(LinkOptions::default());

@@ -1,4 +1,4 @@
-//! What was recorded of a link replays as it was measured.
+//! A recording of a link replays as it was measured.
 
 use std::{collections::BTreeMap, time::Duration};
 
@@ -9,8 +9,8 @@ use vn100_capture::{Capture, CaptureOptions, Event, Recorder};
 use vn100_driver::{LinkOptions, open_link};
 use vn100_protocol::stream::{Arrival, LinkEvent, ReadOptions, StreamCounts};
 
-/// All that events tell of samples and of the link: rows, the times they came, events with the rows
-/// before them, counts.
+/// The content of the events: rows, their arrival times, link events with the number of rows before
+/// them, counts.
 async fn told(mut events: mpsc::Receiver<Event>) -> (Vec<i32>, Vec<Arrival>, Vec<(usize, LinkEvent)>, StreamCounts) {
     let (mut counts, mut arrivals, mut link, mut totals) =
         (Vec::new(), Vec::new(), Vec::new(), StreamCounts::default());

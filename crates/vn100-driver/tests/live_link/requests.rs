@@ -1,5 +1,5 @@
-//! What is asked of a scripted sensor over a live link, and what it answers between its lines, also
-//! where the line echoes.
+//! Requests to a scripted sensor over a live link, and its answers between its lines, also on a
+//! line that echoes.
 
 use std::time::Duration;
 
@@ -48,7 +48,7 @@ async fn requests_are_answered_between_the_lines() {
     let text = refused.unwrap_err().to_string();
     assert!(text.starts_with("the sensor refused $VNRRG,99*73 with VNERR 08: "), "{text}");
     assert_eq!(absent, Ok(None));
-    // a lost link answers at once: what was under way, and what comes then
+    // a lost link answers at once: the pending command, and later ones
     link.run(ms(4000)).await;
     sensor.world().answers = false;
     let handle = link.handle.clone();
@@ -62,7 +62,7 @@ async fn requests_are_answered_between_the_lines() {
     };
     assert_eq!(asked.await.unwrap(), down(1));
     assert_eq!(link.handle.read(Register::ASYNC_RATE).await, down(0));
-    // and no sample was lost by all that
+    // no sample was lost meanwhile
     let handle = link.handle.clone();
     assert_eq!(link.stop().await.rows, sensor.world().lines + 1);
     assert_eq!(handle.read(Register::ASYNC_RATE).await, Err(CommandError::LinkClosed));
@@ -117,7 +117,7 @@ async fn the_temperature_is_read_between_the_lines() {
     assert_eq!(readings.count(), 3);
 }
 
-/// A sensor on a line that hands back what is written, as RS-485 over two wires does.
+/// A sensor on a line that echoes, such as RS-485 over two wires.
 fn echoing(baud: u32) -> Sensor {
     let sensor = Sensor::new(baud, 40);
     sensor.world().echoes = true;
@@ -156,7 +156,7 @@ async fn a_sensor_behind_an_echoing_line_is_found_and_identified() {
         link.run(ms(6000)).await;
         let told = link.stop().await;
         assert_eq!(told.registers.iter().filter(|(register, _)| *register == 7).count(), 1);
-        // the answer to the search, and those to the identification
+        // the answer to the baud scan, and the answers to the identification
         assert_eq!((told.counts.echoes, told.counts.answers()), (24, 25), "at {baud}");
         assert_eq!(told.counts.unsolicited_errors.iter().count(), 0);
         assert_eq!(told.rows, sensor.world().lines);
@@ -164,11 +164,11 @@ async fn a_sensor_behind_an_echoing_line_is_found_and_identified() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_written_over_a_line_that_echoes_counts_when_the_sensor_has_answered() {
+async fn a_write_over_a_line_that_echoes_counts_after_the_answer_of_the_sensor() {
     let sensor = echoing(115_200);
     let told = [(30, "0,0,0,0,1,0,1"), (85, "0,4,4,4,0,0,3,3,3,0")];
     sensor.world().registers.extend(told.map(|(register, fields)| (register, fields.to_owned())));
-    // it answers what it does not do
+    // it answers a write that it does not execute
     sensor.world().read_only = Some(85);
     let mut link = sensor.link(LinkOptions::default());
     link.until_up().await;
@@ -190,7 +190,7 @@ async fn what_is_written_over_a_line_that_echoes_counts_when_the_sensor_has_answ
 }
 
 #[tokio::test(start_paused = true)]
-async fn errors_that_nobody_asked_for_are_counted() {
+async fn unsolicited_errors_are_counted() {
     use DeviceError::{InvalidCommand, OutputBufferOverflow};
     for listen_only in [false, true] {
         let sensor = Sensor::new(115_200, 40);

@@ -1,5 +1,5 @@
-//! An adapter that is pulled out and comes back under another name, on pseudo-terminals: it is
-//! followed, and no other adapter is opened.
+//! An adapter that is unplugged and returns under another name, on pseudo-terminals: the link
+//! follows it, and opens no other adapter.
 
 use std::{
     fs,
@@ -47,14 +47,14 @@ impl Machine {
     }
 }
 
-/// Makes a name lead to a port, or to another than before.
+/// Makes a name refer to a port, in place of its former target.
 fn lead(name: &Path, port: &str) {
     let fresh = name.with_extension("new");
     symlink(port, &fresh).unwrap();
     fs::rename(fresh, name).unwrap();
 }
 
-/// Sends lines on all ports until the link is up: by which name.
+/// Sends lines on all ports until the link is up; returns the name that was used.
 async fn up(state: &mut watch::Receiver<LinkState>, sensors: &mut [&mut TTYPort]) -> String {
     let mut lines = interval(Duration::from_millis(10));
     loop {
@@ -63,13 +63,13 @@ async fn up(state: &mut watch::Receiver<LinkState>, sensors: &mut [&mut TTYPort]
                 let LinkState::Up(up) = found.unwrap().clone() else { continue };
                 return up.port;
             }
-            // nobody reads a port that is not opened, and it is full one day
+            // a port that is not opened is not read, and becomes full
             _ = lines.tick() => sensors.iter_mut().for_each(|sensor| drop(sensor.write(LINE.as_bytes()))),
         }
     }
 }
 
-/// Why the link is not opened again.
+/// The reason why the link is not opened again.
 async fn refusal(state: &mut watch::Receiver<LinkState>) -> String {
     let refused =
         |state: &LinkState| matches!(state, LinkState::Down { cause, .. } if cause.starts_with("cannot open"));
@@ -112,7 +112,7 @@ async fn an_adapter_is_followed_to_another_name_and_no_other_is_opened() {
         "{told}"
     );
 
-    // its name is another's now, on which a sensor sends too
+    // its name now belongs to another port, on which a sensor sends as well
     let (mut other_sensor, other) = machine.plug_in("B2");
     lead(&name, &other);
     let is_news = |state: &LinkState| matches!(state, LinkState::Down { cause, .. } if *cause != told);

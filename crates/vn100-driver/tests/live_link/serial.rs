@@ -1,4 +1,4 @@
-//! A serial port on a pseudo terminal: what passes, what a hang-up does, who else may open it.
+//! A serial port on a pseudo-terminal: the transferred bytes, a hang-up, and other programs that open it.
 
 use std::{
     io::{ErrorKind, Read, Write},
@@ -13,7 +13,7 @@ use vn100_driver::{
 };
 use vn100_protocol::stream::{StreamCounts, StreamInput};
 
-/// The sensor's end, and the name of ours.
+/// The sensor's end, and the name of our end.
 fn terminal() -> (TTYPort, String) {
     let (sensor, ours) = TTYPort::pair().unwrap();
     let name = ours.name().unwrap();
@@ -42,7 +42,7 @@ async fn receive(connection: &mut SerialConnection, length: usize) -> Vec<u8> {
 async fn every_byte_passes_both_ways_unchanged() {
     let (mut sensor, name) = terminal();
     let mut connection = open(&name).await;
-    // line ends, control characters and all others: nothing may be interpreted on the way
+    // line ends, control characters and all others: no byte may be interpreted on the way
     let all: Vec<u8> = (0..=255).cycle().take(2000).collect();
     sensor.write_all(&all).unwrap();
     assert_eq!(receive(&mut connection, all.len()).await, all);
@@ -82,7 +82,7 @@ async fn a_port_is_opened_once_and_again_after_it_was_closed() {
     let (_sensor, name) = terminal();
     let first = open(&name).await;
     let error = SerialPorts::new(&name, Clock::start()).open(115_200).await.map(drop).unwrap_err();
-    // this process has the other side as well, and what is behind a port is not named as its user
+    // this process has the other side as well, and the device is not reported as a user of the port
     assert!(matches!(&error, ConnectError::Port { problem: PortProblem::Busy(None), .. }), "{error}");
     first.close().await;
     open(&name).await.close().await;
@@ -101,7 +101,7 @@ async fn a_symlink_leads_to_the_port() {
 }
 
 #[tokio::test]
-async fn what_cannot_be_opened_is_told_by_kind() {
+async fn ports_that_cannot_be_opened_are_reported_by_kind() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("capture.vnymr");
     std::fs::write(&file, "").unwrap();
@@ -131,7 +131,7 @@ async fn inputs_that_wait_when_a_link_is_stopped_are_counted() {
         (0..LINES).for_each(|_| sensor.write_all(&line).unwrap());
         (sensor, LINES * line.len())
     });
-    // no event is taken meanwhile, so that the bytes wait behind the link
+    // no event is taken meanwhile, so the bytes wait before the link
     let (_sensor, written) = tokio::task::spawn_blocking(|| writer.join().unwrap()).await.unwrap();
     stop.cancel();
     let mut counts = StreamCounts::default();
@@ -140,7 +140,7 @@ async fn inputs_that_wait_when_a_link_is_stopped_are_counted() {
             counts = batch.link;
         }
     }
-    // what the system holds was not read
+    // bytes in the buffer of the system were not read
     const UNREAD: usize = 80_000;
     let counted = (counts.bytes() + counts.overrun_bytes) as usize;
     assert!(counted + UNREAD >= written, "{counted} of {written} bytes");

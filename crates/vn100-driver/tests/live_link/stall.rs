@@ -1,6 +1,6 @@
-//! A machine or an adapter that stands still for a while and then hands on all at once: in two
-//! seconds a link loses nothing by it, and in longer ones it is lost, and found at the speed it
-//! had.
+//! A machine or an adapter that stalls for a while and then delivers all bytes at once: a stall of
+//! two seconds loses nothing, and a longer one loses the link, which reconnects at the former baud
+//! rate.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
 }
 
-/// What the link says of itself until it is closed.
+/// The states of the link until it is closed.
 fn states(mut state: watch::Receiver<LinkState>) -> JoinHandle<Vec<&'static str>> {
     tokio::spawn(async move {
         let mut told = Vec::new();
@@ -33,7 +33,7 @@ fn states(mut state: watch::Receiver<LinkState>) -> JoinHandle<Vec<&'static str>
     })
 }
 
-/// That the rate was set to this.
+/// The rate was set to this.
 fn set_to(rate_hz: u32) -> Vec<Change> {
     let fields = |rate_hz: u32| RegisterFields::new(rate_hz.to_string()).unwrap();
     vec![Change { register: Register::ASYNC_RATE, before: fields(10), after: fields(rate_hz) }]
@@ -49,7 +49,7 @@ async fn a_stall_costs_a_link_nothing() {
             let states = states(link.handle.state());
             link.until_up().await;
             link.run(ms(6000)).await;
-            // one that does not answer for its number must not cost a line either
+            // a sensor that does not report its serial number must not lose a line either
             sensor.world().answers = answers;
             let before = sensor.world().lines;
             let stalled_until = Instant::now() + ms(2000);
@@ -65,7 +65,7 @@ async fn a_stall_costs_a_link_nothing() {
                 let world = sensor.world();
                 assert_eq!((told.rows, told.counts.bytes()), (world.lines, world.bytes), "answers: {answers}");
             }
-            // nothing befell it after it was found
+            // no event after the sensor was found
             assert!(matches!(told.link.last(), Some((_, LinkEventKind::Up { .. }))), "{:?}", told.link);
             assert_eq!((told.counts.connects, told.counts.tally.rejected.total()), (1, 0));
             assert_eq!(states.await.unwrap(), ["other", "up", "silent", "up", "other"]);
@@ -77,14 +77,14 @@ async fn a_stall_costs_a_link_nothing() {
 async fn a_sensor_delayed_for_long_is_found_at_its_baud_rate() {
     for (rate_hz, baud) in [(40, 115_200), (200, 921_600)] {
         for listen_only in [false, true] {
-            // a look at one of the other speeds takes 0.2 to 0.5 s, or 1.2 s without asking
+            // an attempt at one of the other baud rates takes 0.2 to 0.5 s, or 1.2 s without a question
             for stall_ms in (3500..=8000).step_by(500) {
                 let start = Instant::now();
                 let sensor = Sensor::new(baud, rate_hz);
                 let mut link = sensor.link(LinkOptions { listen_only, ..LinkOptions::default() });
                 link.until_up().await;
                 link.run(ms(6000)).await;
-                // where nothing is asked, it is given up after ten seconds
+                // if no question is sent, it is given up after ten seconds
                 let stall = ms(stall_ms + if listen_only { 15_000 } else { 0 });
                 let rows = link.told.rows;
                 sensor.world().stalled_until = Some(Instant::now() + stall);
@@ -98,7 +98,7 @@ async fn a_sensor_delayed_for_long_is_found_at_its_baud_rate() {
                 assert_eq!(told.link.last().unwrap().1, up, "{case}");
                 assert!(told.link.last().unwrap().0 <= end_ms - 3000, "{case}");
                 assert_eq!(told.counts.bytes(), sensor.world().bytes, "{case}");
-                // what was held for longer than the first look is nothing to begin a segment with
+                // bytes delayed for longer than the first attempt must not begin a segment
                 let since_up = end_ms - told.link.last().unwrap().0;
                 let most = rows + (since_up.unsigned_abs() + 260) * u64::from(rate_hz) / 1000;
                 assert!(told.rows > rows && told.rows <= most, "{} and {rows} rows, {case}", told.rows);

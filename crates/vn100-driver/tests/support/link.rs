@@ -1,4 +1,4 @@
-//! A link under test, and all that it told.
+//! A link under test, and its events.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use vn100_capture::Event;
 use vn100_driver::LinkHandle;
 use vn100_protocol::stream::{LinkEventKind, StreamCounts};
 
-/// A link under test with all that it told.
+/// A link under test with its events.
 pub(crate) struct Link {
     pub(crate) handle: LinkHandle,
     pub(crate) events: mpsc::Receiver<Event>,
@@ -19,16 +19,16 @@ pub(crate) struct Link {
 #[derive(Debug, Default)]
 pub(crate) struct Told {
     pub(crate) rows: u64,
-    /// What the sensor said of its registers.
+    /// The register contents that the sensor reported.
     pub(crate) registers: Vec<(u8, String)>,
     pub(crate) counts: StreamCounts,
-    /// When it was told, in milliseconds since the start, and what.
+    /// Link events, with their times in milliseconds since the start.
     pub(crate) link: Vec<(i64, LinkEventKind)>,
     pub(crate) error: Option<String>,
 }
 
 impl Link {
-    /// Takes events until the link event that is asked for.
+    /// Takes events until the wanted link event.
     pub(crate) async fn until(&mut self, wanted: impl Fn(&LinkEventKind) -> bool) {
         while let Some(event) = self.events.recv().await {
             if self.take(event) && wanted(&self.told.link.last().unwrap().1) {
@@ -54,7 +54,7 @@ impl Link {
         }
     }
 
-    /// Takes events until something else is done.
+    /// Takes events until a task is done.
     pub(crate) async fn until_done<T>(&mut self, mut work: JoinHandle<T>) -> T {
         loop {
             select! {
@@ -64,7 +64,7 @@ impl Link {
         }
     }
 
-    /// Stops it and takes what is left.
+    /// Stops the link and takes the remaining events.
     pub(crate) async fn stop(mut self) -> Told {
         self.stop.cancel();
         self.end().await

@@ -27,74 +27,72 @@ pub(crate) const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.44
 pub(crate) const OTHER_LINE: &str = "$VNYPR,-129.867,-000.355,-000.296*61\r\n";
 pub(crate) const QUESTION: &[u8] = b"$VNRRG,01*72\r\n";
 
-/// The sensor, the cable and what was done to them.
+/// The sensor, the cable and a log of their use.
 pub(crate) struct World {
     pub(crate) baud: u32,
     pub(crate) period: Duration,
-    /// What it sends.
+    /// The line that it sends.
     pub(crate) line: &'static str,
-    /// What it sends instead where register 75 has packets go to this port.
+    /// The packet that it sends instead if register 75 sends packets to this port.
     pub(crate) packet: Option<&'static [u8]>,
     /// Whether it sends lines.
     pub(crate) streams: bool,
-    /// Whether the port is there.
+    /// Whether the port exists.
     pub(crate) plugged: bool,
     /// Whether bit 6 of every byte is flipped, until the port is opened again.
     pub(crate) garbled: bool,
-    /// How many more openings are garbled.
+    /// The number of further garbled openings.
     pub(crate) bad_openings: u32,
-    /// Bytes that lie in the adapter, and come next.
+    /// Bytes in the adapter that come next.
     pub(crate) stray: Vec<u8>,
-    /// Cut the next line after so many bytes and hang up behind it.
+    /// Cuts the next line after this many bytes and hangs up after it.
     pub(crate) cut_at: Option<usize>,
-    /// What was written, with the speed of the port then.
+    /// The written bytes, each with the baud rate of the port at that time.
     pub(crate) written: Vec<(u32, Vec<u8>)>,
-    /// When it was opened, since the start, with success or without.
+    /// The times of openings since the start, with success or without.
     pub(crate) opened: Vec<(Duration, bool)>,
-    /// Registers that it has, and what they say.
+    /// Its registers and their contents.
     pub(crate) registers: BTreeMap<u8, String>,
-    /// A register that it does not let be written.
+    /// A register that cannot be written.
     pub(crate) read_only: Option<u8>,
-    /// A register whose writes it answers and does not keep.
+    /// A register whose writes are answered but not kept.
     pub(crate) forgets: Option<u8>,
-    /// Whether it answers.
     pub(crate) answers: bool,
-    /// How long it takes to.
+    /// The delay of an answer.
     pub(crate) answers_after: Duration,
     /// Whether each answer comes in two reads.
     pub(crate) answers_in_two: bool,
     /// Whether each answer comes in one read with the next line, if it sends lines after it.
     pub(crate) answers_with_output: bool,
-    /// A register that it does not answer for.
+    /// A register whose reads are not answered.
     pub(crate) mute_of: Option<u8>,
-    /// Until when all that it sends is held back.
+    /// The end of a stall, during which its bytes are delayed.
     pub(crate) stalled_until: Option<Instant>,
-    /// Whether the line hands back what is written.
     pub(crate) echoes: bool,
-    /// What it says next by itself.
+    /// The body of its next unsolicited sentence.
     pub(crate) says: Option<&'static str>,
-    /// Bytes handed out.
+    /// Bytes delivered.
     pub(crate) bytes: u64,
-    /// Whole good lines handed out at the right speed.
+    /// Whole good lines delivered at the correct baud rate.
     pub(crate) lines: u64,
     start: Instant,
 }
 
 impl World {
-    /// Whether the line would carry its messages after this was written.
+    /// Whether its messages would fit the line after this write.
     fn fits(&self, register: u8, written: &str) -> bool {
         let value = |wanted: u8| if register == wanted { written } else { &self.registers[&wanted] };
         let number = |wanted| value(wanted).parse::<u32>().unwrap();
         LINE.len() as u32 * number(7) <= number(5) / 10
     }
 
-    /// What it sends by itself.
+    /// The frame that it sends by itself.
     fn frame(&self) -> &'static [u8] {
         let is_of_packets = self.registers.get(&75).is_some_and(|output| output.starts_with("1,"));
         self.packet.filter(|_| is_of_packets).unwrap_or(self.line.as_bytes())
     }
 
-    /// Does what a command says and answers it.
+    /// Executes a command and answers it.
     fn carry_out(&mut self, body: &str) -> Vec<u8> {
         let mut fields = body.splitn(3, ',');
         let (name, number) = (fields.next().unwrap(), fields.next());
@@ -133,7 +131,7 @@ pub(crate) fn packet(fields: &[u8], payload_bytes: usize) -> &'static [u8] {
     packet.leak()
 }
 
-/// With its checksum and line end.
+/// The sentence with its checksum and line end.
 pub(crate) fn sentence(body: &str) -> Vec<u8> {
     let check = body.bytes().fold(0, |xor, byte| xor ^ byte);
     format!("${body}*{check:02X}\r\n").into_bytes()
@@ -179,7 +177,6 @@ impl Sensor {
         self.0.lock().unwrap()
     }
 
-    /// Starts a link to it.
     pub(crate) fn link(&self, options: LinkOptions) -> Link {
         let stop = CancellationToken::new();
         let (handle, events) = open_link(self.clone(), options, stop.clone());
@@ -218,11 +215,10 @@ impl Connect for Sensor {
     }
 }
 
-/// The open port.
 pub(crate) struct Port {
     sensor: Sensor,
-    /// The speeds it has had, and since when: a receiver reads a byte at the speed of the moment at
-    /// which it comes, whenever it is handed on.
+    /// Its baud rates, each with its start: a receiver reads a byte at the baud rate at its
+    /// arrival, even if the byte is delivered later.
     bauds: Vec<(Instant, u32)>,
     next_line: Instant,
     echoes: VecDeque<Vec<u8>>,
@@ -232,12 +228,12 @@ pub(crate) struct Port {
 }
 
 impl Port {
-    /// The speed of the moment.
+    /// The present baud rate.
     fn baud(&self) -> u32 {
         self.bauds.last().unwrap().1
     }
 
-    /// What is due now.
+    /// The bytes that are due now.
     fn due(&mut self) -> Option<io::Result<Vec<u8>>> {
         let now = Instant::now();
         let mut world = self.sensor.world();
@@ -250,7 +246,7 @@ impl Port {
         if let Some(rest) = self.rest.take() {
             return Some(Ok(rest));
         }
-        // what was held back comes in its order
+        // delayed bytes come in their order
         if self.replies.front().is_some_and(|(at, _)| *at <= now && *at <= self.next_line) {
             let (_, command) = self.replies.pop_front()?;
             let mut answer = world.carry_out(&command);
@@ -281,7 +277,7 @@ impl Port {
         }
         let baud = self.bauds.iter().rfind(|(since, _)| *since <= at).unwrap_or(&self.bauds[0]).1;
         if world.baud != baud {
-            // as many as fit into the time of a line, none of them what was sent
+            // as many as fit into the time of a line, and none equal to a sent one
             let length = LINE.len() * baud as usize / world.baud as usize;
             return Some(Ok(vec![0xf8; length.clamp(1, 512)]));
         }

@@ -1,9 +1,9 @@
-//! Lines with flipped bits between good ones: how many corrupt values are let in, and whether a
-//! good line is lost.
+//! Lines with flipped bits between good ones: the number of corrupt values that pass, and of good
+//! lines that are lost.
 //!
-//! `cargo run --release -p vn100-protocol --example damaged_lines`, with another number of damaged
-//! lines behind it than ten million. The leak by theory is that of XOR-8 and the grammar; what is
-//! measured may only be less, by the range that values must lie in.
+//! `cargo run --release -p vn100-protocol --example damaged_lines`, with the number of damaged
+//! lines as an argument if it is not ten million. The theoretical leak is that of XOR-8 and the
+//! grammar; the measured leak may only be smaller, because of the limits of values.
 #![allow(clippy::print_stdout, reason = "an example shows what it finds")]
 
 mod theory;
@@ -16,7 +16,7 @@ const FLIPS: [u32; 5] = [1, 2, 3, 4, 8];
 /// Bytes of a line, all of them the same.
 const LENGTH: usize = 122;
 
-/// Pairs of a damaged line and a good one that are decoded at once.
+/// Pairs of a damaged and a good line that are decoded at once.
 const PAIRS: u64 = 1000;
 
 fn main() {
@@ -32,22 +32,22 @@ fn main() {
     }
 }
 
-/// What became of the lines.
+/// The fates of the lines.
 #[derive(Debug, Default)]
 struct Found {
     damaged: u64,
-    /// Damaged lines that were read as other values than were sent.
+    /// Damaged lines that were read with other values than sent.
     corrupt: u64,
-    /// Damaged lines that were read as what was sent: the damage was behind the checksum, or turned
-    /// the sign of a zero.
+    /// Damaged lines that were read as sent: the damage was after the checksum, or changed the sign
+    /// of a zero.
     unharmed: u64,
-    /// Good lines that were not read as what they are.
+    /// Good lines that were not read as sent.
     lost: u64,
     /// Chance of a damaged line to pass the checksum and the grammar.
     theory: f64,
 }
 
-/// Sends about `lines` lines with so many flipped bits, and a good line behind each.
+/// Sends about `lines` lines with this many flipped bits, each followed by a good line.
 fn damage(lines: u64, flips: u32) -> Found {
     let mut random = Random(flips.into());
     let mut found = Found::default();
@@ -76,7 +76,7 @@ fn damage(lines: u64, flips: u32) -> Found {
     found
 }
 
-/// As the sensor prints it.
+/// The line as the sensor prints it.
 fn line(counts: &[i32; 12]) -> String {
     let forms = [(8, 3), (8, 4), (7, 3), (10, 6)].into_iter().flat_map(|form| [form; 3]);
     let body = counts.iter().zip(forms).fold("VNYMR".to_owned(), |body, (&count, (width, decimals))| {
@@ -108,7 +108,7 @@ impl Random {
         counts
     }
 
-    /// Flips so many different bits.
+    /// Flips this many different bits.
     fn flip(&mut self, line: &mut [u8], flips: u32) {
         let mut flipped = Vec::new();
         while flipped.len() < flips as usize {
@@ -133,7 +133,7 @@ mod tests {
             let expected = found.theory * found.damaged as f64;
             let corrupt = found.corrupt as f64;
             assert!(corrupt <= expected + 5.0 * expected.sqrt(), "{flips} flips: {corrupt} of {expected}");
-            // the range refuses some, and most pass it
+            // the range rejects some, and most pass it
             assert!(corrupt >= 0.5 * expected - 5.0 * expected.sqrt(), "{flips} flips: {corrupt} of {expected}");
         }
     }

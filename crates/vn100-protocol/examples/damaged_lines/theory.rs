@@ -1,15 +1,15 @@
-//! How many flipped bits a line with XOR-8 and a strict grammar lets pass.
+//! The chance that flipped bits of a line pass XOR-8 and a strict grammar.
 //!
-//! Flips pass when every byte stays one of its kind (a digit a digit, a sign a sign, all else as it
-//! is), and the changes of all bytes cancel: their XOR, with the change of the number in the check
+//! Flips pass if every byte stays of its kind (a digit a digit, a sign a sign, others unchanged),
+//! and the changes of all bytes cancel: their XOR, with the change of the number in the check
 //! digits, is zero. Counting the ways of `k` flips byte by byte, by the XOR so far and the flips
 //! used, gives the chance exactly: ways that change a number, of all ways to choose `k` of the
 //! bits.
 
-/// The largest number of flips counted, and one more.
+/// The largest counted number of flips, plus one.
 const MOST: usize = 9;
 
-/// The ways to use so many flips with such an XOR.
+/// The number of ways to use this many flips, for this XOR.
 type Ways = Vec<[f64; MOST]>;
 
 /// The chance that `flips` different random bits of a whole `line` leave a line with other numbers
@@ -21,7 +21,7 @@ pub(super) fn chance_to_pass(line: &[u8], flips: u32) -> f64 {
     let (body, tail) = line.split_at(line.iter().position(|&byte| byte == b'*').unwrap_or(line.len()));
     let mut ways = nothing_changed();
     body.iter().for_each(|&byte| ways = with_byte(&ways, &changes(byte)));
-    // numbers that stay what they are do no harm
+    // numbers that stay the same do no harm
     ways[0][0] = 0.0;
     for (place, &byte) in tail.iter().enumerate() {
         let changes = match place {
@@ -42,7 +42,7 @@ fn nothing_changed() -> Ways {
     ways
 }
 
-/// One byte more, which may change so: by an XOR, at the price of flips.
+/// Adds one byte with these possible changes: each is an XOR and a number of flips.
 fn with_byte(ways: &Ways, changes: &[(u8, u32)]) -> Ways {
     let mut with = vec![[0.0; MOST]; 256];
     for &(xor, price) in changes {
@@ -56,7 +56,7 @@ fn with_byte(ways: &Ways, changes: &[(u8, u32)]) -> Ways {
     with
 }
 
-/// What a byte before the `*` can become without breaking the grammar.
+/// The bytes that a byte before the `*` can become without breaking the grammar.
 fn changes(byte: u8) -> Vec<(u8, u32)> {
     let alike: &[u8] = match byte {
         b'0'..=b'9' => b"0123456789",
@@ -66,7 +66,7 @@ fn changes(byte: u8) -> Vec<(u8, u32)> {
     alike.iter().map(|other| (byte ^ other, (byte ^ other).count_ones())).collect()
 }
 
-/// What a check digit can become, by its change of the number that it says.
+/// The digits that a check digit can become, each with the change of its number.
 fn check_digit_changes(digit: u8, shift: u32) -> Vec<(u8, u32)> {
     let value = |digit: u8| if digit <= b'9' { digit - b'0' } else { digit - b'A' + 10 };
     let others = (b'0'..=b'F').filter(|&other| is_check_digit(other));

@@ -1,8 +1,8 @@
-//! Links the decoder into a static library without `std`: a second panic handler beside that of
+//! Links the decoder into a static library without `std`: a second panic handler besides that of
 //! `std` would not link, and neither would a call into `std`.
 //!
-//! The allocator has no memory. The layouts may own their names, which takes a global allocator to
-//! exist; decoding never asks it.
+//! The allocator has no memory. The layouts may own their names, which requires a global allocator;
+//! decoding never calls it.
 #![no_std]
 
 use core::{
@@ -16,7 +16,7 @@ use vn100_protocol::{Decoder, Item, Options};
 
 struct NoMemory;
 
-// SAFETY: a null pointer is what an allocator without memory returns, and there is nothing to give back.
+// SAFETY: an allocator without memory returns a null pointer, and has nothing to free.
 unsafe impl GlobalAlloc for NoMemory {
     unsafe fn alloc(&self, _: Layout) -> *mut u8 {
         null_mut()

@@ -3,7 +3,7 @@
 use alloc::{format, string::String};
 use core::fmt;
 
-/// How a sentence is protected.
+/// The protection of a sentence.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub enum Check {
     /// `*HH`: the XOR of all bytes between `$` and `*`, the factory default. One damaged line in
@@ -12,7 +12,7 @@ pub enum Check {
     Xor8,
     /// `*HHHH`: CRC-16/XMODEM over the same bytes.
     Crc16,
-    /// Not at all.
+    /// No check.
     None,
 }
 
@@ -59,7 +59,7 @@ impl fmt::Display for CheckDigits {
     }
 }
 
-/// The XOR of all bytes; 0 for none.
+/// The XOR of all bytes; 0 for no bytes.
 ///
 /// ```
 /// assert_eq!(vn100_protocol::xor8(b"VNRRG,01"), 0x72);
@@ -67,15 +67,15 @@ impl fmt::Display for CheckDigits {
 #[inline]
 #[must_use]
 pub fn xor8(bytes: &[u8]) -> u8 {
-    // eight bytes at a time: a fifth of the time of the plain fold without vector registers
+    // eight bytes at a time take a fifth of the time of the plain fold without vector registers
     let (words, rest) = bytes.as_chunks::<8>();
     let folded = words.iter().fold(0, |acc, word| acc ^ u64::from_ne_bytes(*word));
     let head = folded.to_ne_bytes().into_iter().fold(0, |acc, byte| acc ^ byte);
     rest.iter().fold(head, |acc, byte| acc ^ byte)
 }
 
-/// CRC-16/XMODEM of all bytes: polynomial 0x1021, start 0, nothing reflected, no final XOR; 0 for
-/// none.
+/// CRC-16/XMODEM of all bytes: polynomial 0x1021, start 0, no reflection, no final XOR; 0 for no
+/// bytes.
 ///
 /// Over bytes followed by their own CRC, high byte first, it is 0.
 ///
@@ -84,7 +84,7 @@ pub fn xor8(bytes: &[u8]) -> u8 {
 /// ```
 #[must_use]
 pub fn crc16(bytes: &[u8]) -> u16 {
-    // the bytes of a block do not wait for each other: a fifth of the time of byte after byte
+    // the bytes of a block are independent of each other: a fifth of the time of byte after byte
     let (rest, blocks) = bytes.as_rchunks::<BLOCK>();
     let (rest, eights) = rest.as_rchunks::<8>();
     let (rest, fours) = rest.as_rchunks::<4>();
@@ -101,7 +101,7 @@ const fn shifted(crc: u16) -> u16 {
     if crc & 0x8000 == 0 { crc << 1 } else { (crc << 1) ^ POLYNOMIAL }
 }
 
-/// The CRC of bytes that end with this block of two to [`BLOCK`] bytes, from that of the bytes
+/// The CRC of bytes that end with this block of two to [`BLOCK`] bytes, from the CRC of the bytes
 /// before it.
 #[inline]
 fn crc16_of_block<const LENGTH: usize>(crc: u16, block: &[u8; LENGTH]) -> u16 {
@@ -111,10 +111,10 @@ fn crc16_of_block<const LENGTH: usize>(crc: u16, block: &[u8; LENGTH]) -> u16 {
     bytes.zip(CRC16[..LENGTH].iter().rev()).fold(0, |sum, (byte, table)| sum ^ table[usize::from(byte)])
 }
 
-/// Bytes that are taken together.
+/// Bytes that are processed together.
 const BLOCK: usize = 32;
 
-/// The CRC of each byte with so many zeros behind it.
+/// The CRC of each byte with this many zeros after it.
 static CRC16: [[u16; 256]; BLOCK] = {
     let mut tables = [[0; 256]; BLOCK];
     let mut byte = 0;

@@ -1,13 +1,13 @@
-//! Bytes to sentences and packets, whatever else is between them.
+//! Finds sentences and packets in a stream of any bytes.
 //!
 //! A sentence is `$`, a body of printable ASCII without `$` and `*`, `*` and two or four
 //! hexadecimal digits. The first byte that is no such digit ends it, CR or not: the checksum
-//! decides, and a valid sentence whose end is damaged is not lost. The sensor prints upper-case
-//! digits; lower-case ones, of programs that write its sentences anew, count where those do not
-//! make a valid sentence.
+//! decides, so a valid sentence with a damaged end is not lost. The sensor prints upper-case
+//! digits. Lower-case digits, of programs that rewrite its sentences, count if the upper-case ones
+//! give no valid sentence.
 //!
-//! The search after a false start continues one byte behind it, or behind all that was taken for a
-//! sentence: neither `$` nor 0xFA can be in there.
+//! The search after a false start continues one byte after it, or after all bytes that were taken
+//! for a sentence, because they contain neither `$` nor 0xFA.
 
 use memchr::{memchr_iter, memchr3};
 
@@ -18,32 +18,31 @@ use crate::{
     framing::tally::Tally,
 };
 
-/// What is taken for a valid sentence.
+/// The conditions for a valid sentence.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Options {
-    /// Take sentences without any check digits. Nothing but the form of its numbers then protects a
-    /// line.
+    /// Accept sentences without check digits. Only the form of its numbers then protects a line.
     pub accept_unchecked: bool,
 }
 
 /// Finds the sentences and packets of a byte stream.
 ///
-/// The caller owns the bytes: it drops those consumed, and offers the others again with more behind
-/// them. At most [`MAX_PACKET`](crate::MAX_PACKET) and [`MAX_BODY`] bytes and a few are ever left
-/// waiting. What is found, and where, depends on the stream alone and not on how it is cut into
-/// inputs.
+/// The caller owns the bytes: it drops the consumed bytes, and passes the others again with more
+/// bytes after them. At most [`MAX_PACKET`](crate::MAX_PACKET) plus [`MAX_BODY`] bytes and a few
+/// are left pending. The frames and their offsets depend only on the stream, not on its division
+/// into inputs.
 #[derive(Debug, Clone)]
 pub struct Framer {
     options: Options,
     pub(crate) tally: Tally,
     /// Bytes consumed.
     offset: u64,
-    /// What CR and LF at this place would belong to.
+    /// The line to which CR and LF at this place would belong.
     line_end_of: LineEndOf,
-    /// Of the last packet: the next one is like it as a rule.
+    /// The head of the last packet, because the next one usually has the same.
     packet_head: PacketHead,
     seen_heads: SeenHeads,
-    /// Where the last damaged packet would have ended.
+    /// The expected end of the last damaged packet.
     damaged_until: u64,
 }
 
@@ -65,10 +64,10 @@ enum LineEndOf {
     Rejected,
 }
 
-/// What the bytes behind a `$` are.
+/// The classification of the bytes after a `$`.
 enum Start {
     Incomplete,
-    /// The sentence has a body of `body` bytes and takes `length` bytes in all.
+    /// The sentence has a body of `body` bytes and has a total of `length` bytes.
     Ends {
         body: usize,
         length: usize,
@@ -91,12 +90,12 @@ impl Framer {
         }
     }
 
-    /// Looks for the next sentence or packet in `input`, the bytes of the stream from the last one
-    /// consumed. Gives the number of bytes at its head that are done with, and the frame that they
-    /// end with; `None` when there is none without more bytes.
+    /// Searches the next sentence or packet in `input`, the bytes of the stream after the last
+    /// consumed one. Returns the number of bytes at its head that are consumed, and the frame that
+    /// ends there; `None` if more bytes are needed.
     ///
-    /// `end_of_input` says that no more bytes will follow: then what is incomplete is classified as
-    /// it stands, and all is consumed when there is no frame.
+    /// With `end_of_input` no more bytes follow: an incomplete frame is classified as it is, and
+    /// without a frame all bytes are consumed.
     #[inline]
     #[must_use]
     pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Frame<'a>>) {
@@ -143,7 +142,7 @@ impl Framer {
         self.line_end_of = LineEndOf::Valid;
     }
 
-    /// Rejects the sentence found last.
+    /// Rejects the last sentence.
     #[cold]
     pub(crate) fn reject<'a>(&mut self, sentence: Sentence<'a>, kind: RejectReason) -> RejectedSentence<'a> {
         self.tally.valid_sentence_bytes -= sentence.raw.len() as u64;
@@ -153,7 +152,7 @@ impl Framer {
         RejectedSentence { kind, raw: sentence.raw, offset: sentence.offset }
     }
 
-    /// Gives CR and LF at the head of `input` to the line before them.
+    /// Assigns CR and LF at the head of `input` to the line before them.
     #[inline]
     pub(crate) fn take_line_end(&mut self, input: &[u8]) -> usize {
         let bytes = match self.line_end_of {
@@ -216,7 +215,8 @@ impl Framer {
         }
     }
 
-    /// Counts what begins with 0xFA and is no packet, if it was one before it was damaged.
+    /// Counts bytes that begin with 0xFA and are no packet, if they were a packet before they were
+    /// damaged.
     #[cold]
     fn damaged_packet<'a>(&mut self, input: &[u8]) -> Found<'a> {
         if self.offset >= self.damaged_until
@@ -228,8 +228,8 @@ impl Framer {
         Found::Nothing
     }
 
-    /// The packets at the head of `input` that are like the one before, as nearly all are, and that
-    /// no sentence completes, at most `most` of them; counts them. `None` for no packet.
+    /// The packets at the head of `input` that have the form of the one before and are not
+    /// completed by a sentence, at most `most` of them; counts them. `None` for no packet.
     #[inline]
     pub(crate) fn packet_run<'a>(&mut self, input: &'a [u8], most: usize) -> Option<PacketRun<'a>> {
         let (bytes, length) = self.packet_head.run(input, most)?;
@@ -263,12 +263,12 @@ impl Framer {
     }
 }
 
-/// What sentences of the sensor begin with, behind the `$`.
+/// The beginning of sentences of the sensor, after the `$`.
 const TALKER: &[u8] = b"VN";
 
 enum Found<'a> {
     Frame(usize, Frame<'a>),
-    /// Of a split packet, with its length.
+    /// A part of a split packet, with its length.
     Part(usize),
     Incomplete,
     Nothing,
@@ -291,9 +291,9 @@ fn classify(input: &[u8], end_of_input: bool) -> Start {
     }
 }
 
-/// Whether a packet of `length` bytes was cut short, and is whole only with the beginning of a good
-/// sentence behind it: a CRC is right by chance once in 256 times where one byte is borrowed.
-/// `None` when that depends on bytes not yet received.
+/// Whether a packet of `length` bytes was cut and is complete only with the beginning of a good
+/// sentence after it: with one borrowed byte, a CRC is correct by chance once in 256 times. `None`
+/// if this depends on bytes that are not received yet.
 fn is_completed_by_sentence(input: &[u8], length: usize, end_of_input: bool) -> Option<bool> {
     let completed = memchr_iter(b'$', &input[..length])
         .map(|at| sentence_completes(&input[at..], length - at, end_of_input))
@@ -301,9 +301,9 @@ fn is_completed_by_sentence(input: &[u8], length: usize, end_of_input: bool) -> 
     completed.unwrap_or(Some(false))
 }
 
-/// Whether the `$` at the head of `input` begins a good sentence of the sensor that is longer than
-/// the `rest` of the packet it stands in. `None` when that depends on bytes not yet received. Of
-/// other devices none counts, or a packet with a `$` near its end would wait for the next one.
+/// Whether the `$` at the head of `input` begins a good sentence of the sensor that is longer than the
+/// `rest` of the packet around it. `None` if this depends on bytes that are not received yet. Sentences
+/// of other devices do not count, because a packet with a `$` near its end would wait for the next one.
 fn sentence_completes(input: &[u8], rest: usize, end_of_input: bool) -> Option<bool> {
     let talker = &input[1..input.len().min(1 + TALKER.len())];
     if !TALKER.starts_with(talker) {
@@ -315,7 +315,7 @@ fn sentence_completes(input: &[u8], rest: usize, end_of_input: bool) -> Option<b
     }
 }
 
-/// Checks a sentence by its `body` and the bytes behind its `*`.
+/// Checks a sentence by its `body` and the bytes after its `*`.
 fn check_digits(body: &[u8], tail: &[u8], end_of_input: bool) -> Start {
     let head = &tail[..tail.len().min(5)];
     let runs_on = |length| length < 5 && length == tail.len() && !end_of_input;
@@ -333,7 +333,7 @@ fn check_digits(body: &[u8], tail: &[u8], end_of_input: bool) -> Start {
         (None, Some(checked)) => return ends(digits, checked),
         (None, None) => {}
     }
-    // whatever is written in place of the digits is part of the evidence
+    // any text in place of the digits is part of the evidence
     let written = head.iter().take_while(|byte| byte.is_ascii_alphanumeric()).count();
     if runs_on(written) {
         return Start::Incomplete;
@@ -345,7 +345,7 @@ fn check_digits(body: &[u8], tail: &[u8], end_of_input: bool) -> Start {
     }
 }
 
-/// Whether two or four digits are the checksum of `body`; `None` for another number of them.
+/// Whether two or four digits are the checksum of `body`; `None` for another number of digits.
 fn checked(body: &[u8], digits: &[u8]) -> Option<Result<Check, RejectReason>> {
     match *digits {
         [a, b] => {

@@ -1,12 +1,12 @@
-//! Binary packets between the sentences: found, checked and skipped whole.
+//! Binary packets between the sentences: found, checked and skipped as a whole.
 //!
 //! ```text
 //! FA | groups u8 | field word u16 LE, one per set bit of groups | payload | CRC-16 high byte first
 //! ```
 //!
-//! A packet has no length field: its length follows from the size of every field in its masks. The
-//! CRC alone decides, over whatever bytes these are: one in 65 536 false starts with known masks is
-//! taken for a packet.
+//! A packet has no length field; its length follows from the sizes of the fields in its masks. Only
+//! the CRC decides, over any bytes: one in 65 536 false starts with known masks is taken for a
+//! packet.
 
 use core::{iter::Take, slice::ChunksExact};
 
@@ -15,16 +15,16 @@ use crate::{
     packet::field::{GROUPS, PacketField},
 };
 
-/// The byte a packet begins with.
+/// The first byte of a packet.
 pub(crate) const START: u8 = 0xFA;
 
-/// The byte with which a part of a packet begins that firmware 3 has split.
+/// The first byte of a part of a packet that firmware 3 has split.
 pub(crate) const SPLIT_START: u8 = 0xFB;
 
-/// The longest packet a VN-100 can send: every field of every group it has.
+/// The longest packet a VN-100 can send: every field of all its groups.
 pub const MAX_PACKET: usize = 627;
 
-/// A binary packet with a right CRC.
+/// A binary packet with a correct CRC.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Packet<'a> {
     /// All its bytes, from the 0xFA to the second of the CRC; at most [`MAX_PACKET`].
@@ -33,24 +33,22 @@ pub struct Packet<'a> {
     pub offset: u64,
 }
 
-/// Packets one after the other, all of the same length and with a right CRC.
+/// Packets in sequence, all of the same length and with a correct CRC.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PacketRun<'a> {
-    /// The bytes of all of them; none for no packet.
+    /// The bytes of all packets; empty for no packet.
     pub(crate) bytes: &'a [u8],
-    /// Of one packet; at least 1.
+    /// The length of one packet; at least 1.
     pub(crate) length: usize,
-    /// The offset of the first, in bytes from the beginning of the stream.
+    /// The offset of the first packet, in bytes from the beginning of the stream.
     pub(crate) offset: u64,
 }
 
 impl<'a> PacketRun<'a> {
-    /// How many there are.
     pub(crate) fn count(&self) -> usize {
         self.bytes.len() / self.length
     }
 
-    /// One by one.
     pub(crate) fn packets(self) -> impl Iterator<Item = Packet<'a>> {
         let offsets = (self.offset..).step_by(self.length);
         self.bytes.chunks_exact(self.length).zip(offsets).map(|(raw, offset)| Packet { raw, offset })
@@ -63,12 +61,12 @@ impl<'a> From<&Packet<'a>> for PacketRun<'a> {
     }
 }
 
-/// What the bytes behind a 0xFA are.
+/// The classification of the bytes after a 0xFA.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum PacketStart {
     /// A packet of this many bytes.
     Packet(usize),
-    /// A packet only if more bytes bear it out.
+    /// A packet only if further bytes confirm it.
     Incomplete,
     /// No packet.
     No,
@@ -76,19 +74,19 @@ pub(crate) enum PacketStart {
 
 const KNOWN_GROUPS: u8 = 0x01 | 0x02 | 0x04 | 0x10;
 
-/// How packets of one form begin, and their length.
+/// The beginning of packets of one form, and their length.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct PacketHead {
-    /// The first eight bytes; the mask leaves those of the groups and field words.
+    /// The first eight bytes; the mask keeps the groups and field words.
     bytes: u64,
     mask: u64,
-    /// Of the whole packet; 0 before the first.
+    /// The length of the whole packet; 0 before the first.
     length: usize,
 }
 
 impl PacketHead {
-    /// Those of a packet with at most three groups and at least eight bytes; others are found more
-    /// slowly.
+    /// Remembers the head of a packet with at most three groups and at least eight bytes; others
+    /// are found more slowly.
     pub(crate) fn remember(&mut self, packet: &[u8]) {
         if self.length != packet.len() || !self.is_of(packet) {
             let head_length = 2 + 2 * packet[1].count_ones() as usize;
@@ -103,7 +101,7 @@ impl PacketHead {
     }
 
     /// The packets of this form at the head of `input`, at most `most` of them: their bytes, and
-    /// the length of each. `None` where it begins otherwise, or with one that is not whole.
+    /// the length of each. `None` if `input` begins differently, or with an incomplete packet.
     #[inline]
     pub(crate) fn run<'a>(&self, input: &'a [u8], most: usize) -> Option<(&'a [u8], usize)> {
         if self.length == 0 || !self.is_of(input) {
@@ -119,14 +117,14 @@ impl PacketHead {
     }
 }
 
-/// Groups and field words, one for each group, behind the 0xFA.
+/// Groups and field words, one for each group, after the 0xFA.
 const MAX_HEAD: usize = 2 + 2 * KNOWN_GROUPS.count_ones() as usize;
 
-/// How the packets so far begin, with their lengths: a sensor has three outputs, which may be set
-/// anew.
+/// The heads of the packets so far, with their lengths: a sensor has three outputs, whose settings
+/// may change.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct SeenHeads {
-    /// The latest found first; unused ones have no length.
+    /// The most recent head first; unused ones have no length.
     heads: [SeenHead; 8],
 }
 
@@ -134,7 +132,7 @@ pub(crate) struct SeenHeads {
 struct SeenHead {
     bytes: [u8; MAX_HEAD],
     head_length: usize,
-    /// Of the whole packet.
+    /// The length of the whole packet.
     length: usize,
 }
 
@@ -149,14 +147,14 @@ impl SeenHeads {
         }
     }
 
-    /// The length of the packet that `input` begins as, if one like it was seen.
+    /// The length of the packet at the head of `input`, if one with the same head was seen.
     pub(crate) fn length_of(&self, input: &[u8]) -> Option<usize> {
         let begins = |seen: &&SeenHead| seen.length > 0 && input.starts_with(&seen.bytes[..seen.head_length]);
         self.heads.iter().find(begins).map(|seen| seen.length)
     }
 }
 
-/// How many of these begin alike, one after the other, and have a right CRC.
+/// The number of successive packets that begin alike and have a correct CRC.
 fn valid_packets(head: &PacketHead, packets: Take<ChunksExact<'_, u8>>) -> usize {
     packets.take_while(|packet| head.is_of(packet) && crc16(&packet[1..]) == 0).count()
 }
@@ -166,7 +164,7 @@ pub(crate) fn classify(input: &[u8]) -> PacketStart {
     let Some(&groups) = input.get(1) else {
         return PacketStart::Incomplete;
     };
-    // the CRC of zeros is zero: a packet without a field would be found in any run of them
+    // the CRC of zeros is zero: a packet without a field would be found in any run of zeros
     if groups == 0 || groups & !KNOWN_GROUPS != 0 {
         return PacketStart::No;
     }
@@ -212,8 +210,8 @@ pub(crate) fn classify_part(input: &[u8]) -> PacketStart {
     }
 }
 
-/// The bytes of a packet with these groups and a word of fields for each; `None` where one is
-/// unknown, or their numbers do not go together.
+/// The bytes of a packet with these groups and a word of fields for each; `None` if one is unknown,
+/// or if the numbers of groups and words differ.
 pub(crate) fn length(groups: u8, words: &[u16]) -> Option<usize> {
     if groups & !KNOWN_GROUPS != 0 || groups == 0 || groups.count_ones() as usize != words.len() {
         return None;
@@ -222,7 +220,7 @@ pub(crate) fn length(groups: u8, words: &[u16]) -> Option<usize> {
     words.iter().zip(fields).try_fold(2 + 2, |length, (&word, fields)| Some(length + 2 + payload_length(word, fields)?))
 }
 
-/// The bytes of the fields in `word`; `None` when a field is unknown, or there is none.
+/// The bytes of the fields in `word`; `None` if a field is unknown, or if there is none.
 fn payload_length(word: u16, fields: &[PacketField; 16]) -> Option<usize> {
     let mut length = 0;
     for (_, field) in fields.iter().enumerate().filter(|(bit, _)| word >> bit & 1 == 1) {
@@ -242,9 +240,9 @@ mod tests {
     use crate::{Decoder, Item, Options};
 
     proptest! {
-        /// Of every length.
+        /// Packets of every length.
         #[test]
-        fn packets_are_good_with_a_right_crc_alone(
+        fn packets_are_good_only_with_a_correct_crc(
             mut bytes in proptest::collection::vec(any::<u8>(), 7..MAX_PACKET - 2),
             at: prop::sample::Index,
             bit in 0_u8..8,
@@ -284,7 +282,7 @@ mod tests {
         }
     }
 
-    /// Others are found too, only more slowly.
+    /// Others are found as well, but more slowly.
     #[test]
     fn packets_like_the_latest_are_found_together() {
         let mut head = PacketHead::default();
@@ -299,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flipped_bit_anywhere_behind_the_masks_is_no_packet() {
+    fn a_flipped_bit_anywhere_after_the_masks_is_no_packet() {
         for hex in RECORDED {
             let mut packet = bytes(hex);
             for at in 6..packet.len() {
@@ -310,9 +308,9 @@ mod tests {
         }
     }
 
-    /// The shortest packet, of seven bytes: the CRC of zeros is zero, and so is what is kept of it.
+    /// The shortest packet, of seven bytes: the CRC of zeros is zero, and so is its remembered head.
     #[test]
-    fn zeros_behind_a_short_packet_are_no_packets() {
+    fn zeros_after_a_short_packet_are_no_packets() {
         let stream = [bytes("FA 02 0002 00 8B0A"), vec![0; 40]].concat();
         let count = |piece: usize| {
             let (mut decoder, mut packets) = (Decoder::new(Options::default()), 0);
@@ -327,7 +325,7 @@ mod tests {
         }
     }
 
-    /// No public capture has one: two parts of a packet as the makers' library takes them.
+    /// No public capture has one: these are two parts of a packet in the form of the maker's library.
     #[test]
     fn parts_of_split_packets_are_counted_and_skipped() {
         let part = |number: u8| {

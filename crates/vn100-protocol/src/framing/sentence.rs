@@ -1,4 +1,4 @@
-//! A sentence: `$`, a body, and what protects it; or why it is rejected.
+//! A sentence: `$`, a body, and its protection; or the reason for its rejection.
 
 use core::fmt;
 
@@ -9,11 +9,11 @@ use crate::{
     message::{GrammarError, RangeError},
 };
 
-/// The longest body taken: with `$`, `*`, four digits, CR and LF it makes 320 bytes, twice the
+/// The longest accepted body: with `$`, `*`, four digits, CR and LF it has 320 bytes, twice the
 /// longest stock message.
 pub const MAX_BODY: usize = 312;
 
-/// A sentence whose checksum is right, or that has none where that was allowed.
+/// A sentence with a correct checksum, or without one if this was allowed.
 ///
 /// ```text
 /// $ VNRRG,01,VN-100S-CR * 35 CR LF
@@ -26,7 +26,7 @@ pub struct Sentence<'a> {
     pub body: &'a [u8],
     /// The bytes from the `$` to the last check digit, without CR and LF.
     pub raw: &'a [u8],
-    /// What protects it.
+    /// Its protection.
     pub check: Check,
     /// The offset of its `$`, in bytes from the beginning of the stream.
     pub offset: u64,
@@ -40,8 +40,8 @@ impl<'a> Sentence<'a> {
         &self.body[..end]
     }
 
-    /// Whether the header can be the name of a message: `VN` and three letters, or of another
-    /// device three letters and digits or more, the first a letter.
+    /// Whether the header can be the name of a message: `VN` and three letters; or, for other
+    /// devices, a letter and at least two letters or digits.
     #[must_use]
     pub fn has_name(&self) -> bool {
         match self.header() {
@@ -63,37 +63,37 @@ impl<'a> Sentence<'a> {
     }
 }
 
-/// A start of a sentence that is not a valid one.
+/// A start of a sentence without a valid sentence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RejectedSentence<'a> {
-    /// What is wrong with it.
+    /// The reason.
     pub kind: RejectReason,
-    /// Its bytes, from the `$` to the last one that was taken for a part of it; without CR and LF.
+    /// Its bytes, from the `$` to the last byte that was counted to it, without CR and LF.
     pub raw: &'a [u8],
     /// The offset of its `$`, in bytes from the beginning of the stream.
     pub offset: u64,
 }
 
-/// Why a sentence is rejected.
+/// The reason why a sentence is rejected.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RejectReason {
     /// The check digits do not fit the line, or are no check digits.
     #[error("checksum: computed {computed}, received {}", Received(*.received))]
     Checksum {
-        /// What the body of the line gives, in the kind of check it carries.
+        /// The computed check of the body, in the kind of check of the line.
         computed: CheckDigits,
-        /// The digits of the line; `None` when after the `*` are not exactly two or four upper-case
-        /// hexadecimal digits.
+        /// The digits of the line; `None` unless exactly two or four upper-case hexadecimal digits
+        /// follow the `*`.
         received: Option<CheckDigits>,
     },
-    /// The line ends without any check digits, and such lines were not asked for.
+    /// The line ends without check digits, and such lines are not accepted.
     #[error("unchecked: the sentence has no checksum; such sentences are accepted only on request")]
     Unchecked,
-    /// The checksum is right, but the message is not what its header promises.
+    /// The checksum is correct, but the content does not fit the header.
     #[error("grammar: {0}")]
     Grammar(#[from] GrammarError),
-    /// All is well but a value that no VN-100 measures.
+    /// Checksum and form are correct, but no VN-100 measures such a value.
     #[error("range: {0}")]
     Range(#[from] RangeError),
     /// Another `$`, a byte that is not printable ASCII, or the end of the stream came first.

@@ -1,4 +1,4 @@
-//! What a stream has carried, byte by byte and sentence by sentence.
+//! Counts of the content of a stream, by bytes and by sentences.
 
 use crate::framing::sentence::RejectReason;
 
@@ -6,9 +6,9 @@ use crate::framing::sentence::RejectReason;
 /// at any moment.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Bytes of valid sentences, with the CR and LF behind them.
+    /// Bytes of valid sentences, with the CR and LF after them.
     pub valid_sentence_bytes: u64,
-    /// Bytes of rejected sentences, with the CR and LF behind them.
+    /// Bytes of rejected sentences, with the CR and LF after them.
     pub rejected_sentence_bytes: u64,
     /// Bytes of binary packets.
     pub packet_bytes: u64,
@@ -22,22 +22,22 @@ pub struct Tally {
     pub replies: u64,
     /// Other valid sentences.
     pub other: u64,
-    /// Of the valid sentences, those that carry no checksum and were taken on request.
+    /// Valid sentences without a checksum, accepted on request.
     pub unchecked_sentences: u64,
     /// Binary packets.
     pub packets: u64,
-    /// Of these, those that are samples, good or not.
+    /// The measured packets among these, good or not.
     pub measured_packets: MeasuredPackets,
-    /// Parts of packets that firmware 3 has split; they are not read, and their bytes are skipped.
+    /// Parts of packets that firmware 3 has split; they are not decoded, and their bytes are skipped.
     pub split_packets: u64,
-    /// Packets damaged on the way, whose bytes are skipped: what begins with the groups and field
-    /// words of an earlier packet and fails its CRC, unless it lies within the length of another.
+    /// Damaged packets, whose bytes are skipped: they begin with the groups and field words of an
+    /// earlier packet and fail their CRC, and do not lie within the length of another.
     pub damaged_packets: u64,
     /// Rejected sentences.
     pub rejected: RejectedCounts,
 }
 
-/// Packets of the form that is measured. The decoder counts none of them: the
+/// Packets of the form that is measured. The decoder does not count them: the
 /// [`SampleReader`](crate::stream::SampleReader) does.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct MeasuredPackets {
@@ -45,29 +45,30 @@ pub struct MeasuredPackets {
     pub samples: u64,
     /// Packets with a number that no VN-100 measures.
     pub rejected: u64,
-    /// Packets with the device time of the packet before.
+    /// Packets with the same device time as the packet before.
     pub repeated: u64,
 }
 
 /// Rejected sentences by reason.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 pub struct RejectedCounts {
-    /// [`RejectReason::Checksum`].
+    /// The checksum differs.
     pub checksum: u64,
-    /// [`RejectReason::Unchecked`].
+    /// There is no checksum.
     pub unchecked: u64,
-    /// [`RejectReason::Grammar`].
+    /// The fields are not those of the message.
     pub grammar: u64,
-    /// [`RejectReason::Range`].
+    /// A number is beyond what the sensor can give.
     pub range: u64,
-    /// [`RejectReason::Truncated`].
+    /// The sentence is cut short.
     pub truncated: u64,
-    /// [`RejectReason::TooLong`].
+    /// The sentence is longer than any message.
     pub too_long: u64,
 }
 
 impl Tally {
-    /// All bytes taken in.
+    /// All bytes received.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         self.valid_sentence_bytes
@@ -77,7 +78,7 @@ impl Tally {
             + self.buffered_bytes
     }
 
-    /// The same where these rejected sentences, of so many bytes, are parts of damaged packets.
+    /// The same counts if these rejected sentences, with this many bytes, are parts of damaged packets.
     pub(crate) fn without_fragments(mut self, fragments: &RejectedCounts, bytes: u64) -> Self {
         self.rejected = self.rejected.without(fragments);
         self.rejected_sentence_bytes -= bytes;

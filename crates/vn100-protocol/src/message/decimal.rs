@@ -2,20 +2,20 @@
 
 use thiserror::Error;
 
-/// A number as the sensor prints it, `sign digits . digits`, without the way through a float.
+/// A number as the sensor prints it, `sign digits . digits`, without conversion to a float.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Decimal {
     /// The number in units of its last digit, within ±[`i32::MAX`].
     pub(super) count: i32,
-    /// The number of digits behind the point.
+    /// The number of digits after the point.
     pub(super) decimals: u8,
 }
 
-/// Why a field is not a number.
+/// The reason why a field is not a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
 #[non_exhaustive]
 pub enum DecimalError {
-    /// There is nothing in the field.
+    /// The field is empty.
     #[error("the field is empty")]
     Empty,
     /// The first byte is neither `+` nor `-`.
@@ -24,22 +24,22 @@ pub enum DecimalError {
         /// The first byte.
         found: u8,
     },
-    /// No digit stands before the point.
+    /// No digit precedes the point.
     #[error("there is no digit before the point, at least one is needed")]
     NoWholeDigits,
     /// The digits are not followed by a point.
     #[error("the point is missing: a number has at least one decimal")]
     NoPoint,
-    /// No digit stands behind the point.
+    /// No digit follows the point.
     #[error("there is no digit after the point, at least one is needed")]
     NoDecimals,
-    /// A byte that no number has: an exponent, a space, a letter, a second point.
+    /// A byte that cannot occur in a number: an exponent, a space, a letter, a second point.
     #[error("unexpected {:?} in a number: it consists of sign, digits, point and digits", char::from(*found))]
     Unexpected {
         /// That byte.
         found: u8,
     },
-    /// More digits than a 32-bit count holds, or more than 255 of them behind the point.
+    /// More digits than a 32-bit count can hold, or more than 255 digits after the point.
     #[error("the number is beyond {} counts or has more than 255 decimals", i32::MAX)]
     Overflow,
 }
@@ -49,7 +49,7 @@ impl Decimal {
     /// number of leading zeros.
     ///
     /// # Errors
-    /// A [`DecimalError`] that names the first thing wrong with the field, reading from the left.
+    /// A [`DecimalError`] for the first error in the field, from the left.
     pub(super) fn parse(field: &[u8]) -> Result<Self, DecimalError> {
         let (&sign, digits) = field.split_first().ok_or(DecimalError::Empty)?;
         if !matches!(sign, b'+' | b'-') {
@@ -79,7 +79,7 @@ impl Decimal {
     }
 }
 
-/// The digits at the head of `bytes`, and what stands behind them.
+/// The digits at the head of `bytes`, and the bytes after them.
 fn split_digits(bytes: &[u8]) -> (&[u8], &[u8]) {
     bytes.split_at(bytes.iter().take_while(|byte| byte.is_ascii_digit()).count())
 }
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_float_parser_takes_is_refused_by_name() {
+    fn texts_that_a_float_parser_accepts_are_rejected_with_the_reason() {
         use DecimalError::*;
         for (field, error) in [
             ("", Empty),
@@ -141,7 +141,7 @@ mod tests {
         }
 
         #[test]
-        fn a_number_is_what_the_standard_library_reads_and_more_strictly(text in "[-+0-9.e ]{0,12}") {
+        fn a_number_equals_that_of_the_standard_library_but_is_stricter(text in "[-+0-9.e ]{0,12}") {
             let strict = text.len() > 1 && text.starts_with(['+', '-'])
                 && text[1..].split_once('.').is_some_and(|(whole, decimals)| {
                     [whole, decimals].iter().all(|part| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit()))

@@ -1,4 +1,4 @@
-//! Bytes to messages: the framer, the messages and the fast path in one.
+//! Bytes to messages: the framer, the messages and the fast path together.
 
 use crate::{
     framing::checksum::Check,
@@ -15,9 +15,9 @@ use crate::{
 
 /// Decodes a byte stream.
 ///
-/// What comes out depends on the bytes alone, not on how they are cut into pieces.
-/// [`push`](Self::push) takes pieces of any size and keeps what is incomplete; [`next`](Self::next)
-/// leaves the keeping to the caller.
+/// The items depend only on the bytes, not on their division into pieces. [`push`](Self::push)
+/// takes pieces of any size and keeps incomplete frames; with [`next`](Self::next) the caller keeps
+/// them.
 ///
 /// ```
 /// use vn100_protocol::{Decoder, Item, Options};
@@ -43,11 +43,11 @@ pub struct Decoder {
     carried: usize,
 }
 
-/// Room for the longest packet with the longest sentence begun in its last byte, after which
-/// nothing needs more bytes.
+/// Room for the longest packet with the longest sentence begun in its last byte, after which no
+/// frame needs more bytes.
 const CARRY: usize = 2 * MAX_PACKET;
 
-/// One thing in a stream.
+/// One item of a stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Item<'a> {
     /// A sentence of one of the [`MESSAGES`](crate::MESSAGES).
@@ -72,13 +72,13 @@ impl Decoder {
     /// Takes the next piece of the stream, of any size, and calls `sink` with each item that it
     /// completes, in the order of the stream.
     ///
-    /// Nothing is copied but the beginning of a sentence or packet at the end of the piece, at most
-    /// about 850 bytes.
+    /// Only the beginning of a sentence or packet at the end of the piece is copied, at most about
+    /// 850 bytes.
     pub fn push(&mut self, bytes: &[u8], mut sink: impl FnMut(Item<'_>)) {
         self.push_to(bytes, &mut sink);
     }
 
-    /// As [`push`](Self::push), with runs of packets as they are.
+    /// Like [`push`](Self::push), with runs of packets undivided.
     pub(crate) fn push_to(&mut self, bytes: &[u8], sink: &mut impl Sink) {
         if let Some(rest) = self.finish_carried(bytes, sink) {
             let incomplete = decode(&mut self.framer, rest, false, sink);
@@ -87,37 +87,37 @@ impl Decoder {
         }
     }
 
-    /// Ends the stream: bytes kept back are decoded as they stand. Offsets and
-    /// [`tally`](Self::tally) continue with bytes pushed later.
+    /// Ends the stream: pending bytes are decoded as they are. Offsets and [`tally`](Self::tally)
+    /// continue with bytes pushed later.
     pub fn finish(&mut self, mut sink: impl FnMut(Item<'_>)) {
         self.finish_to(&mut sink);
     }
 
-    /// As [`finish`](Self::finish), with runs of packets as they are.
+    /// Like [`finish`](Self::finish), with runs of packets undivided.
     pub(crate) fn finish_to(&mut self, sink: &mut impl Sink) {
         decode(&mut self.framer, &self.carry[..self.carried], true, sink);
         self.carried = 0;
     }
 
-    /// The number of bytes at the head of `input` that are done with, and the item they end with.
+    /// The number of bytes at the head of `input` that are consumed, and the item that ends there.
     ///
-    /// The caller drops these bytes and offers the others again. `None` asks for more of them; with
-    /// `end_of_input`, which says that there are none, it means that all are done with. Not to be
-    /// mixed with [`push`](Self::push) on one stream.
+    /// The caller drops these bytes and passes the others again. `None` means that more bytes are
+    /// needed; with `end_of_input`, when no more follow, it means that all are consumed. Must not
+    /// be mixed with [`push`](Self::push) on one stream.
     #[inline]
     #[must_use]
     pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Item<'a>>) {
         self.framer.next_item(input, end_of_input)
     }
 
-    /// What the stream has carried so far.
+    /// The counts of the stream so far.
     #[must_use]
     pub fn tally(&self) -> Tally {
         Tally { buffered_bytes: self.carried as u64, ..self.framer.tally }
     }
 
-    /// Decodes the carried bytes with as much of `bytes` behind them as it takes. Returns the part
-    /// of `bytes` that is left, or `None` when all of it had to be carried too.
+    /// Decodes the carried bytes, followed by as many of `bytes` as needed. Returns the rest of
+    /// `bytes`, or `None` if all of them had to be carried as well.
     fn finish_carried<'a>(&mut self, bytes: &'a [u8], sink: &mut impl Sink) -> Option<&'a [u8]> {
         if self.carried == 0 {
             return Some(bytes);
@@ -145,12 +145,11 @@ impl Decoder {
     }
 }
 
-/// Takes what a decoder finds.
+/// Receives the items that a decoder finds.
 pub(crate) trait Sink {
-    /// Takes one thing.
     fn item(&mut self, item: Item<'_>);
 
-    /// Takes packets that follow each other, at least one.
+    /// Receives successive packets, at least one.
     fn packets(&mut self, run: PacketRun<'_>);
 }
 
@@ -164,10 +163,10 @@ impl<F: FnMut(Item<'_>)> Sink for F {
     }
 }
 
-/// Most packets passed on at a time, few enough for their bytes to stay in the cache.
+/// The most packets passed on at a time, few enough for their bytes to stay in the cache.
 const MOST_PACKETS: usize = 64;
 
-/// Gives `sink` each item; returns what is left, which is incomplete.
+/// Passes each item to `sink`; returns the remaining bytes, which are incomplete.
 #[inline]
 fn decode<'a>(framer: &mut Framer, mut rest: &'a [u8], end: bool, sink: &mut impl Sink) -> &'a [u8] {
     loop {
@@ -216,7 +215,7 @@ impl Framer {
 
     #[inline]
     fn message<'a>(&mut self, sentence: Sentence<'a>) -> Item<'a> {
-        // as `Sample::parse`, without moving the sample through its result: a twentieth of the time
+        // like `Sample::parse`, without moving the sample through its result: a twentieth of the time
         let (item, count) = match read_quickly(&sentence) {
             Some((_, Some(sample))) => (Item::Sample(sample), &mut self.tally.samples),
             Some((layout, None)) => match Sample::read_exactly(&sentence, layout) {

@@ -1,5 +1,5 @@
-//! `$VNDTV`: the changes of angle and velocity since the sentence before, as the mean rates and
-//! accelerations that they are.
+//! `$VNDTV`: the changes of angle and velocity since the sentence before, read as mean rates and
+//! accelerations.
 
 use alloc::borrow::Cow;
 use core::f64::consts::PI;
@@ -13,8 +13,8 @@ use super::{
 use crate::framing::sentence::{RejectReason, Sentence};
 
 /// `$VNDTV`: acceleration and angular rate, each the mean since the sentence before: the change of
-/// velocity or angle over its printed interval, to counts of packets. The steps of 0.001 m/s and
-/// 0.001 deg divided by the interval are their resolution.
+/// velocity or angle divided by the printed interval, in counts of packets. Their resolution is the
+/// steps of 0.001 m/s and 0.001 deg divided by the interval.
 pub static VNDTV: Layout = Layout {
     message: Cow::Borrowed("VNDTV"),
     compensated: None,
@@ -29,7 +29,7 @@ pub static VNDTV: Layout = Layout {
     columns: None,
 };
 
-/// What the sentence holds: the interval, three angles, three velocities (VN-100 User Manual,
+/// The content of the sentence: the interval, three angles, three velocities (VN-100 User Manual,
 /// register 80).
 static PRINTED: Layout = Layout {
     message: VNDTV_HEADER,
@@ -46,7 +46,7 @@ static PRINTED: Layout = Layout {
     columns: None,
 };
 
-/// One in the last digit.
+/// One unit of the last digit.
 const VELOCITY_STEP_M_S: f64 = 0.001;
 const ANGLE_STEP_RAD: f64 = 0.001 * PI / 180.0;
 
@@ -74,7 +74,7 @@ pub(super) fn read(sentence: &Sentence<'_>) -> Option<Result<Sample, RejectReaso
 
 fn mean_rates(printed: Sample) -> Result<Sample, RejectReason> {
     let value = |place: usize| PRINTED.channels[place].value(printed.counts[place]);
-    // over no interval all is beyond its limit
+    // over an interval of zero all values exceed their limits
     let interval_s = value(0).max(0.0);
     let mut counts = [0; MAX_CHANNELS];
     for (place, (count, channel)) in counts.iter_mut().zip(&*VNDTV.channels).enumerate() {

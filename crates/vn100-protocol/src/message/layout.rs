@@ -1,4 +1,4 @@
-//! What a message holds, as data: its channels, their units and their decimals.
+//! The content of a message as data: its channels, their units and their decimals.
 
 use alloc::{borrow::Cow, string::String, vec::Vec};
 
@@ -7,37 +7,37 @@ use alloc::{borrow::Cow, string::String, vec::Vec};
 pub struct Layout {
     /// The header of the sentence, without the `$`.
     pub message: Cow<'static, str>,
-    /// Whether user calibration is applied, and the bias that the attitude filter estimates taken
-    /// off the angular rates; `None` where neither a message nor a user says so.
+    /// Whether user calibration is applied and the bias estimated by the attitude filter is
+    /// subtracted from the angular rates; `None` if neither a message nor a user tells it.
     pub compensated: Option<bool>,
     /// The channels.
     pub channels: Cow<'static, [Channel]>,
-    /// What the channels are read from in a table or a bag, where their units may be mistaken;
-    /// `None` for the messages of the sensor.
+    /// The source of the channels in a table or a bag, whose units may be mistaken; `None` for the
+    /// messages of the sensor.
     pub columns: Option<ColumnsRead>,
 }
 
 /// The columns of a table, or the fields of a message of another program, that are read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ColumnsRead {
-    /// One for each channel, in their order.
+    /// One for each channel, in the same order.
     pub columns: Vec<ColumnRead>,
-    /// The columns of the times with their forms, as a column map names them; `None` without times.
+    /// The columns of the times with their forms, as written in a column map; `None` without times.
     pub times: Option<String>,
 }
 
 /// A column that is read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ColumnRead {
-    /// As a column map names it: by the name in the file, or by its number from 1.
+    /// The column as written in a column map: by the name in the file, or by its number from 1.
     pub name: String,
-    /// The unit that its numbers are taken to be in.
+    /// The assumed unit of its numbers.
     pub unit: String,
 }
 
 impl ColumnsRead {
-    /// The column map by which `channels` are read again as they were, but for the units that `unit`
-    /// gives instead of that of a channel.
+    /// The column map that reads `channels` again in the same way, except for units that `unit`
+    /// gives in place of the channel's own.
     #[must_use]
     pub fn map(&self, channels: &[Channel], unit: impl Fn(&Channel) -> Option<&'static str>) -> String {
         let column = |(channel, column): (&Channel, &ColumnRead)| {
@@ -54,28 +54,28 @@ impl ColumnsRead {
 pub struct Channel {
     /// Its name, unique within the message.
     pub name: Cow<'static, str>,
-    /// What it measures.
+    /// The measured quantity.
     pub quantity: Quantity,
     /// The unit of its value.
     pub unit: Cow<'static, str>,
-    /// The digits behind the point: a count of 1 is 10^-`decimals` · `scale` units.
+    /// The digits after the point: a count of 1 is 10^-`decimals` · `scale` units.
     pub decimals: u8,
-    /// Units in one of the numbers as printed: 1 for the sensor's own messages, another factor for
-    /// a file in other units. Binary floats have no decimals and a power of two here, by which
-    /// every count and every mean of counts is scaled exactly.
+    /// The printed unit in units of the channel: 1 for the sensor's own messages, another factor
+    /// for a file in other units. Binary floats have no decimals and a power of two here, which
+    /// scales every count and every mean of counts exactly.
     pub scale: f64,
-    /// The largest magnitude a count may have; beyond it the line is damaged.
+    /// The largest magnitude of a count; with a larger one the line is damaged.
     pub limit_counts: i32,
-    /// How often in a second the sensor measures it anew, where rows repeat it in between; `None`
-    /// for what is new in every row, and in sentences.
+    /// The number of new measurements per second, if rows in between repeat the value; `None` for a
+    /// channel that is new in every row, and for sentences.
     pub refresh_hz: Option<u32>,
-    /// Of a mean over the whole interval before its row, which the sensor has integrated so that no
-    /// noise is aliased: the smallest step of an increment, in units times seconds, 0 for floats.
-    /// Register 82 says whether it is compensated. `None` for a momentary value.
+    /// For a mean over the whole interval before its row, which the sensor has integrated so that
+    /// no noise is aliased: the smallest step of an increment, in units times seconds; 0 for
+    /// floats. Register 82 tells whether it is compensated. `None` for a momentary value.
     pub increment_step: Option<f64>,
 }
 
-/// What a channel measures.
+/// The quantity of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Quantity {
     /// Yaw, pitch or roll: the attitude of the body against north, east, down, as Euler 3-2-1.
@@ -93,15 +93,15 @@ pub enum Quantity {
     Temperature,
     /// The air pressure.
     Pressure,
-    /// A number of a foreign series, of no sensor known here: no rule of motion, gravity or a data
-    /// sheet is for it.
+    /// A number of a foreign series, of no known sensor: no rule for motion, gravity or a data
+    /// sheet applies.
     Value,
 }
 
 #[expect(clippy::panic, reason = "evaluated at compile time alone")]
 impl Layout {
-    /// The header of a row of the table, where a constant needs it; panics at compile time for a
-    /// layout that owns it.
+    /// The header of a row of the table, for constants; panics at compile time for a layout that
+    /// owns it.
     pub(super) const fn constant_header(&self) -> &str {
         match &self.message {
             Cow::Borrowed(header) => header,
@@ -109,7 +109,7 @@ impl Layout {
         }
     }
 
-    /// The same of its channels.
+    /// The channels of a row of the table, for constants.
     pub(super) const fn constant_channels(&self) -> &[Channel] {
         match &self.channels {
             Cow::Borrowed(channels) => channels,
@@ -119,7 +119,7 @@ impl Layout {
 }
 
 impl Quantity {
-    /// Whether it is an attitude, which only a filter gives.
+    /// Whether it is an attitude, which only a filter determines.
     #[must_use]
     pub fn is_attitude(self) -> bool {
         matches!(self, Self::Angle | Self::Quaternion)
@@ -134,12 +134,12 @@ impl Channel {
         self.in_unit(count.into())
     }
 
-    /// The fewest rows, a power of two, in which the sensor measures it anew: those of rows at
-    /// `rate_hz` by which its own samples lie apart.
+    /// The number of rows at `rate_hz` from one new measurement of the sensor to the next, rounded
+    /// up to a power of two.
     #[must_use]
     pub fn stride(&self, rate_hz: f64) -> u64 {
         let rows = self.refresh_hz.map_or(1.0, |refresh_hz| rate_hz / f64::from(refresh_hz));
-        // in integers, as there is no rounding without the standard library
+        // in integers, because rounding needs the standard library
         let whole = rows.min(1e9) as u64;
         (whole + u64::from((whole as f64) < rows)).max(1).next_power_of_two()
     }
@@ -152,18 +152,18 @@ impl Channel {
     }
 }
 
-/// The rates in hertz at which the sensor sends a message, as register 7 takes them.
+/// The rates in hertz at which the sensor sends a message, as register 7 accepts them.
 pub const OUTPUT_RATES_HZ: [u32; 11] = [1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200];
 
-/// How many digits the numbers of a sentence have.
+/// The number of digits in the numbers of a sentence.
 ///
 /// | | angles | magnetic field | acceleration | angular rate |
 /// |---|---|---|---|---|
 /// | `Current` | `+ddd.ddd` | `+dd.dddd` | `+dd.ddd` | `+dd.dddddd` |
 /// | `Old` (firmware 1 and earlier) | `+ddd.dd` | `+d.dddd` | `+dd.ddd` | `+dd.dddd` |
 ///
-/// The whole digits are a minimum: a larger value takes more. Counts are always in the decimals of
-/// the layout: those of an old sentence are multiplied by 10 or 100, which is exact.
+/// The whole digits are a minimum: a larger value takes more. Counts always have the decimals of
+/// the layout: counts of an old sentence are multiplied by 10 or 100, which is exact.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub enum PrintFormat {
     /// Firmware 2 and 3; also every sentence with a temperature or a pressure.
@@ -184,8 +184,8 @@ impl PrintFormat {
         }
     }
 
-    /// Whether a message of these channels is printed so: how old firmware printed temperature and
-    /// pressure is not on record.
+    /// Whether messages of these channels have this format: the format of temperature and pressure
+    /// in old firmware is not known.
     pub(super) const fn covers(self, channels: &[Channel]) -> bool {
         let mut index = 0;
         while index < channels.len() {

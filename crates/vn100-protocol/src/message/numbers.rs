@@ -1,8 +1,8 @@
-//! The numbers of a valid sentence, quickly: their decimals known beforehand, all digits of one
-//! joined at once.
+//! A fast reader for the numbers of a valid sentence: their decimals are known in advance, and all
+//! digits of a number are joined at once.
 //!
-//! [`None`] means that something is wrong or unusual, not what: the exact reader of `sample.rs`
-//! reads the sentence again and diagnoses it. What is read here is read there alike.
+//! [`None`] means that the sentence is wrong or unusual: the exact reader of `sample.rs` reads it
+//! again and finds the reason. Both readers give the same values.
 
 use crate::{
     framing::sentence::Sentence,
@@ -26,7 +26,7 @@ pub(super) fn read<R: ConstLayout>(sentence: &Sentence<'_>) -> Option<Sample> {
 fn read_as<R: ConstLayout, const OLD: bool>(sentence: &Sentence<'_>) -> Option<Sample> {
     let mut numbers =
         Numbers { counts: [0; MAX_CHANNELS], body: sentence.body, at: const { R::LAYOUT.constant_header().len() } };
-    // spelled out, and inlined with constants: a loop over all numbers costs twice as much
+    // unrolled, and inlined with constants: a loop over all numbers costs twice as much
     macro_rules! each {
         ($($index:literal)*) => {
             $(if let Some(form) = const { form(R::LAYOUT.constant_channels(), $index, format(OLD)) } {
@@ -47,17 +47,17 @@ const fn format(old: bool) -> PrintFormat {
     if old { PrintFormat::Old } else { PrintFormat::Current }
 }
 
-/// How one number is printed, and counted.
+/// The printed form of one number, and its count.
 #[derive(Clone, Copy)]
 struct Form {
     /// Decimals of the channel.
     decimals: u8,
-    /// Those printed, which are no more.
+    /// Printed decimals, which are no more than these.
     printed: u8,
     limit_counts: i32,
 }
 
-/// The form of number `index`; `None` behind the last one.
+/// The form of number `index`; `None` after the last one.
 const fn form(channels: &[Channel], index: usize, format: PrintFormat) -> Option<Form> {
     if index >= channels.len() {
         return None;
@@ -69,15 +69,15 @@ const fn form(channels: &[Channel], index: usize, format: PrintFormat) -> Option
 
 /// The numbers at the head of a body.
 struct Numbers<'a> {
-    /// In units of the last decimal of each channel.
+    /// The counts, in units of the last decimal of each channel.
     counts: [i32; MAX_CHANNELS],
     body: &'a [u8],
     at: usize,
 }
 
 impl Numbers<'_> {
-    /// Reads a comma and number `index`: a sign, one to three digits (eight with the decimals at
-    /// most), a point, and the decimals printed.
+    /// Reads a comma and number `index`: a sign, one to three digits (at most eight with the
+    /// decimals), a point, and the decimals printed.
     #[inline(always)]
     fn one(&mut self, index: usize, form: Form) -> Option<()> {
         const ZEROS: u64 = u64::from_le_bytes(*b"00000000");
@@ -90,7 +90,8 @@ impl Numbers<'_> {
         if sign.wrapping_sub(b'+') & !2 != 0 {
             return None;
         }
-        // branches, not arithmetic: a predicted width lets the next number begin before this one is known
+        // branches instead of arithmetic: a predicted width lets the next number begin before this one is
+        // known
         let whole = match digits.first_chunk()? {
             [_, b'.', _, _] => 1,
             [_, _, b'.', _] => 2,

@@ -1,29 +1,29 @@
-//! The quantities that messages hold, a row each: units and limits, and what a count is worth in
-//! sentences and in packets, which hold floats.
+//! The quantities of messages, one row each: units and limits, and the size of a count in sentences
+//! and in packets, which contain floats.
 
 use alloc::borrow::Cow;
 
 use super::layout::{Channel, Quantity};
 
-/// How a sensor sends a quantity.
+/// The form in which a sensor sends a quantity.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct QuantityRow {
     quantity: Quantity,
     unit: &'static str,
-    /// The largest magnitude in units: wider than any range the sensor is made with, to catch
-    /// damage that the checksum let through.
+    /// The largest magnitude in units: wider than any range of the sensor, to detect damage that
+    /// passed the checksum.
     limit: i32,
     /// A count of sentences is 10^-`decimals` units.
     decimals: u8,
     /// A count of packets is 2^-`bits` units.
     bits: u8,
-    /// How often packets have it anew, where they may repeat it.
+    /// The rate of new values in packets, if packets may repeat a value.
     refresh_hz: Option<u32>,
 }
 
 const fn row(quantity: Quantity, unit: &'static str, limit: i32, decimals: u8, bits: u8) -> QuantityRow {
     assert!((limit as i64) << bits <= i32::MAX as i64);
-    // the magnetometer as in the VN-100 User Manual; the others as a real sensor repeats them
+    // the magnetometer as in the VN-100 User Manual; the others as repeated by a real sensor
     let refresh_hz = match quantity {
         Quantity::MagneticField => Some(250),
         Quantity::Temperature | Quantity::Pressure => Some(120),
@@ -32,9 +32,8 @@ const fn row(quantity: Quantity, unit: &'static str, limit: i32, decimals: u8, b
     QuantityRow { quantity, unit, limit, decimals, bits, refresh_hz }
 }
 
-/// A whole turn of an angle is a whole number of counts, in packets too.
+/// A whole turn of an angle is a whole number of counts, in packets as well.
 pub(crate) const ANGLE: QuantityRow = row(Quantity::Angle, "deg", 180, 3, 21);
-/// Of a quaternion.
 pub(crate) const ELEMENT: QuantityRow = row(Quantity::Quaternion, "1", 2, 6, 29);
 pub(crate) const MAGNETIC_FIELD: QuantityRow = row(Quantity::MagneticField, "gauss", 10, 4, 27);
 pub(crate) const ACCELERATION: QuantityRow = row(Quantity::Acceleration, "m/s^2", 200, 3, 23);
@@ -56,7 +55,7 @@ impl QuantityRow {
         self.of_floats(name, None)
     }
 
-    /// A channel of increments of such steps, as means over their interval.
+    /// A channel of increments with this step, as means over their interval.
     pub(crate) const fn integrated(self, name: &'static str, increment_step: f64) -> Channel {
         self.of_floats(name, Some(increment_step))
     }
@@ -69,10 +68,10 @@ impl QuantityRow {
     }
 }
 
-/// The nearest integer, of two as near the even one; of less than 2^31.
+/// The nearest integer, ties to even; for magnitudes below 2^31.
 #[inline]
 pub(crate) fn rounded(value: f64) -> i32 {
-    // the sum is between 2^52 and 2^53, where the addition rounds as asked for and the low bits are
+    // the sum is between 2^52 and 2^53, where the addition rounds in this way and the low bits are
     // the integer
     const SHIFT: f64 = 6_755_399_441_055_744.0;
     (value + SHIFT).to_bits() as i32

@@ -1,7 +1,7 @@
 //! One sample: the numbers of a measuring sentence as exact counts.
 //!
-//! [`Sample::parse`] reads any sentence of the table: quickly where it is as nearly all are, and
-//! exactly otherwise, as here, which says what is wrong with it. What both read, both read alike.
+//! [`Sample::parse`] reads any sentence of the table: by the fast reader if it has the usual form,
+//! else by the exact reader here, which finds the error. Both give the same values.
 
 use alloc::format;
 
@@ -33,32 +33,32 @@ pub(super) const MAX_CHANNELS: usize = 13;
 pub struct Sample {
     /// The message, with the channels of the counts.
     pub layout: &'static Layout,
-    /// How the sentence was printed.
+    /// The print format of the sentence.
     pub print_format: PrintFormat,
-    /// The optional fields behind the numbers.
+    /// The optional fields after the numbers.
     pub suffix: Suffix,
-    /// Zeros behind the last channel.
+    /// The counts, with zeros after the last channel.
     pub(super) counts: [i32; MAX_CHANNELS],
 }
 
 impl Sample {
-    /// Reads what a read of the register answers that holds the numbers of `layout`, as register 54
-    /// holds those of `$VNIMU`; `layout` is a row of the table.
+    /// Reads the contents of a register that holds the numbers of `layout`, such as register 54 for
+    /// `$VNIMU`; `layout` is a row of the table.
     ///
     /// # Errors
-    /// As [`parse`](Self::parse).
+    /// As for [`parse`](Self::parse).
     pub fn from_contents(contents: &RegisterContents, layout: &'static Layout) -> Result<Self, RejectReason> {
         read_fields(format!(",{}", contents.fields).as_bytes(), layout)
     }
 
-    /// Reads any sentence with the header of `layout`, and says what is wrong with it.
+    /// Reads any sentence with the header of `layout`, and finds the error in it.
     #[cold]
     pub(super) fn read_exactly(sentence: &Sentence<'_>, layout: &'static Layout) -> Result<Self, RejectReason> {
         read_fields(&sentence.body[layout.message.len()..], layout)
     }
 
-    /// The values in the order of the wire, exactly: in units of the last decimal of each channel,
-    /// whatever the print format.
+    /// The exact values in the order of the wire, in units of the last decimal of each channel, for
+    /// every print format.
     #[inline]
     #[must_use]
     pub fn counts(&self) -> &[i32] {
@@ -101,8 +101,8 @@ pub(super) fn read_fields(fields: &[u8], layout: &'static Layout) -> Result<Samp
     Ok(Sample { layout, print_format, suffix, counts })
 }
 
-/// The format whose decimals all numbers have. The first channel decides that the formats print
-/// differently.
+/// The format that matches the decimals of all numbers, determined by the first channel that the
+/// formats print differently.
 fn print_format(numbers: &[Decimal], channels: &'static [Channel]) -> Result<PrintFormat, GrammarError> {
     let pairs = || numbers.iter().zip(channels);
     let mut old = pairs().map(|(number, channel)| (number.decimals, PrintFormat::Old.decimals(channel), channel));
@@ -119,7 +119,7 @@ fn print_format(numbers: &[Decimal], channels: &'static [Channel]) -> Result<Pri
     }
 }
 
-/// The count in the decimals of `channel`, which are no fewer than those printed.
+/// The count in the decimals of `channel`, which are not fewer than the printed ones.
 fn scaled(number: Decimal, channel: &'static Channel) -> Result<i32, RangeError> {
     let missing = u32::from(channel.decimals - number.decimals);
     let count = i64::from(number.count) * 10_i64.pow(missing);

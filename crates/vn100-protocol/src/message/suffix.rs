@@ -17,10 +17,9 @@ use nom::{
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub struct Suffix {
-    /// The number behind `T`: what it counts, or which time in which unit, is for register 30 to
-    /// say.
+    /// The number after `T`: register 30 determines whether it is a count or a time, and its unit.
     pub count: Option<u64>,
-    /// The attitude filter's status word behind `S`.
+    /// The attitude filter's status word after `S`.
     pub status: Option<u16>,
 }
 
@@ -54,7 +53,7 @@ enum Field {
     Status(u16),
 }
 
-/// `,T` and 1 to 20 digits, or `,S` and 4 hexadecimal ones.
+/// `,T` and 1 to 20 digits, or `,S` and 4 hexadecimal digits.
 fn field(input: &[u8]) -> IResult<&[u8], Field> {
     let digits = take_while_m_n(1, 20, |byte: u8| byte.is_ascii_digit());
     let hex_digits = take_while_m_n(4, 4, |byte| matches!(byte, b'0'..=b'9' | b'A'..=b'F'));

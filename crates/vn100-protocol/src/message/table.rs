@@ -1,5 +1,5 @@
-//! The messages that are measured, a row each: all that the decoder, the readers of files and the
-//! analysis know of a message stands here.
+//! The messages that are measured, one row each. The decoder, the readers of files and the analysis
+//! take all their knowledge of a message from here.
 
 use alloc::borrow::Cow;
 
@@ -14,7 +14,7 @@ use crate::{
     },
 };
 
-/// A static for each row, the list of them all, and the way from a sentence to its row.
+/// A static for each row, the list of all rows, and the search for the row of a sentence.
 macro_rules! messages {
     ($($(#[$doc:meta])* $name:ident = $header:literal, compensated: $compensated:literal, [$($channel:expr),*];)*) => {
         $(
@@ -30,7 +30,7 @@ macro_rules! messages {
         /// Every message that is measured.
         pub static MESSAGES: [&Layout; [$($header),*].len() + 1] = [$(&$name,)* &VNDTV];
 
-        /// The row of a sentence, and what it says if it is printed as nearly all are.
+        /// The row of a sentence, and its sample if it has the usual form.
         #[inline]
         pub(super) fn read_quickly(sentence: &Sentence<'_>) -> Option<(&'static Layout, Option<Sample>)> {
             match sentence.header() {
@@ -73,7 +73,7 @@ impl Sample {
     ///
     /// # Errors
     /// [`RejectReason::Grammar`] unless it has the numbers of its message in one of the two print
-    /// formats and at most a suffix behind them; [`RejectReason::Range`] for a value beyond its
+    /// formats with at most a suffix after them; [`RejectReason::Range`] for a value beyond its
     /// channel's limit.
     #[inline]
     pub fn parse(sentence: &Sentence<'_>) -> Option<Result<Self, RejectReason>> {
@@ -115,7 +115,7 @@ mod tests {
         for (channel, count, text) in
             [(0, -85_469, "-85.469"), (3, 4_403, "0.4403"), (9, -301, "-0.000301"), (9, 39_999_999, "39.999999")]
         {
-            assert_eq!(VNYMR.channels[channel].value(count), text.parse().unwrap());
+            assert_eq!(VNYMR.channels[channel].value(count), text.parse::<f64>().unwrap());
         }
     }
 
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_stands_for_one_channel_in_all_messages() {
+    fn a_name_means_one_channel_in_all_messages() {
         let printed = MESSAGES.iter().flat_map(|layout| &*layout.channels);
         let channels: Vec<_> = printed.filter(|channel| channel.increment_step.is_none()).collect();
         for (one, other) in channels.iter().flat_map(|one| channels.iter().map(move |other| (one, other))) {
@@ -146,7 +146,7 @@ mod tests {
         assert_eq!(VNQMR.channels[3].limit_counts, 2_000_000);
     }
 
-    /// Both print formats of every message, in unusual widths too.
+    /// Both print formats of every message, also in unusual widths.
     const BODIES: [&str; 9] = [
         "VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391",
         "VNYMR,-5.469,+04.972,-180.000,-0.5551,+10.0000,+000.9048,+108.971,-2.145,-200.000,+0.000040,-40.000000,-0.000000,T01,S00FF",

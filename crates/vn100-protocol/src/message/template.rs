@@ -1,7 +1,7 @@
-//! The usual `$VNYMR` line at full speed: every digit in its known place.
+//! The usual `$VNYMR` line at full speed: every digit has a known place.
 //!
-//! Whatever differs in one byte is left to the general path, which says the same of every line that
-//! this one takes.
+//! A line that differs in one byte is left to the general path, which gives the same result for
+//! every line that is accepted here.
 
 use crate::{
     message::layout::PrintFormat,
@@ -14,24 +14,24 @@ use crate::{
 /// The length of the usual line up to its last check digit.
 pub(crate) const LENGTH: usize = 120;
 
-/// The usual line: `0` for a digit, `+` for a sign, all else as it stands. The digits behind the
-/// `*` are checked by their value.
+/// The usual line: `0` for a digit, `+` for a sign, other bytes unchanged. The digits after the `*`
+/// are checked by their value.
 const LINE: &[u8; LENGTH] = b"$VNYMR,+000.000,+000.000,+000.000,+00.0000,+00.0000,+00.0000,+00.000,+00.000,+00.000,\
     +00.000000,+00.000000,+00.000000*00";
 
-/// The length of what the checksum covers and what precedes it: up to the `*`.
+/// The length of the bytes up to the `*`, which the checksum covers after the `$`.
 const BODY_END: usize = 117;
 
-/// Where the fields begin.
+/// The places where the fields begin.
 const FIELDS: [usize; 12] = [7, 16, 25, 34, 43, 52, 61, 69, 77, 85, 96, 107];
 
-/// How far a byte may lie above its place in `LINE`: 9 for a digit, 2 for a sign.
+/// The allowed excess of a byte over its place in `LINE`: 9 for a digit, 2 for a sign.
 const SPAN: [u8; LENGTH] = span(9, 2);
 
-/// The bits in which that distance must be 0: between `+` and `-` there is the comma.
+/// The bits of that excess that must be 0, because the comma lies between `+` and `-`.
 const SIGN_BIT: [u8; LENGTH] = span(0, 1);
 
-/// Reads `line` if it is a usual one, in range, with a right checksum and CR or LF behind it.
+/// Reads `line` if it is a usual one, in range, with a correct checksum and CR or LF after it.
 #[inline]
 pub(crate) fn ymr(line: &[u8; LENGTH + 1]) -> Option<Sample> {
     let [.., b'*', high, low, b'\r' | b'\n'] = *line else {
@@ -46,7 +46,7 @@ pub(crate) fn ymr(line: &[u8; LENGTH + 1]) -> Option<Sample> {
     let rate = |field: usize| {
         10_000_000 * u32::from(line[FIELDS[field] + 1] - b'0') + angular_rate(word(line, FIELDS[field] + 2))
     };
-    // spelled out: a loop over the fields is not unrolled, and costs a fifth more
+    // unrolled: a loop over the fields is not unrolled, and costs a fifth more
     let magnitudes = [
         angle(at(0)),
         angle(at(1)),
@@ -72,12 +72,12 @@ pub(crate) fn ymr(line: &[u8; LENGTH + 1]) -> Option<Sample> {
     (!beyond).then(|| Sample { layout: &VNYMR, counts, print_format: PrintFormat::Current, suffix: Suffix::default() })
 }
 
-/// The XOR-8 of the body if all bytes before the check digits are of the usual line.
+/// The XOR-8 of the body if all bytes before the check digits fit the usual line.
 #[inline]
 fn checked_xor(line: &[u8; LENGTH + 1]) -> Option<u8> {
     let mut xor = [0; 16];
     let mut wrong = [0; 16];
-    // byte by byte in sixteen lanes: what a vector register does in one go
+    // byte by byte in sixteen lanes, which a vector register processes at once
     for start in (0..112).step_by(16) {
         for lane in 0..16 {
             let at = start + lane;
@@ -103,7 +103,8 @@ fn word(line: &[u8; LENGTH + 1], at: usize) -> u64 {
     u64::from_le_bytes(bytes)
 }
 
-// Each of these moves the digits of its form together at the end of the word, and zeros before them.
+// Each of these functions moves the digits of its form together at the end of the word, with zeros
+// before them.
 
 /// `+ddd.ddd`
 #[inline]
@@ -139,7 +140,7 @@ const LIMITS: [u32; 12] = {
     limits
 };
 
-/// `digit` where the line has a digit, `sign` where it has a sign, 0 elsewhere.
+/// `digit` for each digit of the line, `sign` for each sign, 0 elsewhere.
 const fn span(digit: u8, sign: u8) -> [u8; LENGTH] {
     let mut span = [0; LENGTH];
     let mut at = 0;

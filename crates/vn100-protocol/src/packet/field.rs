@@ -1,61 +1,59 @@
-//! The fields of a packet, a row each: bytes, and the numbers that are measured of them.
+//! The fields of a packet, one row each: their bytes, and the numbers in them that are measured.
 //!
 //! Sources: VN-100 User Manual (UM001, revisions 2.02 and 2.22), the tables of the binary output
-//! groups; the sizes of fields that the manual leaves out are those of the maker's public library.
+//! groups; sizes that the manual omits are from the maker's public library.
 
 use crate::message::{
     layout::Channel,
     quantity::{ACCELERATION, ANGLE, ANGULAR_RATE, ELEMENT, MAGNETIC_FIELD, PRESSURE, TEMPERATURE},
 };
 
-/// A field of a group.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PacketField {
-    /// Its bytes; 0 where no field is known.
+    /// Its bytes; 0 if no field is known.
     pub(crate) bytes: u8,
     /// Its name in the manual.
     pub(crate) name: &'static str,
     pub(crate) content: FieldContent,
 }
 
-/// What a field holds.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum FieldContent {
-    /// Floats, of which these runs of channels are measured.
+    /// Floats; these runs of channels are measured.
     Numbers(&'static [Numbers]),
-    /// An interval in seconds and increments over it, which are rates after the division.
+    /// An interval in seconds and increments over it, which become rates after the division.
     Increments(&'static [Numbers]),
-    /// Increments over the interval of such a field before it.
+    /// Increments over the interval of an earlier such field.
     MoreIncrements(&'static [Numbers]),
     /// Nanoseconds since the sensor started.
     DeviceTime,
     /// A bit for each axis at the end of its range.
     Saturation,
-    /// Nothing that is measured.
+    /// Content that is not measured.
     Other,
 }
 
 /// Floats of consecutive channels.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Numbers {
-    /// In the order of the wire.
+    /// The channels, in the order of the wire.
     pub(crate) channels: &'static [Channel],
     pub(crate) processing: Correction,
-    /// What one in the packet is in the unit of the channels.
+    /// The unit of the packet in units of the channels.
     pub(crate) unit_scale: f64,
 }
 
-/// What the sensor has done to the numbers; of the same quantity the first in this order is
-/// measured.
+/// The correction that the sensor has applied; of several sources of a quantity, the first in this
+/// order is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Correction {
-    /// Factory and user calibration and rotation alone.
+    /// Only factory and user calibration and rotation.
     Uncompensated,
-    /// With the estimated bias taken off, and hard and soft iron.
+    /// With the estimated bias subtracted, and corrected for hard and soft iron.
     Compensated,
-    /// Not documented: taken for compensated.
+    /// Not documented: treated as compensated.
     Undocumented,
-    /// Increments, with what register 82 says.
+    /// Increments, with the correction that register 82 sets.
     Integrated,
 }
 
@@ -96,7 +94,7 @@ const fn field(bytes: u8, name: &'static str, content: FieldContent) -> PacketFi
     PacketField { bytes, name, content }
 }
 
-/// The fields of a packet with these groups and a word for each, in the order of the wire.
+/// The fields of a packet with these groups and a word of fields for each, in the order of the wire.
 pub(crate) fn present(groups: u8, words: &[u16]) -> impl Iterator<Item = &'static PacketField> {
     let present = GROUPS.iter().filter(move |(bit, _)| groups & bit != 0);
     present.zip(words).flat_map(|((_, fields), word)| {
@@ -104,13 +102,12 @@ pub(crate) fn present(groups: u8, words: &[u16]) -> impl Iterator<Item = &'stati
     })
 }
 
-/// No field that is known.
 const NONE: PacketField = field(0, "", Other);
 
 /// The groups of a VN-100: the bit of each, and its fields by bit.
 ///
 /// Bit 7 of the groups and bit 15 of a field word announce one more byte or word; no packet with
-/// them is known. A VN-100 has no satellite receiver: what belongs to one is zero.
+/// them is known. A VN-100 has no satellite receiver: fields of a receiver are zero.
 #[rustfmt::skip]
 pub(crate) static GROUPS: [(u8, [PacketField; 16]); 4] = [
     (0x01, [

@@ -1,4 +1,4 @@
-//! The form of a packet: which fields it has, and where in it stands what is measured.
+//! The form of a packet: its fields, and the places of the measured ones.
 
 use alloc::{borrow::Cow, sync::Arc, vec::Vec};
 use core::{fmt, ops::Range};
@@ -15,20 +15,20 @@ use crate::{
     },
 };
 
-/// The name of the message that packets are, in layouts.
+/// The name of packets as a message, in layouts.
 pub const BINARY: &str = "BINARY";
 
-/// `FA`, groups and a word for each of the four.
+/// `FA`, groups and a word for each of the four groups.
 const MAX_HEADER: usize = 2 + 2 * GROUPS.len();
 
-/// The groups and words that a packet begins with: what distinguishes the packets of one binary
+/// The groups and words at the beginning of a packet, which distinguish the packets of one binary
 /// output from those of another.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct PacketHeader([u8; MAX_HEADER]);
 
 impl PacketHeader {
-    /// Of packets with these groups and a word of fields for each, as registers 75 to 77 have them;
-    /// more than four words are cut.
+    /// The header of packets with these groups and a word of fields for each, as in registers 75 to
+    /// 77; further words than four are ignored.
     #[must_use]
     pub fn new(groups: u8, words: &[u16]) -> Self {
         let mut header = [0; MAX_HEADER];
@@ -39,13 +39,13 @@ impl PacketHeader {
         Self(header)
     }
 
-    /// The groups, and the words of those it has.
+    /// The groups, and their words.
     pub fn parts(&self) -> (u8, Vec<u16>) {
         let words = self.0[2..].chunks_exact(2).map(|word| u16::from_le_bytes([word[0], word[1]]));
         (self.0[1], words.take(self.0[1].count_ones() as usize).collect())
     }
 
-    /// Of a packet.
+    /// The header of a packet.
     #[must_use]
     pub fn of(packet: &Packet<'_>) -> Self {
         let mut header = [0; MAX_HEADER];
@@ -65,11 +65,11 @@ impl fmt::Display for PacketHeader {
     }
 }
 
-/// The fields of packets that begin with the same groups and words, and how they are read.
+/// The fields of packets that begin with the same groups and words, and the rules for reading them.
 ///
-/// Measured are attitude, magnetic field, acceleration, angular rate, temperature and pressure,
-/// each once: uncompensated before compensated, and increments only where there is nothing else.
-/// The attitude is that of the angles where a packet has them, else the quaternion.
+/// Attitude, magnetic field, acceleration, angular rate, temperature and pressure are measured,
+/// each once: uncompensated is preferred to compensated, and increments are used only if there is
+/// no other source. The attitude is that of the angles if a packet has them, else the quaternion.
 ///
 /// | quantity | unit | a count | limit |
 /// |---|---|---|---:|
@@ -81,7 +81,7 @@ impl fmt::Display for PacketHeader {
 /// | temperature | °C | 2^-23 | 200 |
 /// | pressure | kPa | 2^-23 | 200 |
 ///
-/// A count is the float rounded to the nearest multiple of this, of two as near to the even one.
+/// A count is the float rounded to the nearest multiple of this, ties to even.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PacketForm {
     header: [u8; MAX_HEADER],
@@ -97,26 +97,26 @@ pub struct PacketForm {
 struct Run {
     channels: &'static [Channel],
     bytes: Range<usize>,
-    /// Where the interval stands by which they are divided.
+    /// The place of the interval by which they are divided.
     interval_at: Option<usize>,
-    /// Counts of one in the packet.
+    /// Counts of one unit of the packet.
     counts: f64,
     limit_counts: f64,
 }
 
-/// A number that no VN-100 measures, in a packet whose CRC is right.
+/// A number that no VN-100 measures, in a packet with a correct CRC.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("{channel} is {value}, beyond ±{limit}")]
 pub struct RejectedPacket {
     /// The channel, or the interval of increments.
     pub channel: &'static str,
-    /// Its number in the unit of the channel; infinite or no number, too.
+    /// Its number in the unit of the channel; it may be infinite or no number.
     pub value: f64,
     /// The largest magnitude it may have.
     pub limit: f64,
 }
 
-/// Of the increments of a packet, as of those in `$VNDTV`.
+/// The longest interval of the increments of a packet, and of `$VNDTV`.
 const LONGEST_INTERVAL_S: f64 = 2000.0;
 
 /// A run of channels in the bytes of a packet.
@@ -127,7 +127,7 @@ struct Found {
 }
 
 impl PacketForm {
-    /// The form of a packet; `None` where it has neither angular rate nor acceleration, and is not
+    /// The form of a packet; `None` if it has neither angular rate nor acceleration, so it is not
     /// measured.
     #[must_use]
     pub fn of(packet: &Packet<'_>) -> Option<Self> {
@@ -138,9 +138,9 @@ impl PacketForm {
         Self::new(groups, &words)
     }
 
-    /// The form of packets with these groups and a word of fields for each, as registers 75 to 77
-    /// have them; `None` where it has neither angular rate nor acceleration, a field is unknown, or
-    /// the numbers of groups and words differ.
+    /// The form of packets with these groups and a word of fields for each, as in registers 75 to
+    /// 77; `None` if it has neither angular rate nor acceleration, if a field is unknown, or if the
+    /// numbers of groups and words differ.
     #[must_use]
     pub fn new(groups: u8, words: &[u16]) -> Option<Self> {
         crate::framing::packet::length(groups, words)?;
@@ -186,7 +186,7 @@ impl PacketForm {
                 continue;
             }
             before = Some(quantity);
-            // of both the rates decide, which come last: it is their bias that a filter removes
+            // if both are present, the rates decide, which come last: a filter removes their bias
             if is_motion(quantity) {
                 compensated = match found.numbers.processing {
                     Correction::Uncompensated => Some(false),
@@ -219,7 +219,7 @@ impl PacketForm {
         })
     }
 
-    /// What its packets begin with.
+    /// The header of its packets.
     #[must_use]
     pub const fn header(&self) -> PacketHeader {
         PacketHeader(self.header)
@@ -235,7 +235,7 @@ impl PacketForm {
     #[inline]
     #[must_use]
     pub fn is_of(&self, packet: &Packet<'_>) -> bool {
-        // a comparison of two numbers where there are so many bytes, as nearly always
+        // a comparison of two numbers if there are enough bytes, as nearly always
         match (packet.raw.first_chunk(), self.header.first_chunk()) {
             (Some(begin), Some(header)) if self.header_length <= 8 => {
                 let unused = 64 - 8 * self.header_length as u32;
@@ -246,7 +246,7 @@ impl PacketForm {
         }
     }
 
-    /// What is measured of it.
+    /// The channels that are measured.
     #[must_use]
     pub const fn layout(&self) -> &Arc<Layout> {
         &self.layout
@@ -256,7 +256,7 @@ impl PacketForm {
     ///
     /// # Errors
     /// For the first number that is infinite, no number or beyond the limit of its channel, and for
-    /// increments over an interval that is not positive. Nothing is appended then.
+    /// increments over an interval that is not positive. No count is appended then.
     pub fn read(&self, packet: &Packet<'_>, counts: &mut Vec<i32>) -> Result<(), RejectedPacket> {
         if self.read_run(&packet.into(), counts) {
             return Ok(());
@@ -264,8 +264,8 @@ impl PacketForm {
         self.runs.iter().find_map(|run| run.rejected(packet.raw)).map_or(Ok(()), Err)
     }
 
-    /// Appends the counts of packets of this form, as [`read`](Self::read) does those of each.
-    /// Nothing is appended, and the result is false, where that rejects one.
+    /// Appends the counts of packets of this form, as [`read`](Self::read) does for each. If one is
+    /// rejected, no count is appended and the result is false.
     #[inline]
     pub(crate) fn read_run(&self, packets: &PacketRun<'_>, counts: &mut Vec<i32>) -> bool {
         let (before, width) = (counts.len(), self.layout.channels.len());
@@ -282,8 +282,8 @@ impl PacketForm {
         is_good
     }
 
-    /// Appends when the sensor measured each of these packets, where they say; whether none has the
-    /// time of the one before it, the first that of `last_ns`.
+    /// Appends the device times of these packets, if they contain them; returns whether no packet
+    /// has the time of the one before it, or the first packet `last_ns`.
     #[inline]
     pub(crate) fn read_device_times(
         &self,
@@ -300,8 +300,8 @@ impl PacketForm {
         is_first_new && times.iter().zip(&times[1.min(times.len())..]).all(|(before, now)| before != now)
     }
 
-    /// When the sensor measured it, in nanoseconds since it started; `None` where the packet does
-    /// not say.
+    /// The time of the measurement in nanoseconds since the sensor started; `None` if the packet
+    /// does not contain it.
     #[inline]
     #[must_use]
     pub fn device_ns(&self, packet: &Packet<'_>) -> Option<u64> {
@@ -310,7 +310,7 @@ impl PacketForm {
     }
 
     /// The axes that were at the end of their range: bits 0 to 2 magnetic field x y z, 3 to 5
-    /// acceleration, 6 to 8 angular rate, 9 pressure; 0 where the packet does not say.
+    /// acceleration, 6 to 8 angular rate, 9 pressure; 0 if the packet does not tell.
     #[inline]
     #[must_use]
     pub fn saturation(&self, packet: &Packet<'_>) -> u16 {
@@ -327,7 +327,8 @@ struct Columns<'a> {
 }
 
 impl Run {
-    /// The counts of these channels in each packet; whether all are numbers that a sensor measures.
+    /// Reads the counts of these channels in each packet; returns whether all are numbers that a
+    /// sensor measures.
     #[inline]
     fn read(&self, packets: &PacketRun<'_>, rows: &mut Columns<'_>) -> bool {
         match self.channels.len() {
@@ -337,7 +338,7 @@ impl Run {
         }
     }
 
-    /// Counts of one in this packet; no number where no increments have its interval.
+    /// Counts of one unit in this packet; NaN if no increments can have its interval.
     #[inline]
     fn counts_per_one(&self, raw: &[u8]) -> f64 {
         match self.interval_s(raw) {
@@ -347,7 +348,7 @@ impl Run {
         }
     }
 
-    /// Of increments.
+    /// The interval of increments.
     #[inline]
     fn interval_s(&self, raw: &[u8]) -> Option<f64> {
         self.interval_at.and_then(|at| floats(raw, &(at..at + 4)).next())
@@ -374,8 +375,8 @@ impl Run {
     }
 }
 
-/// The counts of `COUNT` channels of a run, from this one on; whether all are numbers that a sensor
-/// measures. `LANES` are computed together, which is no slower than three.
+/// The counts of `COUNT` channels of a run, from this one on; returns whether all are numbers that
+/// a sensor measures. `LANES` are computed together, which is no slower than three.
 #[multiversion(targets("x86_64+avx2"))]
 fn read_channels<const COUNT: usize, const LANES: usize>(
     run: &Run,
@@ -392,13 +393,13 @@ fn read_channels<const COUNT: usize, const LANES: usize>(
             return false;
         };
         let floats = match floats.first_chunk::<LANES>() {
-            // what follows the channels comes to nothing
+            // the bytes after the channels have no effect
             Some(floats) => *floats,
             None => core::array::from_fn(|lane| floats.get(lane).copied().unwrap_or_default()),
         };
         let scaled = floats.map(|float| f64::from(f32::from_le_bytes(float)) * per_one);
         for (bad, scaled) in bad.iter_mut().zip(scaled) {
-            // a comparison with no number is false
+            // a comparison with NaN is false
             *bad |= if scaled.abs() <= run.limit_counts { 0 } else { u64::MAX };
         }
         counts.copy_from_slice(&scaled.map(rounded)[..COUNT]);

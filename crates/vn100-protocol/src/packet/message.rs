@@ -1,4 +1,4 @@
-//! The packets that this project asks a sensor for, by name.
+//! The packets that this project requests from a sensor, by name.
 
 use alloc::sync::Arc;
 
@@ -9,18 +9,18 @@ use crate::{
     register::{BaudRate, BinaryOutput},
 };
 
-/// A choice of fields that [`BinaryOutput`] asks for.
+/// A choice of fields that a [`BinaryOutput`] requests.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PacketMessage {
     /// Its name, such as `BINARY`.
     pub name: &'static str,
-    /// What it holds, in words.
+    /// Its content, in words.
     pub description: &'static str,
     groups: u8,
     words: &'static [u16],
 }
 
-/// Every such choice. All have the device time, and measurements that no filter has touched.
+/// Every such choice. All have the device time, and measurements that are not filtered.
 pub const PACKET_MESSAGES: [PacketMessage; 2] = [
     PacketMessage {
         name: "BINARY",
@@ -36,18 +36,18 @@ pub const PACKET_MESSAGES: [PacketMessage; 2] = [
     },
 ];
 
-/// How often the sensor measures in a second; packets come at this rate or a whole part of it.
+/// Measurements of the sensor per second; packets come at this rate or a whole fraction of it.
 pub const MEASUREMENTS_PER_S: u32 = 800;
 
 impl PacketMessage {
-    /// The one with this name, in upper or lower case.
+    /// The choice with this name, in upper or lower case.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         PACKET_MESSAGES.into_iter().find(|message| message.name.eq_ignore_ascii_case(name))
     }
 
-    /// The setting that sends it `rate_hz` times a second to the ports of `async_mode`; `None`
-    /// where the sensor has no such rate.
+    /// The setting that sends it `rate_hz` times a second to the ports of `async_mode`; `None` if
+    /// the sensor has no such rate.
     #[must_use]
     pub fn output(&self, async_mode: u16, rate_hz: u32) -> Option<BinaryOutput> {
         let rate_divisor = u16::try_from(MEASUREMENTS_PER_S.checked_div(rate_hz)?).ok()?;
@@ -60,27 +60,27 @@ impl PacketMessage {
         })
     }
 
-    /// The highest rate in hertz that fits `baud_rate` beside nothing else; `None` where not even
-    /// 1 Hz does.
+    /// The highest rate in hertz that fits `baud_rate` without other output; `None` if not even 1
+    /// Hz does.
     #[must_use]
     pub fn highest_rate_hz(&self, baud_rate: BaudRate) -> Option<u32> {
         let load = |hz: u32| LinkLoad::of_packets(&self.output(1, hz)?);
         (1..=MEASUREMENTS_PER_S).rev().find(|hz| load(*hz).is_some_and(|load| load.fits(baud_rate)))
     }
 
-    /// Whether `output` asks for these fields.
+    /// Whether `output` requests these fields.
     #[must_use]
     pub fn is_of(&self, output: &BinaryOutput) -> bool {
         (output.groups, &*output.field_words) == (self.groups, self.words)
     }
 
-    /// What is measured of it.
+    /// The channels that are measured.
     #[must_use]
     pub fn layout(&self) -> Option<Arc<Layout>> {
         PacketForm::new(self.groups, self.words).map(|form| Arc::clone(form.layout()))
     }
 
-    /// Bytes of a packet.
+    /// The length of a packet in bytes.
     #[must_use]
     pub fn packet_length(&self) -> usize {
         crate::framing::packet::length(self.groups, self.words).unwrap_or_default()
@@ -102,9 +102,10 @@ mod tests {
         assert_eq!(PacketMessage::named("VNYMR"), None);
     }
 
-    /// What a VN-100 takes at each baud rate (VN-100 User Manual: a tenth of it in bytes a second).
+    /// The rates that a VN-100 accepts at each baud rate (VN-100 User Manual: a tenth of it in
+    /// bytes per second).
     #[test]
-    fn packets_fit_the_baud_rate_at_so_many_hertz() {
+    fn packets_fit_the_baud_rate_at_the_documented_rates() {
         let rates = |message: PacketMessage| {
             [9_600, 115_200, 230_400, 460_800, 921_600]
                 .map(|bits_per_s| message.highest_rate_hz(BaudRate::new(bits_per_s).unwrap()))

@@ -1,4 +1,4 @@
-//! The fields of a register in the form of the wire, and a reader for one field after the other.
+//! The fields of a register in the form of the wire, and a reader for them in sequence.
 
 use alloc::{borrow::ToOwned, string::String};
 use core::{
@@ -23,7 +23,7 @@ use super::{Register, RegisterContents, RegisterValue, ValueError};
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct RegisterFields(String);
 
-/// Why a text cannot be the fields of a register.
+/// The reason why a text cannot be the fields of a register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum RegisterFieldsError {
     /// The text contains a character that would break the sentence.
@@ -110,8 +110,7 @@ fn is_same(asked: &str, got: &str) -> bool {
     asked.eq_ignore_ascii_case(got)
 }
 
-/// Reads the fields of a register one after the other, and names the field that is wrong in an
-/// error.
+/// Reads the fields of a register in sequence, and names the wrong field in an error.
 #[derive(Debug)]
 pub struct FieldReader<'a> {
     register: Register,
@@ -152,7 +151,7 @@ impl<'a> FieldReader<'a> {
         Ok(values)
     }
 
-    /// The port, which the sensor repeats where the command named one.
+    /// The port, which the sensor repeats if the command named one.
     pub(super) fn optional_port(&mut self) -> Result<(), ValueError> {
         if self.has_more() {
             self.value("port", "1 or 2", |text| matches!(text, "1" | "2").then_some(()))?;
@@ -172,7 +171,7 @@ impl<'a> FieldReader<'a> {
     }
 }
 
-/// A text of digits alone: the standard library would accept a sign as well.
+/// A text of digits only: the standard library would accept a sign as well.
 pub(super) fn integer<T: FromStr>(text: &str) -> Option<T> {
     text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok())?
 }
@@ -186,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_may_be_printed_otherwise() {
+    fn numbers_may_be_printed_differently() {
         for (asked, echo) in [
             ("50", "50"),
             ("50", "050"),
@@ -220,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn what_would_break_the_sentence_is_refused() {
+    fn characters_that_would_break_the_sentence_are_refused() {
         for (text, found) in [("1*2", '*'), ("$VNWNV", '$'), ("1\r\n", '\r'), ("µ", 'µ')] {
             assert_eq!(RegisterFields::new(text), Err(RegisterFieldsError::Character { found }));
         }

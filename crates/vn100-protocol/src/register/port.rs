@@ -31,7 +31,7 @@ impl BaudRate {
     /// The factory default: 115200.
     pub const DEFAULT: Self = Self(115_200);
 
-    /// The baud rate of this many bit/s; `None` for one that the sensor does not have.
+    /// The baud rate of this many bit/s; `None` if the sensor does not have it.
     #[must_use]
     pub fn new(bits_per_s: u32) -> Option<Self> {
         Some(Self(bits_per_s)).filter(|rate| Self::ALL.contains(rate))
@@ -93,8 +93,8 @@ macro_rules! messages {
     };
 }
 
-// The lengths are those of the recorded print widths; that of the IMU message takes the wider of the
-// two pressures reported.
+// The lengths are those of the recorded print widths; the IMU message has the wider of the two
+// reported pressures.
 messages! {
     YPR = 1, "VNYPR", Some(38), "attitude";
     QTN = 2, "VNQTN", Some(51), "attitude as a quaternion";
@@ -136,7 +136,7 @@ impl AsyncType {
     }
 
     /// The usual length of a sentence in bytes with an 8-bit checksum, CR and LF, without suffix; 0
-    /// for [`OFF`](Self::OFF), `None` where it is not known. A value beyond its usual width makes a
+    /// for [`OFF`](Self::OFF), `None` if it is not known. A value beyond its usual width makes a
     /// sentence longer.
     #[must_use]
     pub fn usual_length(self) -> Option<u32> {
@@ -158,13 +158,13 @@ impl RegisterValue for AsyncType {
     }
 }
 
-/// The rate at which a port sends its message, in hertz: one of [`OUTPUT_RATES_HZ`], or 0, by which
-/// firmware 3 sends none.
+/// The rate at which a port sends its message, in hertz: one of [`OUTPUT_RATES_HZ`], or 0, for
+/// which firmware 3 sends no message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct AsyncRate(u32);
 
 impl AsyncRate {
-    /// The rate of this many hertz; `None` for one that the sensor does not have.
+    /// The rate of this many hertz; `None` if the sensor does not have it.
     #[must_use]
     pub fn new(hz: u32) -> Option<Self> {
         (hz == 0 || OUTPUT_RATES_HZ.contains(&hz)).then_some(Self(hz))

@@ -1,5 +1,5 @@
 //! The registers of numbers: modes, averaging, calibration and mounting of the sensor, and the
-//! binary outputs. A mode is kept even where its meaning is not known here.
+//! binary outputs. A mode is kept even if its meaning is not known here.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -10,7 +10,7 @@ use crate::{
     packet::{field, form::PacketHeader},
 };
 
-/// A register of whole numbers: its type, with the name and the factory default of each field.
+/// A register of integers: its type, with the name and the factory default of each field.
 macro_rules! whole_numbers {
     ($(#[$doc:meta])* $name:ident = $register:ident {
         $($(#[$field_doc:meta])* $field:ident: $type:ty = $label:literal, $default:literal;)*
@@ -21,7 +21,6 @@ macro_rules! whole_numbers {
             $($(#[$field_doc])* pub $field: $type,)*
         }
 
-        /// The factory default.
         impl Default for $name {
             fn default() -> Self {
                 Self { $($field: $default),* }
@@ -53,11 +52,11 @@ macro_rules! whole_numbers {
 whole_numbers! {
     /// Register 30: suffix fields, checksums and error reports of a port.
     ProtocolControl = PROTOCOL_CONTROL {
-        /// The number behind `T` on every line: 0 none, 1 SyncIn count, 2 microseconds since
-        /// SyncIn, 3 SyncOut count, 4 microseconds since the pulse of a satellite receiver.
+        /// The number after `T` on every line: 0 none, 1 SyncIn count, 2 microseconds since SyncIn,
+        /// 3 SyncOut count, 4 microseconds since the pulse of a satellite receiver.
         serial_count: u8 = "serial count", 0;
-        /// The word behind `S` on every line: 0 none, 1 status of the attitude filter; others on
-        /// other products.
+        /// The word after `S` on every line: 0 none, 1 status of the attitude filter; other values
+        /// belong to other products.
         serial_status: u8 = "serial status", 0;
         /// The count on the SPI bus.
         spi_count: u8 = "SPI count", 0;
@@ -68,7 +67,7 @@ whole_numbers! {
         serial_checksum: u8 = "serial checksum", 1;
         /// The check on the SPI bus.
         spi_checksum: u8 = "SPI checksum", 0;
-        /// 0: errors are counted only, and a wrong command is never answered. 1: `VNERR` is sent.
+        /// 0: errors are only counted, and a wrong command is never answered. 1: `VNERR` is sent.
         /// 2: it is sent and turns the port's message off.
         error_mode: u8 = "error mode", 1;
     }
@@ -89,8 +88,8 @@ impl ProtocolControl {
 whole_numbers! {
     /// Register 32: the modes of SyncIn and SyncOut.
     SyncControl = SYNC_CONTROL {
-        /// What an edge on SyncIn does: 3 counts, 4 starts a sample, 5 sends one line, 6 sends one
-        /// of every stream.
+        /// The effect of an edge on SyncIn: 3 counts, 4 starts a sample, 5 sends one line, 6 sends
+        /// one line of every stream.
         in_mode: u8 = "SyncIn mode", 3;
         /// 0: a rising edge counts, 1: a falling edge.
         in_edge: u8 = "SyncIn edge", 0;
@@ -98,8 +97,8 @@ whole_numbers! {
         in_skip: u16 = "SyncIn skip factor", 0;
         /// Reserved, 0.
         reserved_in: u32 = "reserved", 0;
-        /// What a pulse on SyncOut means: 0 nothing, 1 a sample begins, 2 a sample is ready, 3 an
-        /// attitude is ready.
+        /// The meaning of a pulse on SyncOut: 0 nothing, 1 a sample begins, 2 a sample is ready, 3
+        /// an attitude is ready.
         out_mode: u8 = "SyncOut mode", 0;
         /// 0: pulses are low, 1: high.
         out_polarity: u8 = "SyncOut polarity", 0;
@@ -129,7 +128,7 @@ whole_numbers! {
 
 whole_numbers! {
     /// Register 85: the moving average of the 800 Hz samples, for each of the sensors inside. A
-    /// window is the number of samples averaged; 0 and 1 mean that none are. A mode says which
+    /// window is the number of samples averaged; 0 and 1 mean no averaging. A mode tells which
     /// values are averaged: 0 none, 1 the uncompensated, 2 the compensated, 3 both.
     ImuFilter = IMU_FILTER {
         /// Window of the magnetometer, in samples.
@@ -174,7 +173,7 @@ impl RegisterValue for Calibration {
     }
 }
 
-/// Register 26: the rotation from the axes of the sensor to those of the vehicle.
+/// Register 26: the rotation from the axes of the sensor to the axes of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceFrameRotation {
     /// The rotation matrix, by rows; it is multiplied by a vector in the axes of the sensor.
@@ -219,10 +218,10 @@ fn matrix(fields: &mut FieldReader<'_>) -> Result<[[f32; 3]; 3], ValueError> {
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct BinaryOutput {
-    /// The ports that packets go to: 0 none, 1 port 1, 2 port 2, 3 both. Firmware 3 takes the
-    /// number for a mask.
+    /// The ports that send packets: 0 none, 1 port 1, 2 port 2, 3 both. Firmware 3 reads the number
+    /// as a mask.
     pub async_mode: u16,
-    /// A packet is sent at every so many-th of 800 samples per second; 0 for packets on request
+    /// A packet is sent once in this many of the 800 samples per second; 0 for packets on request
     /// only.
     pub rate_divisor: u16,
     /// A bit for each group of fields in the packet.
@@ -232,8 +231,8 @@ pub struct BinaryOutput {
 }
 
 impl BinaryOutput {
-    /// Packets per second on the ports in [`async_mode`](Self::async_mode), in hertz; 0 where none
-    /// are sent.
+    /// Packets per second on the ports in [`async_mode`](Self::async_mode), in hertz; 0 if none are
+    /// sent.
     #[must_use]
     pub fn rate_hz(&self) -> f64 {
         if self.async_mode == 0 || self.rate_divisor == 0 { 0.0 } else { 800.0 / f64::from(self.rate_divisor) }
@@ -250,8 +249,8 @@ impl BinaryOutput {
         field::present(self.groups, &self.field_words).map(|field| field.name).filter(|name| !name.is_empty())
     }
 
-    /// Length of a packet in bytes; `None` where a group or a field is not known, or where groups
-    /// and words of fields do not match.
+    /// Length of a packet in bytes; `None` if a group or a field is not known, or if the numbers of
+    /// groups and words differ.
     #[must_use]
     pub fn packet_length(&self) -> Option<usize> {
         packet::length(self.groups, &self.field_words)
@@ -283,7 +282,7 @@ impl RegisterValue for BinaryOutput {
     }
 }
 
-/// A text of hexadecimal digits alone: the standard library would accept a sign as well.
+/// A text of hexadecimal digits only: the standard library would accept a sign as well.
 fn hexadecimal(text: &str) -> Option<u16> {
     text.bytes().all(|byte| byte.is_ascii_hexdigit()).then(|| u16::from_str_radix(text, 16).ok())?
 }

@@ -24,13 +24,13 @@ use crate::{
 pub enum SensorCommand {
     /// `VNRRG`: reads a register.
     ReadRegister(Register),
-    /// `VNWRG`: writes a register; without power the value is lost, unless
+    /// `VNWRG`: writes a register; the value is lost without power, unless
     /// [`WriteSettings`](Self::WriteSettings) follows.
     WriteRegister {
         /// The register.
         register: Register,
-        /// Its fields in order. Registers 5 to 7 are those of the port in use, unless a further
-        /// field names a port.
+        /// Its fields in order. Registers 5 to 7 are of the port in use, unless a further field
+        /// names a port.
         fields: RegisterFields,
     },
     /// `VNWNV`: saves all registers. The sensor should not move meanwhile.
@@ -42,9 +42,9 @@ pub enum SensorCommand {
     /// `VNASY`: pauses (`false`) or resumes (`true`) all output of the port, sentences and packets;
     /// no register changes.
     Async(bool),
-    /// `VNSGB`: makes the bias that the filter estimates now the one to start with (register 43).
+    /// `VNSGB`: makes the present bias estimate of the filter its initial bias (register 43).
     SetGyroBias,
-    /// `VNTAR`: makes the present attitude the zero. Firmware 3 answers
+    /// `VNTAR`: makes the present attitude the zero attitude. Firmware 3 answers
     /// [`InvalidCommand`](crate::DeviceError::InvalidCommand).
     Tare,
 }
@@ -54,8 +54,8 @@ pub enum SensorCommand {
 const ANSWER_TIME: Duration = Duration::from_millis(500);
 const SAVE_TIME: Duration = Duration::from_millis(1200);
 const RESTART_TIME: Duration = Duration::from_millis(2500);
-/// From the answer to the first output after a restart, as found for the driver of the ArduPilot
-/// autopilot.
+/// The time from the answer to the first output after a restart, as measured for the driver of the
+/// ArduPilot autopilot.
 const BOOT_TIME: Duration = Duration::from_millis(1250);
 
 impl SensorCommand {
@@ -65,18 +65,18 @@ impl SensorCommand {
         Self::WriteRegister { register: setting.register(), fields: setting.fields() }
     }
 
-    /// The sentence from `$` to LF. The sensor accepts either check; it refuses a sentence with
+    /// The sentence from `$` to LF. The sensor accepts either check; it rejects a sentence with
     /// [`Check::None`].
     #[must_use]
     pub fn sentence(&self, check: Check) -> String {
         check.sentence(&self.body())
     }
 
-    /// Whether `reply` confirms this command: it names the same command and, where the command has
+    /// Whether `reply` confirms this command: it names the same command and, if the command has
     /// one, the same register.
     ///
     /// The fields in the reply to a write are not compared. A device error does not name the
-    /// command that it answers, and is no such reply.
+    /// command that it answers, and does not confirm any.
     #[must_use]
     pub fn is_answered_by(&self, reply: &Reply) -> bool {
         match (self, reply) {
@@ -93,7 +93,7 @@ impl SensorCommand {
         matches!(self, Self::ReadRegister(_) | Self::WriteRegister { .. } | Self::Async(_))
     }
 
-    /// How long to wait for the answer: 500 ms, for saving 1.2 s, for a restart 2.5 s.
+    /// The wait for the answer: 500 ms; 1.2 s for saving, 2.5 s for a restart.
     #[must_use]
     pub fn answer_time(&self) -> Duration {
         match self {
@@ -103,8 +103,8 @@ impl SensorCommand {
         }
     }
 
-    /// How long the sensor receives no other command after its answer: 1.25 s while it restarts,
-    /// half a second while it saves.
+    /// The time after its answer in which the sensor receives no other command: 1.25 s while it
+    /// restarts, half a second while it saves.
     #[must_use]
     pub fn busy_time(&self) -> Duration {
         match self {

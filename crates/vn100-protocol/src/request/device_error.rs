@@ -6,17 +6,17 @@ use core::fmt;
 macro_rules! device_errors {
     ($($name:ident = $code:literal, $meaning:literal;)*) => {
         /// An error that the sensor reports, by its code in `$VNERR,cc` (two hexadecimal digits;
-        /// UM001, and 0A to 0C as firmware 3 sends them).
+        /// UM001, 0A to 0C as sent by firmware 3).
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub enum DeviceError {
             $(#[doc = concat!(stringify!($code), ": ", $meaning, ".")]
             $name,)*
-            /// A code that no edition of the manual has.
+            /// A code that is in no edition of the manual.
             Unknown(u8),
         }
 
         impl DeviceError {
-            /// Those that the manual has, by code.
+            /// The errors in the manual, by code.
             pub(crate) const KNOWN: [Self; [$($code),*].len()] = [$(Self::$name),*];
 
             /// The error with this code.
@@ -37,7 +37,7 @@ macro_rules! device_errors {
                 }
             }
 
-            /// What it means, in a few words.
+            /// The meaning, in a few words.
             #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self {
@@ -67,19 +67,19 @@ device_errors! {
 
 impl DeviceError {
     /// Whether the sensor reports this error by itself; all other errors answer a command, as far
-    /// as is known.
+    /// as known.
     #[must_use]
     pub fn is_unsolicited(self) -> bool {
         matches!(self, Self::HardFault | Self::WatchdogReset | Self::OutputBufferOverflow | Self::ErrorBufferOverflow)
     }
 
-    /// Whether the command was damaged on its way, so that the sensor has not executed it and may
-    /// when it is sent again.
+    /// Whether the command was damaged in transmission, so that the sensor has not executed it but
+    /// may execute it when it is sent again.
     pub(crate) fn is_transmission_fault(self) -> bool {
         matches!(self, Self::ReceiveBufferOverflow | Self::InvalidChecksum)
     }
 
-    /// What the user can do about the error, in words.
+    /// The possible remedy for the user, in words.
     #[must_use]
     pub fn advice(self) -> &'static str {
         match self {

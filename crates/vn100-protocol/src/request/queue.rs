@@ -1,5 +1,5 @@
-//! Requests to the sensor and their answers, among the frames that the sensor sends meanwhile; time
-//! is an argument.
+//! Requests to the sensor and their answers, among the other frames of the sensor; time is an
+//! argument.
 
 use alloc::{collections::VecDeque, format, string::String, vec::Vec};
 use core::time::Duration;
@@ -20,22 +20,22 @@ use crate::{
 ///
 /// Each request ends exactly once, with an answer or a failure. Reads, writes and
 /// [`SensorCommand::Async`] are sent up to [`ATTEMPTS`](Self::ATTEMPTS) times; all other commands
-/// once, whatever happens.
+/// exactly once.
 ///
 /// The owner has the link and the clock; times are durations since any fixed moment. After each
 /// call, and when [`poll_timeout`](Self::poll_timeout) is due (with
-/// [`handle_timeout`](Self::handle_timeout)): send what [`poll_transmit`](Self::poll_transmit)
-/// gives, collect [`poll_completion`](Self::poll_completion) and
+/// [`handle_timeout`](Self::handle_timeout)): send the result of
+/// [`poll_transmit`](Self::poll_transmit), collect [`poll_completion`](Self::poll_completion) and
 /// [`poll_notice`](Self::poll_notice), and wait until the next timeout or reply.
 ///
 /// # Which reply answers which request
 ///
-/// A reply answers by its command and its register. `VNERR` names neither: it answers the request
-/// on the wire, unless the error is always unsolicited. On a line that echoes, as a half-duplex one
-/// does, the echo of a command other than a read looks like its reply: once a read was echoed and
+/// A reply answers by its command and its register. `VNERR` names neither: it answers the request on
+/// the wire, unless the error is always unsolicited. On a line that echoes, such as a half-duplex
+/// line, the echo of a command other than a read looks like its reply: once a read was echoed and
 /// answered, the first copy of any other command is the echo and the next one the answer. After a
-/// request that was sent twice, the next request waits until the second answer has arrived or is
-/// too late to arrive: otherwise that answer would be taken for the one to the next request.
+/// request that was sent twice, the next request waits until the second answer has arrived or is too
+/// late to arrive: otherwise it would be taken for the answer to the next request.
 #[derive(Debug, Default)]
 pub struct RequestQueue {
     check: Check,
@@ -58,17 +58,17 @@ pub struct RequestId(u64);
 /// The answer of the sensor to a request.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Response {
-    /// To a read: the contents of the register. To a write: the contents that the sensor has
+    /// For a read, the contents of the register; for a write, the contents that the sensor has
     /// accepted.
     Register(RegisterContents),
-    /// To any other command: it is executed.
+    /// For any other command: it is executed.
     Done,
 }
 
 /// The relation of a reply to the queue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Handled {
-    /// The reply answers a request, the present one or one that has ended.
+    /// The reply answers a request, the present one or an ended one.
     Mine,
     /// The reply is a copy of the request itself: the line echoes.
     Echo,
@@ -81,8 +81,8 @@ pub enum Handled {
 #[error("{} requests are pending: collect their replies before sending more", RequestQueue::CAPACITY)]
 pub struct QueueFull;
 
-/// Why a request failed. `line` is the command as sent, without CR and LF; empty where none was
-/// sent.
+/// The reason why a request failed. `line` is the command as sent, without CR and LF; empty if none
+/// was sent.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum RequestFailure {
@@ -112,7 +112,7 @@ pub enum RequestFailure {
     LinkDown {
         /// The command.
         line: String,
-        /// The number of times the command was sent; 0 for one that was waiting for others.
+        /// The number of times the command was sent; 0 if it was waiting for others.
         attempts: u32,
     },
     /// The sensor executed a write with other values than those sent.
@@ -143,7 +143,7 @@ struct Current {
     is_echoed: bool,
     first_sent: Duration,
     last_sent: Duration,
-    /// The end of the present attempt; `None` when the next copy is to be sent.
+    /// The end of the present attempt; `None` if the next copy must be sent.
     deadline: Option<Duration>,
 }
 
@@ -152,7 +152,7 @@ struct Current {
 struct Late {
     command: SensorCommand,
     unanswered: u32,
-    /// After this time no further answer will arrive.
+    /// No further answer arrives after this time.
     until: Duration,
 }
 
@@ -171,20 +171,20 @@ impl RequestQueue {
         Self { check, ..Self::default() }
     }
 
-    /// Queues a request after those that wait.
+    /// Queues a request after the waiting ones.
     ///
     /// # Errors
-    /// [`QueueFull`] when the queue has [`CAPACITY`](Self::CAPACITY) of requests.
+    /// [`QueueFull`] if the queue has [`CAPACITY`](Self::CAPACITY) of requests.
     pub fn submit(&mut self, command: SensorCommand) -> Result<RequestId, QueueFull> {
         let id = self.next_id()?;
         self.queue.push_back((id, command));
         Ok(id)
     }
 
-    /// Queues a request ahead of those that wait; the one on the wire is finished first.
+    /// Queues a request before the waiting ones; the one on the wire is finished first.
     ///
     /// # Errors
-    /// As [`submit`](Self::submit).
+    /// As for [`submit`](Self::submit).
     pub fn submit_next(&mut self, command: SensorCommand) -> Result<RequestId, QueueFull> {
         let id = self.next_id()?;
         self.queue.push_front((id, command));
@@ -192,8 +192,8 @@ impl RequestQueue {
     }
 
     /// Cancels a request: it is not sent again, and ends without a result; unknown and ended
-    /// requests are ignored. An answer that still arrives belongs to no request; a device error may
-    /// be taken for the answer to the next one.
+    /// requests are ignored. A later answer belongs to no request; a device error may be taken for
+    /// the answer to the next one.
     pub fn cancel(&mut self, id: RequestId) {
         self.queue.retain(|(queued, _)| *queued != id);
         self.current.take_if(|current| current.id == id);
@@ -290,9 +290,9 @@ impl RequestQueue {
         Some(current.command.sentence(self.check).into_bytes())
     }
 
-    /// When to call [`handle_timeout`](Self::handle_timeout) and
-    /// [`poll_transmit`](Self::poll_transmit) again, once the latter gives nothing more; `None`
-    /// where only a reply or a request can have an effect.
+    /// The time for the next call of [`handle_timeout`](Self::handle_timeout) and
+    /// [`poll_transmit`](Self::poll_transmit) , after the latter gives nothing more; `None` if only
+    /// a reply or a request can have an effect.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Duration> {
         match &self.current {
@@ -308,8 +308,7 @@ impl RequestQueue {
         self.completions.pop_front()
     }
 
-    /// The next error that the sensor reported and that answers no request, in the order of
-    /// arrival.
+    /// The next device error that answers no request, in the order of arrival.
     #[must_use]
     pub fn poll_notice(&mut self) -> Option<DeviceError> {
         self.notices.pop_front()
@@ -370,13 +369,14 @@ impl RequestQueue {
             return;
         };
         if result.is_ok() {
-            // such a reply without a later answer may be how a sensor prints an empty register
+            // without a later answer, such a reply may be the form in which a sensor prints an
+            // empty register
             self.line_echoes |= current.is_echoed;
             self.busy_until = now.saturating_add(current.command.busy_time());
         }
         let answer_time = match &result {
             Err(RequestFailure::Timeout { .. }) => current.command.answer_time(),
-            // the sensor may take as long for the last attempt as it did for the first
+            // the sensor may take as long for the last attempt as for the first
             _ => current.command.answer_time().max(now.saturating_sub(current.first_sent)),
         };
         self.late = (current.unanswered > 0).then(|| Late {
@@ -387,7 +387,7 @@ impl RequestQueue {
         self.completions.push_back((current.id, result));
     }
 
-    /// When the next request may be sent.
+    /// The time from which the next request may be sent.
     fn ready_at(&self) -> Duration {
         self.late.as_ref().map_or(self.busy_until, |late| late.until.max(self.busy_until))
     }
@@ -413,7 +413,7 @@ impl Current {
     }
 }
 
-/// The fields that a write requested and those of its reply, where they differ.
+/// The fields that a write requested and the fields of its reply, if they differ.
 fn difference<'a>(command: &'a SensorCommand, reply: &'a Reply) -> Option<(&'a RegisterFields, &'a RegisterFields)> {
     let (SensorCommand::WriteRegister { fields, .. }, Reply::Written(echo)) = (command, reply) else {
         return None;

@@ -23,11 +23,11 @@ pub enum Reply {
     /// `VNERR`: a device error.
     Error(DeviceError),
     /// `VNRRG` with nothing after the register number. A sensor sends no such sentence: it is the
-    /// read of the host, on a line that echoes.
+    /// read command of the host, on a line that echoes.
     Question(Register),
 }
 
-/// Why a sentence is no reply.
+/// The reason why a sentence is no reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum ReplyError {
     /// The header is that of a measurement, or unknown.
@@ -45,7 +45,7 @@ pub enum ReplyError {
 }
 
 impl Reply {
-    /// Reads a sentence. A register number may be padded with zeros or not.
+    /// Reads a sentence. A register number may be padded with zeros.
     ///
     /// # Errors
     /// [`ReplyError`] for a sentence that is no reply.

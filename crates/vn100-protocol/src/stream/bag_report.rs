@@ -1,29 +1,31 @@
-//! What became of the messages of a bag.
+//! The counts of the messages of a bag.
 
 use alloc::{string::String, vec::Vec};
 use core::fmt;
 
 use super::{AbsentValues, CsvReport};
 
-/// What became of the rows or messages of a file.
+/// The counts of the rows or messages of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FileReport {
-    /// Of the lines of a CSV file.
+    /// The counts of the lines of a CSV file.
     Csv(CsvReport),
-    /// Of the messages of a bag.
+    /// The counts of the messages of a bag.
     Bag(BagReport),
 }
 
 /// The messages of a topic, each counted once: `messages = used + without_sample + unreadable`.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 pub struct BagReport {
     /// The topic.
     pub topic: String,
     /// The type of its messages, as `package/Type`.
+    #[cfg_attr(feature = "schema", serde(rename = "type"))]
     pub type_name: String,
     /// All messages of the topic.
     pub messages: u64,
-    /// Those with sentences, good or not, or with a number.
+    /// Messages with sentences, good or not, or with a number.
     pub used: u64,
     /// Messages without a sentence, or without a number that a count can hold.
     pub without_sample: u64,
@@ -31,25 +33,27 @@ pub struct BagReport {
     pub unreadable: u64,
     /// The numbers that are absent in messages that are used, by channel.
     pub absent: Vec<AbsentValues>,
-    /// The numbers of a sensor that are not read, as its first messages do not have them.
+    /// The numbers of a sensor that are not read, because its first messages do not have them.
     pub unread: Vec<UnreadNumbers>,
-    /// Messages that came behind one of a later time, and were put in their place.
+    /// Messages that came after one of a later time, and were put in their place.
     pub reordered: u64,
-    /// Messages that came so late that they were left where they came.
+    /// Messages that came too late to be moved to their place.
     pub late: u64,
     /// Messages of other topics.
     pub other_messages: u64,
-    /// Bytes unpacked to a temporary file, where the bag is packed or comes from a stream.
+    /// Bytes unpacked to a temporary file, if the bag is compressed or comes from a stream.
     pub unpacked_bytes: u64,
-    /// When its first and its last message were recorded, in nanoseconds since 1970-01-01 UTC, or
+    /// The record times of its first and its last message, in nanoseconds since 1970-01-01 UTC, or
     /// since the start of a simulation; `None` without a message.
+    #[cfg_attr(feature = "schema", serde(skip))]
     pub recorded_ns: Option<(i64, i64)>,
     /// Which times are used.
+    #[cfg_attr(feature = "schema", serde(flatten))]
     pub stamps: StampSource,
 }
 
 impl BagReport {
-    /// Of a topic of which nothing was read yet.
+    /// The report of a topic before its first message.
     #[must_use]
     pub fn of(topic: impl Into<String>, type_name: impl Into<String>, stamps: StampSource) -> Self {
         Self {
@@ -71,15 +75,16 @@ impl BagReport {
     }
 }
 
-/// Numbers of a standard message that are zero in the first messages, as those are that a sensor
-/// does not have.
+/// Numbers of a standard message that are zero in the first messages, as for a sensor that does not
+/// measure them.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 pub struct UnreadNumbers {
     /// Their path, such as `linear_acceleration`.
     pub path: String,
-    /// In how many of the first messages they are zero.
+    /// The number of first messages in which they are zero.
     pub zero_messages: usize,
-    /// In how many messages they are not zero after all.
+    /// The number of messages in which they are not zero after all.
     pub nonzero_messages: u64,
 }
 
@@ -94,18 +99,20 @@ impl fmt::Display for UnreadNumbers {
     }
 }
 
-/// Which times of the messages of a bag are used.
+/// The source of the times of the messages of a bag.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
+#[cfg_attr(feature = "schema", serde(rename_all = "kebab-case", tag = "stamps", content = "stamp_field"))]
 pub enum StampSource {
-    /// Those in the messages, in the field of this path.
+    /// The times in the messages, in the field with this path.
     Field(String),
-    /// Those of the recorder: of sentences, and of messages that hold none.
+    /// The times of the recorder, for sentences and for messages without times.
     Recorded,
     /// The times of the recorder, because those in the messages are all zero.
     RecordedAsZero,
     /// The times of the recorder, because those in the messages are all the same.
     RecordedAsConstant,
-    /// The times of the recorder, because those in the messages run backwards.
+    /// The times of the recorder, because those in the messages decrease.
     RecordedAsBackwards,
 }
 

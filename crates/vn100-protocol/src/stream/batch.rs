@@ -1,4 +1,4 @@
-//! Batches: what one read completed.
+//! Batches: the rows of one read.
 
 use alloc::{boxed::Box, string::String, sync::Arc, vec::Vec};
 use core::{fmt, mem};
@@ -6,51 +6,49 @@ use core::{fmt, mem};
 use super::StreamCounts;
 use crate::{Layout, PrintFormat, RegisterContents, Tally};
 
-/// Everything that one read completed: samples, and between them the places where something else
-/// was.
+/// The content of one read: samples, with marks for everything between them.
 ///
-/// One batch per read, never one per sample: the price of handing it over is paid once.
+/// There is one batch per read and not one per sample, so that the cost of handing it over arises once.
 #[derive(Debug, Clone, Default)]
 pub struct Batch {
-    /// The message these samples came in; `None` while the stream has shown none.
+    /// The message of these samples; `None` before the first measurement of the stream.
     pub layout: Option<Arc<Layout>>,
-    /// The samples, one row of exact integer counts each, in the order of `layout`; what a count is
-    /// worth stands in its channel.
+    /// The samples, one row of exact integer counts each, in the order of `layout`; the channel
+    /// gives the size of a count.
     pub counts: Vec<i32>,
     /// The cells of `counts` that have no value, in the order of the rows and of their channels: an
-    /// empty field of a CSV file, or one that is no number. Their counts are 0 and mean nothing.
+    /// empty field of a CSV file, or a field that is no number. Their counts are 0 and have no meaning.
     pub absent: Vec<AbsentCell>,
-    /// When the rows arrived, in the order of the rows; empty where the source does not know.
+    /// The arrival times of the rows, in the order of the rows; empty if the source does not know them.
     pub arrivals: Vec<Arrival>,
     /// The counters of the rows that carry one, in order.
     pub counters: Vec<RowCounter>,
-    /// When the sensor measured each row, in nanoseconds since it started; empty where rows do not
-    /// carry their device time.
+    /// The device time of each row, in nanoseconds since the sensor started; empty if rows do not
+    /// carry it.
     pub device_ns: Vec<u64>,
-    /// What stood between the rows, by position.
+    /// Marks for the items between the rows, by position.
     pub marks: Vec<Mark>,
-    /// What the sensor said of its registers in reply to commands, in order: the values read, and
-    /// those just written.
+    /// Contents of registers in replies to commands, in order: the values read, and those just
+    /// written.
     pub registers: Vec<RegisterContents>,
-    /// What passed beside the samples, in order; empty unless
-    /// [`ReadOptions`](super::ReadOptions) ask for it.
+    /// Diagnostics, in order; empty unless [`ReadOptions`](super::ReadOptions) request them.
     pub diagnostics: Vec<Diagnostic>,
-    /// All that the stream has carried from its beginning to the end of this batch.
+    /// The counts of the stream from its beginning to the end of this batch.
     pub link: StreamCounts,
-    /// What the parser had counted at the end of each row, where
-    /// [`ReadOptions`](super::ReadOptions) ask for it and there are two rows or more. Marks,
-    /// registers and diagnostics are those before the first row then.
+    /// The counts of the parser at the end of each row, if [`ReadOptions`](super::ReadOptions)
+    /// request them and there are two rows or more. Marks, registers and diagnostics then precede
+    /// the first row.
     pub tallies: Vec<Tally>,
 }
 
 impl Batch {
     /// The samples, one slice of counts each.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = &[i32]> {
-        // a batch without a layout has no counts, so that the width of a row does not matter
+        // a batch without a layout has no counts, so the width of a row has no effect
         self.counts.chunks_exact(self.layout.as_ref().map_or(1, |layout| layout.channels.len()))
     }
 
-    /// How many samples.
+    /// The number of samples.
     #[must_use]
     pub fn row_count(&self) -> usize {
         self.rows().len()
@@ -62,8 +60,8 @@ impl Batch {
         self.absent.binary_search_by_key(&(row, channel), |cell| (cell.row, cell.channel)).is_ok()
     }
 
-    /// Its rows, each as a batch of its own where there are [`tallies`](Self::tallies) of each;
-    /// else all in one.
+    /// Its rows, each as a batch of its own if there are [`tallies`](Self::tallies) of each; else
+    /// all in one batch.
     #[must_use]
     pub fn lines(mut self) -> SingleRows {
         let line = match self.tallies.is_empty() {
@@ -81,7 +79,7 @@ impl Batch {
     }
 }
 
-/// The rows of a [`Batch`] one by one.
+/// The individual rows of a [`Batch`].
 #[derive(Debug)]
 pub struct SingleRows {
     batch: Batch,
@@ -90,7 +88,7 @@ pub struct SingleRows {
 }
 
 impl SingleRows {
-    /// The next one; `None` behind the last.
+    /// The next row; `None` after the last.
     pub fn next_line(&mut self) -> Option<&Batch> {
         let (batch, line, row) = (&self.batch, &mut self.line, self.next);
         self.next += 1;
@@ -130,64 +128,64 @@ pub struct AbsentCell {
     pub channel: usize,
 }
 
-/// When rows of a [`Batch`] arrived: those from here to the next arrival came with one read.
+/// The arrival of rows of a [`Batch`]: the rows from here to the next arrival came with one read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Arrival {
-    /// The first of them.
+    /// The first of these rows.
     pub from_row: usize,
-    /// The time of the read, in nanoseconds from an origin of the source's choice. A recording may
-    /// hold stamps that go backwards.
+    /// The time of the read, in nanoseconds from an origin of the source's choice. The times in a
+    /// recording may decrease.
     pub at_ns: i64,
 }
 
-/// The counter that a line carried behind its numbers.
+/// The counter that a line carries after its numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RowCounter {
     /// The row.
     pub row: usize,
-    /// The counter; what it counts, register 30 of the sensor says.
+    /// The counter; register 30 of the sensor determines its meaning.
     pub count: u64,
 }
 
 /// Something between two rows of a [`Batch`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mark {
-    /// The row it stands before; the number of rows for the end of the batch.
+    /// The row after the mark; the number of rows for the end of the batch.
     pub before_row: usize,
-    /// What it is.
+    /// The kind of mark.
     pub kind: MarkKind,
 }
 
-/// What a [`Mark`] marks.
+/// The item at a [`Mark`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MarkKind {
     /// A rejected sentence, packet or row; the tally counts the reasons.
     Rejected,
-    /// The row behind it was measured with axes at the end of their range; the bits are those of
+    /// The row after it was measured with axes at the end of their range; the bits are those of
     /// [`PacketForm::saturation`](crate::PacketForm::saturation).
     Saturated(u16),
-    /// From here on the sensor prints so; stands before the first row, and wherever that changes.
+    /// The print format of the sensor from here on; before the first row, and at each change.
     Printed(PrintFormat),
-    /// The sensor answered with register 54: its temperature, in counts of that channel of
+    /// The sensor replied with register 54: its temperature, in counts of that channel of
     /// [`VNIMU`](crate::VNIMU).
     Temperature(i32),
 }
 
-/// One thing that passed beside the samples. Printed, it is one line of ASCII that steers no
-/// terminal, whatever came.
+/// One item for the log. Printed, it is one line of ASCII without control characters for a
+/// terminal, for any content.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Diagnostic {
     /// A command was written to the sensor.
     Sent(Box<[u8]>),
-    /// The sensor answered, or reported an error.
+    /// A reply or a device error of the sensor.
     Reply(Box<[u8]>),
     /// A sentence or a packet was rejected.
     Refused {
-        /// Why, in words.
+        /// The reason, in words.
         reason: String,
-        /// Where it begins, in bytes from the beginning of the stream.
+        /// The offset of its first byte, in bytes from the beginning of the stream.
         offset: u64,
-        /// Its bytes, as far as they were taken for a part of it.
+        /// Its bytes, as far as they were counted to it.
         raw: Box<[u8]>,
     },
 }

@@ -1,4 +1,4 @@
-//! What a stream has carried so far.
+//! Counts of the content of a stream so far.
 
 use alloc::string::String;
 use core::fmt;
@@ -6,7 +6,7 @@ use core::fmt;
 use super::RejectedRowCounts;
 use crate::{DeviceError, PacketHeader, Tally};
 
-/// What a stream has carried so far, byte by byte and frame by frame.
+/// Counts of the content of a stream so far, by bytes and by frames.
 ///
 /// In a CSV file a row is a sentence, valid or rejected, with all its columns and its line end;
 /// header, comments and blank lines are skipped.
@@ -14,7 +14,7 @@ use crate::{DeviceError, PacketHeader, Tally};
 pub struct StreamCounts {
     /// The parser's own count; its byte classes add up to the bytes read.
     pub tally: Tally,
-    /// Sentences of a measurement other than the one this stream began with; part of the valid
+    /// Sentences of a measurement other than the first one of this stream; part of the valid
     /// sentences, not of the samples.
     pub foreign_samples: u64,
     /// Bytes that were discarded during a baud scan or while the sensor was identified; not in the
@@ -22,23 +22,22 @@ pub struct StreamCounts {
     pub baud_scan_bytes: u64,
     /// Bytes known to be lost between the port and this program.
     pub overrun_bytes: u64,
-    /// Reads of the host that the line echoed; part of the tally's replies, and no
-    /// answers.
+    /// Reads of the host that the line echoed; part of the tally's replies, but no answers.
     pub echoes: u64,
     /// Unsolicited device errors: `VNERR` messages that answer no command of this program.
     pub unsolicited_errors: UnsolicitedErrors,
-    /// How often its output was found paused and was resumed.
+    /// Number of times that the output of the sensor was found paused and was resumed.
     pub outputs_resumed: u64,
-    /// How often the link came up; 0 for a capture that has no link.
+    /// Number of connects of the link; 0 for a capture that has no link.
     pub connects: u64,
     /// The first valid sentence that is neither a sample of this stream nor a reply.
     pub other_message: Option<MessageName>,
-    /// The first sentence that a VN-200, VN-210, VN-300 or VN-310 sends, and no VN-100 or VN-110.
+    /// The first sentence that a VN-200, VN-210, VN-300 or VN-310 sends, but not a VN-100 or VN-110.
     pub other_model: Option<MessageName>,
-    /// What the first packet begins with that has another form than those measured.
+    /// The header of the first packet of another form than the measured one.
     pub other_packet: Option<PacketHeader>,
-    /// Rejected rows of a CSV file; they are among the rejected sentences. `None` where the
-    /// source is none.
+    /// Rejected rows of a CSV file; they are among the rejected sentences. `None` for other
+    /// sources.
     pub rejected_rows: Option<RejectedRowCounts>,
 }
 
@@ -49,19 +48,19 @@ impl StreamCounts {
         self.tally.samples - self.foreign_samples + self.tally.measured_packets.samples
     }
 
-    /// Bytes that came in.
+    /// Bytes received.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         self.tally.bytes() + self.baud_scan_bytes
     }
 
-    /// Bytes in which no frame was, or none was searched.
+    /// Bytes without a frame, and bytes that were not searched.
     #[must_use]
     pub fn skipped_bytes(&self) -> u64 {
         self.tally.skipped_bytes + self.baud_scan_bytes
     }
 
-    /// What the sensor said to commands, or of an error.
+    /// Replies to commands, and device errors.
     #[must_use]
     pub fn answers(&self) -> u64 {
         self.tally.replies - self.echoes
@@ -74,15 +73,15 @@ impl StreamCounts {
     }
 }
 
-/// The name of a message, such as `VNYPR`; at most eight bytes of it.
+/// The name of a message, such as `VNYPR`; at most eight bytes long.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MessageName {
-    // printable ASCII, filled up with spaces
+    // printable ASCII, padded with spaces
     bytes: [u8; 8],
 }
 
 impl MessageName {
-    /// Of the header of a sentence.
+    /// The name in the header of a sentence.
     #[must_use]
     pub fn new(header: &[u8]) -> Self {
         let mut bytes = [b' '; 8];
@@ -102,7 +101,7 @@ const KNOWN: [DeviceError; 13] = DeviceError::KNOWN;
 /// Counts of unsolicited errors by their code.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct UnsolicitedErrors {
-    /// Those that the manual has; all others share a count behind these.
+    /// The errors in the manual; all others share the last count.
     counts: [u64; KNOWN.len() + 1],
     first_unknown: Option<DeviceError>,
 }
@@ -117,8 +116,8 @@ impl UnsolicitedErrors {
         }
     }
 
-    /// Those that came, with how often, by code. Codes that the manual does not have count as
-    /// the first of them.
+    /// The received errors with their counts, by code. Codes that are not in the manual count as
+    /// the first of these.
     pub fn iter(&self) -> impl Iterator<Item = (DeviceError, u64)> {
         let errors = KNOWN.into_iter().map(Some).chain([self.first_unknown]);
         errors.zip(self.counts).filter(|(_, count)| *count > 0).filter_map(|(error, count)| Some((error?, count)))

@@ -1,4 +1,4 @@
-//! What a source of bytes delivers: the bytes of each read, and events of the link.
+//! The input from a source of bytes: the bytes of each read, and events of the link.
 
 use alloc::string::String;
 
@@ -6,20 +6,20 @@ use bytes::Bytes;
 
 use crate::DeviceError;
 
-/// Bytes as one read returned them.
+/// The bytes of one read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Chunk {
     /// The bytes; never empty.
     pub bytes: Bytes,
-    /// When the read returned, in nanoseconds from an origin of the source's choice; `None` where
-    /// it does not know, as for a plain file.
+    /// The time when the read returned, in nanoseconds from an origin of the source's choice;
+    /// `None` if it is not known, as for a plain file.
     pub at_ns: Option<i64>,
 }
 
-/// What a source delivers.
+/// One input from a source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StreamInput {
-    /// What a read brought.
+    /// The bytes of a read.
     Chunk(Chunk),
     /// An event of the link, at this place among the bytes.
     Link(LinkEvent),
@@ -31,61 +31,61 @@ impl From<Chunk> for StreamInput {
     }
 }
 
-/// A change of the link to a live sensor, or to the one that a recording was made of.
+/// A change of the link to a live sensor, or to the sensor of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LinkEvent {
-    /// When, in nanoseconds from the origin of the [`Chunk`]s' times.
+    /// The time, in nanoseconds from the origin of the [`Chunk`]s' times.
     pub at_ns: i64,
-    /// What.
+    /// The kind.
     pub kind: LinkEventKind,
 }
 
-/// What a [`LinkEvent`] is.
+/// The kind of a [`LinkEvent`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LinkEventKind {
     /// The link is connected; the samples of a new segment follow.
     Up {
         /// The port by its name, such as `/dev/ttyUSB0`.
         port: String,
-        /// The baud rate; `None` where the link has none, as over TCP.
+        /// The baud rate; `None` if the link has none, as over TCP.
         baud: Option<u32>,
     },
-    /// The link is lost; a frame that is incomplete is cut off.
+    /// The link is lost; an incomplete frame is cut off.
     Down {
-        /// What happened, in words.
+        /// The cause, in words.
         cause: String,
     },
     /// Bytes that arrived during a baud scan, or before the identity and settings of the sensor
     /// were verified. They are counted and not decoded.
     DiscardedDuringBaudScan {
-        /// How many.
+        /// The number of bytes.
         bytes: u64,
     },
-    /// Bytes were lost between the port and this program, because it did not take them in time.
+    /// Bytes were lost between the port and this program, because it did not read them in time.
     Overrun {
-        /// How many.
+        /// The number of bytes.
         bytes: u64,
     },
     /// An unsolicited device error: the sensor refused a command that this program did not send.
     /// Errors that are always unsolicited are counted in the stream and have no event.
     UnsolicitedError {
-        /// What it said.
+        /// The error.
         error: DeviceError,
     },
     /// The async output of the sensor was found paused by another program, and was resumed.
     OutputResumed,
     /// The async output was paused again when the link was stopped, as it had been found.
     OutputPaused,
-    /// Another program has the port open too: each of both gets a part of the bytes.
+    /// Another program has the port open as well: each of the two receives a part of the bytes.
     PortShared {
         /// Its name, and the number of its process.
         program: String,
     },
-    /// The link was closed for good while it was lost: until then it was down.
+    /// The link was closed finally while it was lost: until then it was down.
     Closed,
     /// The user marked this place.
     Marked {
-        /// In the user's words.
+        /// The user's text.
         text: String,
     },
 }

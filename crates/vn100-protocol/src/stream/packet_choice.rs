@@ -1,36 +1,36 @@
-//! Which packets are measured where a sensor sends several binary outputs.
+//! The choice of the packets that are measured if a sensor sends several binary outputs.
 
 use alloc::vec::Vec;
 
 use crate::{Packet, PacketForm, PacketHeader};
 
-/// How long packets without angular rates, or without accelerations, wait for those of an output
-/// that has both: each output has sent by then, as none is slower than 1 Hz.
+/// How long packets without angular rates, or without accelerations, wait for packets with both: by
+/// then each output has sent, because none is slower than 1 Hz.
 const LONGEST_NS: i64 = 1_200_000_000;
 
-/// The same where no time is known: as many as two outputs of 800 Hz send in it.
+/// The same limit if no time is known: two outputs of 800 Hz send as many packets in that time.
 const MOST_PACKETS: usize = 1920;
 
-/// Packets that are measured if none with more comes in time.
+/// Packets that are measured unless packets with more quantities come in time.
 #[derive(Debug, Default)]
 pub(super) struct PacketChoice {
     held: Vec<HeldPacket>,
-    /// The first of them.
+    /// The form of the first of them.
     form: Option<PacketForm>,
     first_ns: Option<i64>,
 }
 
-/// Whether the choice is made with a packet.
+/// The outcome of a packet.
 pub(super) enum Chosen {
-    /// It is; the packet follows those that waited.
+    /// The choice is made; the packet follows the pending ones.
     Now,
-    /// The packet waits.
+    /// The packet stays pending.
     NotYet,
-    /// The packet is none that can be measured.
+    /// The packet cannot be measured.
     NotMeasured,
 }
 
-/// A packet, and when it was received.
+/// A packet with its arrival time.
 #[derive(Debug)]
 pub(super) struct HeldPacket {
     raw: Vec<u8>,
@@ -63,13 +63,12 @@ impl PacketChoice {
         Chosen::NotYet
     }
 
-    /// The form to measure, if there is one, and the packets that waited for it.
+    /// The form to measure, if there is one, and the pending packets.
     pub(super) fn take(&mut self) -> (Option<PacketForm>, Vec<HeldPacket>) {
         let Self { held, form, .. } = core::mem::take(self);
         (form, held)
     }
 
-    /// Of the packets that wait.
     pub(super) fn headers(&self) -> impl Iterator<Item = PacketHeader> {
         self.held.iter().map(|held| PacketHeader::of(&held.packet()))
     }

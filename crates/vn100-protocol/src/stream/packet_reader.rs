@@ -4,30 +4,31 @@ use alloc::{collections::BTreeMap, vec::Vec};
 
 use crate::{MeasuredPackets, Packet, PacketForm, PacketHeader, RejectedPacket, framing::packet::PacketRun};
 
-/// A sensor has three binary outputs, which may be set anew: of more only the sum is known.
+/// The most other headers that are counted separately: a sensor has three binary outputs, whose
+/// settings may change.
 const MOST_OTHER_HEADERS: usize = 16;
 
-/// Reads the packets of the form that is measured. Other packets are counted by the framer alone.
+/// Reads the packets of the form that is measured. Other packets are counted only by the framer.
 #[derive(Debug, Default)]
 pub(super) struct PacketReader {
     pub(super) form: Option<PacketForm>,
     pub(super) counts: MeasuredPackets,
     /// Packets of other forms.
     others: BTreeMap<PacketHeader, u64>,
-    /// The form of the first of them.
+    /// The form of the first of these.
     pub(super) first_other: Option<PacketHeader>,
     last_device_ns: Option<u64>,
-    /// Where a packet is tried, to know whether it is a row.
+    /// Space for decoding a packet to test whether it is a row.
     tried: Vec<i32>,
 }
 
-/// What a packet is.
+/// The result for a packet.
 pub(super) enum PacketOutcome {
     /// A row, whose counts were appended.
     Sample { device_ns: Option<u64>, saturation: u16 },
-    /// None, as a number in it is none that a sensor measures.
+    /// No row, because a number in it is beyond the range of a sensor.
     Rejected(RejectedPacket),
-    /// The same as the one before, or of another form.
+    /// No row, because it repeats the one before or has another form.
     None,
 }
 
@@ -56,8 +57,8 @@ impl PacketReader {
         }
     }
 
-    /// Appends the counts and device times of packets that are rows with nothing else to be said of
-    /// them. Nothing is appended, and the result is false, where one is not.
+    /// Appends the counts and device times of packets that are rows without marks. If one is not,
+    /// nothing is appended and the result is false.
     #[inline]
     pub(super) fn read_run(
         &mut self,
@@ -90,7 +91,7 @@ impl PacketReader {
         }
     }
 
-    /// Packets of each form so far, but for those that wait for the choice of the form.
+    /// Packets of each form so far, except those that wait for the choice of the form.
     pub(super) fn packets(&self) -> impl Iterator<Item = (PacketHeader, u64)> {
         let MeasuredPackets { samples, rejected, repeated, .. } = self.counts;
         let measured = self.form.as_ref().map(|form| (form.header(), samples + rejected + repeated));
@@ -98,7 +99,7 @@ impl PacketReader {
         others.chain(measured)
     }
 
-    /// Whether the packet is a row, with nothing else to be said.
+    /// Whether the packet is a row without marks.
     pub(super) fn is_one_more_row(&mut self, packet: &Packet<'_>) -> bool {
         let Some(form) = self.form.as_ref().filter(|form| form.is_of(packet)) else { return false };
         self.tried.clear();

@@ -1,75 +1,89 @@
-//! What became of the lines of a CSV file: why rows of it are rejected, and how many.
+//! The counts of the lines of a CSV file, with the reasons for rejected rows.
 
 use alloc::{string::String, vec::Vec};
 use core::fmt;
 
-/// Why a row of a CSV file was rejected.
+/// The reason why a row of a CSV file was rejected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
+#[cfg_attr(feature = "schema", serde(rename_all = "kebab-case"))]
 pub enum RejectedRow {
     /// It has more or fewer fields than the header, or no sentence in the field for it.
     Fields,
     /// A field is no number, or no channel has one.
     Number,
-    /// The stamp is no number, or 292 years from the first.
+    /// The stamp is no number, or more than 292 years from the first.
     Stamp,
     /// The line is longer than 64 KiB.
     Length,
-    /// The last line has no line end, and its last field is not printed as those above, or not
-    /// there: the file may be cut in it.
+    /// The last line has no line end, and its last field is missing or has another form than those
+    /// above: the file may be cut there.
     Truncated,
 }
 
 /// The lines of a CSV file, each counted once: `lines = rows + skipped_lines + rejected rows +
 /// other_stream_rows`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 pub struct CsvReport {
     /// All lines.
     pub lines: u64,
-    /// Rows that were understood.
+    /// Valid rows.
     pub rows: u64,
     /// Header, comments and blank lines.
     pub skipped_lines: u64,
     /// Rejected rows, one entry for each reason.
+    #[cfg_attr(feature = "schema", serde(rename = "odd"))]
     pub rejected: Vec<RejectedRows>,
     /// Rows with numbers of other streams alone; `None` where all columns of numbers are read.
+    #[cfg_attr(feature = "schema", serde(skip_serializing_if = "Option::is_none"))]
     pub other_stream_rows: Option<u64>,
-    /// The columns of the stamps and their forms, as a column map names them; `None` without any.
+    /// The columns of the stamps and their forms, as written in a column map; `None` without any.
     pub times: Option<String>,
-    /// The stamp from which those of the rows are counted, in nanoseconds as written; `None`
+    /// The stamp from which the times of the rows are counted, in nanoseconds as written; `None`
     /// without any.
+    #[cfg_attr(feature = "schema", serde(skip))]
     pub first_stamp_ns: Option<i64>,
     /// Columns that are not used, by their names in the file.
     pub ignored_columns: Vec<String>,
-    /// Columns whose names say what they hold, and that are not read all the same.
+    /// Columns whose names tell their content, but that are not read.
     pub left_out: Vec<LeftOutColumn>,
-    /// Channels whose last digits are rounded away, because they have more than a count can hold.
+    /// Channels whose last digits are rounded, because they have more than a count can hold.
     pub rounded: Vec<String>,
-    /// Channels that rows lack which are otherwise good, one entry for each such channel.
+    /// Channels that are absent in otherwise good rows, one entry for each such channel.
     pub absent: Vec<AbsentValues>,
 }
 
-/// A column whose name says what it holds, and that is not read.
+/// A column whose name tells its content, but that is not read.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 pub struct LeftOutColumn {
     /// The name in the file.
+    #[cfg_attr(feature = "schema", serde(rename = "column"))]
     pub name: String,
     /// Why it is not read.
+    #[cfg_attr(feature = "schema", schemars(with = "String"), serde(serialize_with = "in_words"))]
     pub reason: LeftOutReason,
 }
 
-/// Why a column is not read although its name says what it holds.
+/// The reason why a column is not read although its name tells its content.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LeftOutReason {
-    /// Its unit, as the name states it, is not known, or not one of the quantity.
+    /// Its stated unit is not known, or not one of the quantity.
     UnknownUnit(String),
-    /// Compensated, beside an uncompensated column that is read.
+    /// It is compensated, and an uncompensated column is read.
     Compensated,
-    /// An acceleration without gravity, beside one with gravity.
+    /// It is an acceleration without gravity, and one with gravity is read.
     WithoutGravity,
     /// Another column of this sensor is read.
     AnotherOf(String),
     /// The first rows have no number in it.
     Empty,
+}
+
+#[cfg(feature = "schema")]
+fn in_words<S: serde::Serializer>(reason: &LeftOutReason, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(reason)
 }
 
 impl fmt::Display for LeftOutReason {
@@ -84,23 +98,24 @@ impl fmt::Display for LeftOutReason {
     }
 }
 
-/// How often good rows of a CSV file, or messages of a bag, lack a channel.
+/// The number of good rows of a CSV file, or of messages of a bag, that lack a channel.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 pub struct AbsentValues {
     /// The channel, by name.
     pub channel: String,
     /// The field is empty.
     pub empty: u64,
-    /// The field says that there is no number, such as `nan`, `inf` or `null`.
+    /// The field states that there is no number, such as `nan`, `inf` or `null`.
     pub not_a_number: u64,
-    /// The number is beyond what the sensor can give, or beyond the counts that hold all others.
+    /// The number is beyond what the sensor can give, or beyond the counts that fit all others.
     pub out_of_range: u64,
     /// Number of the first such line, or message, from 1.
     pub first_line: u64,
 }
 
 impl AbsentValues {
-    /// Of any reason.
+    /// The number of absences for any reason.
     #[must_use]
     pub const fn total(&self) -> u64 {
         self.empty + self.not_a_number + self.out_of_range
@@ -109,14 +124,15 @@ impl AbsentValues {
 
 /// Rows of a CSV file rejected for one reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 pub struct RejectedRows {
-    /// Why.
+    /// The reason.
     pub reason: RejectedRow,
-    /// How many.
+    /// The number of rows.
     pub count: u64,
     /// Number of the first such line, from 1.
     pub first_line: u64,
-    /// Its beginning.
+    /// The beginning of this line.
     pub first_text: String,
 }
 
@@ -127,18 +143,18 @@ pub struct RejectedRowCounts {
 }
 
 impl RejectedRow {
-    /// Every reason.
+    /// All reasons.
     pub const ALL: [Self; 5] = [Self::Fields, Self::Number, Self::Stamp, Self::Length, Self::Truncated];
 }
 
 impl RejectedRowCounts {
-    /// The reasons there are, and how many rows each has.
+    /// The reasons that occurred, and the number of rows for each.
     pub fn iter(&self) -> impl Iterator<Item = (RejectedRow, u64)> {
         let counted = RejectedRow::ALL.into_iter().zip(self.counts);
         counted.filter(|(_, count)| *count > 0)
     }
 
-    /// Rows of any reason.
+    /// Rows for any reason.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.counts.iter().sum()
@@ -149,7 +165,7 @@ impl RejectedRowCounts {
         self.add(kind, 1);
     }
 
-    /// Counts so many rows.
+    /// Counts this many rows.
     pub fn add(&mut self, kind: RejectedRow, rows: u64) {
         self.counts[kind as usize] += rows;
     }

@@ -1,4 +1,4 @@
-//! Bytes and link events in, batches of samples out.
+//! Turns bytes and link events into batches of samples.
 
 use alloc::{collections::BTreeMap, string::ToString, sync::Arc, vec::Vec};
 use core::mem;
@@ -15,31 +15,31 @@ use crate::{
     message::decoder::Sink,
 };
 
-/// Sentences with a position or a velocity, which need a receiver for satellites (VN-200 and VN-300
+/// Sentences with a position or a velocity, which require a satellite receiver (VN-200 and VN-300
 /// User Manuals, register 6).
 const OF_OTHER_MODELS: [&[u8]; 7] = [b"VNINS", b"VNINE", b"VNISL", b"VNISE", b"VNGPS", b"VNGPE", b"VNG2S"];
 
-/// How a stream is read.
+/// Options for reading a stream.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ReadOptions {
-    /// Take lines that carry no checksum. Nothing then protects a value but its own grammar.
+    /// Accept lines without a checksum. Only the grammar then protects a value.
     pub accept_unchecked: bool,
-    /// Give batches what was counted at the end of every row, so that their
-    /// [lines](Batch::lines) can be taken one by one: what was known at each sample is then the
-    /// same however the bytes were cut into reads.
+    /// Add the counts at the end of every row to batches, so that their [lines](Batch::lines) can
+    /// be taken one by one. The counts at each sample are then independent of the division of the
+    /// bytes into reads.
     pub line_by_line: bool,
-    /// Keep commands, answers and refused lines in the batches, as
-    /// [`diagnostics`](Batch::diagnostics). Rejected rows of a CSV file are not
-    /// among them: its [report](super::CsvReport) names the first of each kind.
+    /// Keep commands, replies and rejected lines in the batches, as
+    /// [`diagnostics`](Batch::diagnostics). Rejected rows of a CSV file are not among them: its
+    /// [report](super::CsvReport) names the first of each kind.
     pub diagnostics: bool,
-    /// What is measured of a stream that carries sentences and packets.
+    /// The measured frames of a stream with sentences and packets.
     pub measured: MeasuredFrames,
 }
 
-/// What is measured of a stream.
+/// The measured frames of a stream.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum MeasuredFrames {
-    /// What comes first.
+    /// The kind that comes first.
     #[default]
     First,
     /// Sentences.
@@ -48,10 +48,10 @@ pub enum MeasuredFrames {
     Packets,
 }
 
-/// What the sensor sends by itself.
+/// A kind of frame that the sensor sends by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FrameKind {
-    /// Sentences of a message; of all without a name [`AsyncType::OFF`].
+    /// Sentences of a message; [`AsyncType::OFF`] for all sentences without a known name.
     Sentence(AsyncType),
     /// Binary packets of one output.
     Packet(PacketHeader),
@@ -62,11 +62,11 @@ pub struct SampleReader {
     decoder: Decoder,
     stream: Stream,
     line_by_line: bool,
-    /// Line by line only: bytes not yet decoded.
+    /// Only line by line: bytes not yet decoded.
     waiting: Vec<u8>,
 }
 
-/// What is known of the stream from one batch to the next, and the batches not yet sent.
+/// The state of the stream from one batch to the next, and the batches not yet sent.
 #[derive(Default)]
 struct Stream {
     measured: MeasuredFrames,
@@ -75,17 +75,17 @@ struct Stream {
     packet_choice: PacketChoice,
     at_ns: Option<i64>,
     printed: Option<PrintFormat>,
-    /// The counts but for the tally, which is the decoder's but for the measured packets.
+    /// The counts except the tally, which the decoder keeps except for the measured packets.
     link: StreamCounts,
-    /// Valid sentences of each message but that of the samples, by its code; those without a code
-    /// of their own by [`AsyncType::OFF`].
+    /// Valid sentences of each message except that of the samples, by its code; [`AsyncType::OFF`]
+    /// for messages without a code.
     other_lines: BTreeMap<u8, u64>,
-    /// What the decoder has rejected as sentences and are parts of damaged packets.
+    /// Parts of damaged packets that the decoder has rejected as sentences.
     fragments: RejectedCounts,
     fragment_bytes: u64,
     open: Batch,
     sealed: Vec<Batch>,
-    /// Replies since they were last taken, where they are kept.
+    /// Replies since the last call of `take_replies`, if they are kept.
     replies: Option<Vec<Reply>>,
     /// Whether diagnostics are kept.
     is_diagnosed: bool,
@@ -99,7 +99,7 @@ impl SampleReader {
         Self { decoder, stream, line_by_line: options.line_by_line, waiting: Vec::new() }
     }
 
-    /// Takes an input of a source, and returns it where it is an event of the link: the event comes
+    /// Takes an input of a source, and returns it if it is an event of the link: the event comes
     /// after the [batches](Self::take_batches) that are complete now.
     pub fn take_input(&mut self, input: StreamInput) -> Option<LinkEvent> {
         match input {
@@ -114,12 +114,12 @@ impl SampleReader {
         }
     }
 
-    /// Keeps the sensor's answers for [`take_replies`](Self::take_replies).
+    /// Keeps the sensor's replies for [`take_replies`](Self::take_replies).
     pub fn keep_replies(&mut self) {
         self.stream.replies = Some(Vec::new());
     }
 
-    /// The answers since the last call.
+    /// The replies since the last call.
     pub fn take_replies(&mut self) -> Vec<Reply> {
         self.stream.replies.as_mut().map(mem::take).unwrap_or_default()
     }
@@ -129,7 +129,7 @@ impl SampleReader {
         self.stream.diagnose(|| Diagnostic::Sent(line.into()));
     }
 
-    /// What the stream has carried so far.
+    /// The counts of the stream so far.
     pub fn tally(&self) -> Tally {
         let Stream { packets, fragments, fragment_bytes, .. } = &self.stream;
         let tally = self.decoder.tally().without_fragments(fragments, *fragment_bytes);
@@ -152,14 +152,14 @@ impl SampleReader {
         of_samples.into_iter().chain(self.stream.other_lines.iter().map(|(&code, &lines)| (code, lines)))
     }
 
-    /// Takes the next bytes of the stream, which came at one time.
+    /// Takes the next bytes of the stream, which arrived together.
     pub fn push(&mut self, bytes: &[u8], at_ns: Option<i64>) {
         self.stream.at_ns = at_ns;
         if self.line_by_line {
             self.waiting.extend_from_slice(bytes);
             self.decode_line_by_line(false);
         } else {
-            // a count takes four bytes of its packet, and nine of its sentence, or more
+            // a count takes at least four bytes of its packet, and nine of its sentence
             let bytes_per_count = if self.stream.packets.form.is_some() { 4 } else { 9 };
             self.stream.open.counts.reserve(bytes.len() / bytes_per_count);
             self.decoder.push_to(bytes, &mut self.stream);
@@ -182,13 +182,13 @@ impl SampleReader {
         }
     }
 
-    /// Ends the stream, and gives the batches that were not taken.
+    /// Ends the stream, and returns the remaining batches.
     pub fn finish(&mut self) -> Vec<Batch> {
         self.cut();
         self.take_batches()
     }
 
-    /// Decides on the pending bytes: nothing follows them.
+    /// Decides about the pending bytes, because no byte follows them.
     fn cut(&mut self) {
         if self.line_by_line {
             self.decode_line_by_line(true);
@@ -227,7 +227,7 @@ impl SampleReader {
         self.waiting.drain(..at);
     }
 
-    /// All batches since the last call; one, unless line by line.
+    /// All batches since the last call; a single one, unless line by line.
     pub fn take_batches(&mut self) -> Vec<Batch> {
         self.stream.seal(self.tally());
         mem::take(&mut self.stream.sealed)
@@ -241,7 +241,7 @@ fn code(header: &[u8]) -> u8 {
 impl Sink for Stream {
     fn item(&mut self, item: Item<'_>) {
         if let Item::Rejected(rejected) = &item {
-            // a `$` stands in a damaged packet by chance
+            // a `$` may occur in a damaged packet by chance
             if self.packets.form.is_some() && !rejected.raw.starts_with(b"$VN") {
                 self.fragments.count(rejected.kind);
                 self.fragment_bytes += rejected.raw.len() as u64;
@@ -259,7 +259,7 @@ impl Sink for Stream {
             Item::Other(sentence) => self.note_other(sentence.header()),
             Item::Reply(sentence) => self.put_reply(&sentence),
             Item::Packet(packet) => self.put_packet(&packet),
-            // in the tally
+            // counted in the tally
             Item::Rejected(_) => {}
         }
     }
@@ -284,7 +284,7 @@ impl Stream {
 
     fn put_reply(&mut self, sentence: &Sentence<'_>) {
         self.diagnose(|| Diagnostic::Reply(sentence.raw.trim_ascii_end().into()));
-        // one that says nothing is in the tally
+        // a reply that cannot be parsed is counted in the tally
         let Ok(reply) = Reply::parse(sentence) else { return };
         if let Reply::Register(contents) = &reply {
             self.mark_temperature(contents);
@@ -365,8 +365,8 @@ impl Stream {
         }
     }
 
-    /// Measures the packets of the best form so far, if there is one, beginning with those that
-    /// waited.
+    /// Measures the packets of the best form so far, if there is one, beginning with the pending
+    /// ones.
     fn choose_packets(&mut self) {
         let (form, held) = self.packet_choice.take();
         let Some(form) = form else { return };
@@ -385,8 +385,8 @@ impl Stream {
         self.note_arrival_of(self.open.counts.len());
     }
 
-    /// Of the row whose counts begin at this place. It is divided by their number only where it is
-    /// needed.
+    /// Notes the arrival of the row whose counts begin at this place. The number of the row is
+    /// calculated only if needed, because it takes a division.
     #[inline]
     fn note_arrival_of(&mut self, place: usize) {
         if let Some(at_ns) = self.at_ns
@@ -404,9 +404,9 @@ impl Stream {
         *self.other_lines.entry(code(header)).or_default() += 1;
     }
 
-    /// Whether a rejected sentence may have been one of this stream's measurements: by its name, as
-    /// far as that is there, or by its length. A damaged reply, or a `$` in some text, takes no
-    /// sample's place.
+    /// Whether a rejected sentence may have been one of this stream's measurements: by the existing
+    /// part of its name, or by its length. A damaged reply, or a `$` in some text, replaces no
+    /// sample.
     fn may_be_sample(&self, raw: &[u8]) -> bool {
         const LONG: usize = 60;
         if self.packets.form.is_some() {
@@ -436,7 +436,7 @@ impl Stream {
         self.layout.as_ref().map_or(0, |layout| place / layout.channels.len())
     }
 
-    /// Whether the item is a row like that before it, with nothing else to be said.
+    /// Whether the item is a row like the one before it, without marks.
     fn is_one_more_row(&mut self, item: &Item<'_>) -> bool {
         match item {
             Item::Sample(sample) => {

@@ -1,4 +1,4 @@
-//! Commands as the maker and users of sensors have sent them, and the replies.
+//! Commands as sent by the maker and by users of sensors, and the replies.
 
 use proptest::prelude::*;
 use vn100_protocol::{
@@ -155,7 +155,7 @@ fn only_reads_writes_and_pausing_may_be_repeated() {
 }
 
 #[test]
-fn answers_are_told_by_command_and_register_however_padded() {
+fn answers_are_recognised_by_command_and_register_with_any_padding() {
     let write = SensorCommand::write(&AsyncRate::new(40).unwrap());
     for (body, reads, writes) in [
         ("VNRRG,07,40", true, false),
@@ -207,7 +207,7 @@ fn a_read_without_a_value_is_the_question() {
 }
 
 #[test]
-fn what_is_no_reply_says_why() {
+fn a_sentence_that_is_no_reply_gives_the_reason() {
     use ReplyError::*;
     for (body, error) in [
         ("VNYPR,-129.867,-000.355,-000.296", NotAReply),
@@ -230,7 +230,7 @@ fn what_is_no_reply_says_why() {
 
 proptest! {
     #[test]
-    fn what_is_sent_comes_back_as_an_answer(number: u8, text in "[ -#%-)+-~]{0,60}", crc: bool) {
+    fn a_sent_command_returns_as_an_answer(number: u8, text in "[ -#%-)+-~]{0,60}", crc: bool) {
         let fields = RegisterFields::new(text).unwrap();
         let register = Register(number);
         let command = SensorCommand::WriteRegister { register, fields: fields.clone() };

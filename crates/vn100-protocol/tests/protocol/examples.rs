@@ -1,4 +1,4 @@
-//! Lines that sensors and their maker have printed, and lines printed here by the maker's manual.
+//! Lines printed by sensors and their maker, and lines printed here according to the maker's manual.
 
 use proptest::prelude::*;
 use vn100_protocol::{
@@ -8,7 +8,7 @@ use vn100_protocol::{
 
 use crate::support::{body, counts, frames, sentence};
 
-/// Bodies as recorded, by firmware 2 and 3 of several sensors, with the digits that came with them.
+/// Bodies as recorded, by firmware 2 and 3 of several sensors, with their recorded check digits.
 const YMR: [(&str, &str); 14] = [
     (
         "VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391",
@@ -107,7 +107,7 @@ fn with_suffix(suffix: &str) -> String {
     YMR[0].0.to_owned() + suffix
 }
 
-/// The sentence is one of `layout`, with the values that stand in it.
+/// The sentence is one of `layout`, with the printed values.
 fn assert_read(layout: &Layout, line: &str) -> Sample {
     let sample = sample(line);
     assert_eq!(sample.layout, layout);
@@ -136,12 +136,12 @@ fn old_lines_count_in_the_same_units() {
 }
 
 #[test]
-fn check_digits_in_lower_case_are_those_of_programs_that_write_sentences_anew() {
+fn check_digits_in_lower_case_come_from_programs_that_rewrite_sentences() {
     let mut in_letters = 0;
     for (body, digits) in YMR {
         let lower = digits.to_ascii_lowercase();
         in_letters += usize::from(lower != digits);
-        // a byte at a time, with what else may follow the digits
+        // a byte at a time, with different bytes after the digits
         for behind in ["\r\n", "\n", ",7\r\n", "'\r\n", "zz\n"] {
             let expected = format!("${body}*{digits}{behind}");
             let text = format!("${body}*{lower}{behind}");
@@ -151,7 +151,7 @@ fn check_digits_in_lower_case_are_those_of_programs_that_write_sentences_anew() 
                 assert_eq!(decoded_in_pieces(text.as_bytes(), piece), expected_counts, "{text}");
             }
         }
-        // letters behind upper-case digits are no digits, and others are refused
+        // letters after upper-case digits are no digits, and others are rejected
         assert_eq!(decoded_in_pieces(format!("${body}*{digits}ab\r\n").as_bytes(), 2).len(), 12);
         let wrong = format!("${body}*{}\r\n", lower.replace(['3', '8', 'b', 'c', '0', '2'], "a"));
         assert!(decoded_in_pieces(wrong.as_bytes(), 2).is_empty() || wrong.contains(&lower), "{wrong}");
@@ -191,7 +191,7 @@ fn the_uncompensated_message_is_read() {
     let uncompensated = assert_read(&VNIMU, &format!("${IMU}*66\r\n"));
     let counts = [-350, 4_222, -6_643, -15, 19, 9_948, 2_066, -8_442, -44_656, 207, 84_322];
     assert_eq!(uncompensated.counts(), counts);
-    // the pressure with five whole digits, as one edition of the manual has it, is the same pressure
+    // the pressure with five whole digits, as in one edition of the manual, is the same pressure
     assert_eq!(sample(&sentence(&IMU.replace("+084.322", "+00084.322"))).counts(), counts);
 }
 
@@ -210,7 +210,7 @@ fn messages_with_a_quaternion_or_without_attitude_are_read() {
          -00.0055,-00.0149*76\r\n",
     );
     assert_eq!((old.print_format, old.counts()[10]), (PrintFormat::Old, -20_100));
-    // the length that the manual's formats give
+    // the length according to the formats of the manual
     let line = sentence("VNMAR,-01.0640,-00.2531,+03.0614,+00.005,+00.344,-09.758,-00.001222,-00.000450,-00.001218");
     assert_eq!((line.len(), assert_read(&VNMAR, &line).print_format), (95, PrintFormat::Current));
 }
@@ -269,7 +269,7 @@ fn suffixes_are_read() {
 }
 
 #[test]
-fn what_the_checksum_lets_through_the_grammar_does_not() {
+fn the_grammar_rejects_lines_that_pass_the_checksum() {
     use GrammarError::{Decimals, FieldCount, Number, Suffix};
     let usual = YMR[0].0;
     assert_eq!(bad("$VNYMR,-165.918,-008.770,+000.198*7D\r\n"), FieldCount { expected: 12, found: 3 }.into());
@@ -297,7 +297,7 @@ fn what_the_checksum_lets_through_the_grammar_does_not() {
     let mixed = Decimals { channel: "pitch", expected: 2, found: 3 };
     assert_eq!(grammar(&usual.replace("-085.469", "-085.46")), mixed);
     assert_eq!(grammar(&IMU.replace("+20.7", "+20.70")), Decimals { channel: "temperature", expected: 1, found: 2 });
-    // 24 spaces are an even number of equal bytes: XOR-8 does not see them
+    // 24 spaces are an even number of equal bytes, which XOR-8 does not detect
     let spaced = usual.replace(',', ",  ");
     assert_eq!(xor8(spaced.as_bytes()), 0x63);
     assert!(matches!(grammar(&spaced), Number { channel: "yaw", error: DecimalError::NoSign { found: b' ' } }));
@@ -308,7 +308,7 @@ fn the_decimals_of_one_number_choose_the_format_for_all() {
     let mar = "VNMAR,-01.0640,-00.2531,+03.0614,+00.005,+00.344,-09.758,-00.001222,-00.000450,-00.001218";
     let mixed = mar.replace("-00.000450", "-00.0004");
     assert_eq!(grammar(&mixed), GrammarError::Decimals { channel: "gyro_y", expected: 6, found: 4 });
-    // no old firmware is on record that prints a temperature
+    // no old firmware is known that prints a temperature
     let old_imu = IMU.replace("+00.002066,-00.008442,-00.044656", "+00.0020,-00.0084,-00.0446");
     assert_eq!(grammar(&old_imu), GrammarError::Decimals { channel: "gyro_x", expected: 6, found: 4 });
 }
@@ -323,7 +323,7 @@ fn a_sentence_of_another_message_is_no_sample() {
 }
 
 #[test]
-fn values_that_cannot_be_are_named() {
+fn impossible_values_are_reported() {
     for (field, wrong, message) in [
         ("-085.469", "-180.001", "range: yaw of -180001 counts is beyond ±180000 counts (180 deg)"),
         ("+00.9048", "+10.0001", "range: mag_z of 100001 counts is beyond ±100000 counts (10 gauss)"),
@@ -334,7 +334,7 @@ fn values_that_cannot_be_are_named() {
         assert!(matches!(kind, RejectReason::Range(_)));
         assert_eq!(kind.to_string(), message);
     }
-    // an old count scaled by a hundred is beyond 32 bits
+    // an old count scaled by a hundred exceeds 32 bits
     let old = YMR[13].0.replace("+00.0003", "+99999.9999");
     assert_eq!(
         bad(&sentence(&old)).to_string(),
@@ -347,7 +347,7 @@ fn values_that_cannot_be_are_named() {
 
 proptest! {
     #[test]
-    fn what_is_printed_is_read(
+    fn printed_sentences_are_read(
         (header, forms, counts) in crate::support::sample(), count: Option<u64>, status: Option<u16>, status_first: bool,
     ) {
         let mut suffix = [count.map(|count| format!(",T{count}")), status.map(|status| format!(",S{status:04X}"))];
@@ -362,7 +362,7 @@ proptest! {
     }
 
     #[test]
-    fn what_old_firmware_prints_is_read(counts in counts(crate::support::OLD_YMR)) {
+    fn sentences_of_old_firmware_are_read(counts in counts(crate::support::OLD_YMR)) {
         let sample = sample(&sentence(&body("VNYMR", crate::support::OLD_YMR, &counts)));
         let missing = [10, 10, 10, 1, 1, 1, 1, 1, 1, 100, 100, 100];
         prop_assert_eq!(sample.counts(), counts.iter().zip(missing).map(|(count, by)| count * by).collect::<Vec<_>>());

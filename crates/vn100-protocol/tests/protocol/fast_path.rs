@@ -1,11 +1,11 @@
-//! The decoder with its fast path against the framer and the message parser, which have none.
+//! The decoder with its fast path against the framer and the message parser, which do not have one.
 
 use proptest::{collection::vec, prelude::*, sample::select};
 use vn100_protocol::{Frame, GrammarError, Item, Options, RejectReason, RejectedSentence, Sample, xor8};
 
 use crate::support::{YMR, counts, decode_in_pieces, describe, frames, sentence, ymr_body};
 
-/// What a stream of `VNYMR` lines is without the fast path.
+/// The items of a stream of `VNYMR` lines without the fast path.
 fn items_of_the_general_path(bytes: &[u8]) -> Vec<String> {
     let items = frames(bytes, Options::default()).into_iter().map(|frame| match frame {
         Frame::Packet(packet) => Item::Packet(packet),
@@ -29,7 +29,7 @@ fn assert_paths_agree(bytes: &[u8]) {
     assert_eq!(items, items_of_the_general_path(bytes), "{}", String::from_utf8_lossy(bytes));
 }
 
-/// Puts the right digits behind the `*` at its usual place, so that the content alone decides.
+/// Puts the correct digits after the `*` at its usual place, so that only the content decides.
 fn correct_checksum(line: &mut [u8]) {
     let digits = format!("{:02X}", xor8(&line[1..117]));
     line[118..120].copy_from_slice(digits.as_bytes());

@@ -1,5 +1,5 @@
-//! What fits a line: the tables that follow from the recorded lengths, and what sensors have
-//! accepted and refused.
+//! The load of a line: the tables that follow from the recorded lengths, and settings that sensors
+//! have accepted and refused.
 
 use vn100_protocol::{AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, LineForm, LinkLoad, ProtocolControl};
 
@@ -102,15 +102,15 @@ fn packets_have_the_length_of_their_masks_and_their_highest_rate() {
 }
 
 #[test]
-fn what_sensors_accepted_fits_and_what_they_refused_does_not() {
+fn accepted_settings_fit_and_refused_ones_do_not() {
     let packets = |divisor, words: &[u16]| LinkLoad::of_packets(&packets(divisor, 0x01, words)).unwrap();
-    // 58 bytes at 200 Hz are more than 11520 bytes a second, at 160 Hz less
+    // 58 bytes at 200 Hz are more than 11520 bytes per second, at 160 Hz less
     assert!(!packets(4, &[0x0601]).fits(baud(115_200)));
     assert!(packets(5, &[0x0601]).fits(baud(115_200)));
     assert!(!packets(1, &[0x0601]).fits(baud(460_800)));
     assert!(packets(1, &[0x0601]).fits(baud(921_600)));
     assert!(!lines(AsyncType::YMR, 100).fits(baud(115_200)));
-    // 4880 and 1040 bytes a second, more than the 5760 of 57600 baud together
+    // 4880 and 1040 bytes per second, together more than the 5760 of 57600 baud
     let both = [lines(AsyncType::YMR, 40), packets(20, &[0x0101])].into_iter().sum::<LinkLoad>();
     assert_eq!(both.bytes_per_s, 5920.0);
     assert!(!both.fits(baud(57_600)));
@@ -118,7 +118,7 @@ fn what_sensors_accepted_fits_and_what_they_refused_does_not() {
 }
 
 #[test]
-fn what_fits_exactly_fits() {
+fn an_exact_fit_fits() {
     let full = LinkLoad::of_lines(2304, AsyncRate::new(5).unwrap());
     assert!(full.fits(baud(115_200)));
     assert!(!LinkLoad::of_lines(2305, AsyncRate::new(5).unwrap()).fits(baud(115_200)));

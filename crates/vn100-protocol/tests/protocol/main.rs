@@ -1,5 +1,5 @@
-//! The protocol against what sensors, their manual and the standard library print, and against any
-//! bytes.
+//! Tests the protocol with the output of sensors, their manual and the standard library, and with
+//! any bytes.
 #![allow(
     clippy::expect_used,
     clippy::panic,

@@ -1,9 +1,9 @@
-//! Bytes are copied only where a piece of the stream ends within a sentence: items point into the
-//! piece that was pushed.
+//! Bytes are copied only if a piece of the stream ends within a sentence: items point into the
+//! pushed piece.
 
 use vn100_protocol::{Decoder, Item, Options};
 
-/// A sentence that is handed out with its bytes.
+/// A sentence that is passed on with its bytes.
 const LINE: &[u8] = b"$VNYPR,-129.867,-000.355,-000.296*61\r\n";
 
 #[test]

@@ -1,4 +1,4 @@
-//! Packets of the maker's manual and of real sensors, and what is measured of them.
+//! Packets of the maker's manual and of real sensors, and their measured values.
 
 use bytes::Bytes;
 use proptest::{collection::vec, prelude::*, sample::Index};
@@ -9,9 +9,9 @@ use vn100_protocol::{
 
 use crate::support::{decode_in_pieces, packet};
 
-/// Manual UM001, revision 2.02: attitude alone.
+/// Manual UM001, revision 2.02: only attitude.
 const ATTITUDE: &str = "FA01080093502E42833EF13F48B504BB9288";
-/// The same manual's second case, as printed and as it should be: attitude and temperature.
+/// The second case in the same manual, as printed and corrected: attitude and temperature.
 const MISPRINT: &str = "FA01080001 00A4150242 4DDFEB3F F61A36BE BF2DA441A83A";
 const ATTITUDE_TEMPERATURE: &str = "FA0508001000A41502424DDFEB3FF61A36BEBF2DA441AF1A";
 /// A real sensor (`UWOrbital/OBC-firmware`, test_vn100_unpack.cpp): 62 bytes.
@@ -23,11 +23,11 @@ const EVERYTHING: &str = "FA0139070805539ED30F0000B3291AC20E4E984226B7AC42572A28
                           2ECA429F60";
 /// The values of that packet as inertial groups: time, acceleration, rate, temperature.
 const INERTIAL: &str = "FA0501001C000805539ED30F0000842C11419D980DC06B98FDBD271F943C060DC9BC49A312BCEAD10242B82E";
-/// The same with the time in its own group; with magnetic field and pressure; with saturation.
+/// The same values with the time in its own group; with magnetic field and pressure; with saturation.
 const TIME_GROUP: &str = "FA0601001C000805539ED30F0000842C11419D980DC06B98FDBD271F943C060DC9BC49A312BCEAD10242612F";
 const MAG_PRESSURE: &str = "FA0501003E000805539ED30F0000043D43BEA71B673D3FACC5BE842C11419D980DC06B98FDBD271F943C060DC9BC49A312BCEAD10242152ECA42150C";
 const SATURATION: &str = "FA0501001C080805539ED30F0000842C11419D980DC06B98FDBD271F943C060DC9BC49A312BCEAD1024200007779";
-/// Numbers that floats hold exactly, 1.25 ms, 2.5 ms and 5 ms after the start: one sample is missing.
+/// Numbers that are exact floats, 1.25 ms, 2.5 ms and 5 ms after the start: one sample is missing.
 const EXACT: [&str; 3] = [
     "FA0501001C00D0121300000000000000803E000000BF00001CC10000803A000000BB0000803B0000CC416587",
     "FA0501001C00A0252600000000000000803E000000BF00001CC10000803A000000BB0000803B0000CC417032",
@@ -39,7 +39,7 @@ fn bytes(hex: &str) -> Vec<u8> {
     digits.chunks(2).map(|pair| u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).unwrap()).collect()
 }
 
-/// The same payload with another right CRC.
+/// The same payload with its correct CRC.
 fn sealed(mut packet: Vec<u8>) -> Vec<u8> {
     let crc = crc16(&packet[1..packet.len() - 2]);
     let end = packet.len() - 2;
@@ -62,13 +62,13 @@ fn read(measured: MeasuredFrames, pieces: &[&[u8]]) -> Vec<Batch> {
     batches
 }
 
-/// All in one batch, but for the counts of the link, which are those of the last.
+/// All batches in one, with the link counts of the last.
 fn whole(measured: MeasuredFrames, stream: &[u8]) -> Batch {
     let mut batches = read(measured, &[stream]);
     let last = batches.pop().unwrap();
     let mut batch = batches.pop().unwrap();
     assert!(batches.is_empty());
-    // rows may wait for the end
+    // rows may stay pending until the end
     if batch.counts.is_empty() {
         return last;
     }
@@ -140,7 +140,7 @@ fn real_packets_become_rows() {
 }
 
 #[test]
-fn what_the_sensor_does_not_say_is_uncompensated_counts_as_compensated() {
+fn undocumented_fields_count_as_compensated() {
     let batch = whole(MeasuredFrames::First, &bytes(EVERYTHING));
     let layout = batch.layout.clone().unwrap();
     assert_eq!((layout.compensated, layout.channels.len()), (Some(true), 14));
@@ -148,20 +148,20 @@ fn what_the_sensor_does_not_say_is_uncompensated_counts_as_compensated() {
     assert!((rate + 9.371_8e-4).abs() < 1e-7, "the compensated rate, not that of the undocumented field: {rate}");
 }
 
-/// What a logger of uncompensated measurements and attitude sends, and packets with the compensated
-/// field: a filter removes the bias of rates alone.
+/// The output of a logger of uncompensated measurements and attitude, and packets with the
+/// compensated field: a filter removes only the bias of rates.
 #[test]
 fn attitude_and_field_do_not_make_rates_compensated() {
     for (groups, words, compensated) in [
         (0x14, &[0x003E, 0x003A][..], Some(false)),
         (0x05, &[0x0009, 0x010C], Some(false)),
         (0x04, &[0x0600], Some(true)),
-        // the acceleration compensated, the rate not, and the other way round
+        // the acceleration compensated and the rate not, and vice versa
         (0x04, &[0x0208], Some(false)),
         (0x04, &[0x0404], Some(true)),
         (0x04, &[0x0200], Some(true)),
         (0x04, &[0x0004], Some(false)),
-        // the rate by its increments, whatever the acceleration is
+        // the rate by its increments, for any acceleration
         (0x04, &[0x0244], None),
     ] {
         let form = PacketForm::new(groups, words).unwrap();
@@ -204,7 +204,7 @@ fn increments_become_rates() {
     let found: Vec<f64> = values(&batch).into_iter().map(|(_, value)| value).collect();
     let expected = [2.0, 0.0, -9.8, 0.4 * std::f64::consts::PI, -0.4 * std::f64::consts::PI, 0.0];
     assert!(found.iter().zip(expected).all(|(value, expected)| (value - expected).abs() < 2e-6), "{found:?}");
-    // no interval of increments
+    // invalid intervals of increments
     for interval_s in [0.0, -0.025, f32::INFINITY, f32::NAN, 1e38] {
         packet[14..18].copy_from_slice(&interval_s.to_le_bytes());
         let mut reader = SampleReader::new(ReadOptions { diagnostics: true, ..ReadOptions::default() });
@@ -281,7 +281,7 @@ fn saturated_axes_are_marked() {
     saturated[42] = 0x48;
     let stream = [bytes(SATURATION), sealed(saturated)].concat();
     let mut later = stream.clone();
-    // its time
+    // the byte of its time
     later[46 + 6] ^= 0x10;
     let end = later.len();
     let crc = crc16(&later[47..end - 2]);
@@ -294,7 +294,7 @@ fn saturated_axes_are_marked() {
 const YMR: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 
 #[test]
-fn of_sentences_and_packets_what_comes_first_or_is_asked_for_is_measured() {
+fn the_first_or_the_requested_kind_of_frame_is_measured() {
     let packet = bytes(INERTIAL);
     let both = [YMR.as_bytes(), &packet].concat();
     for (stream, measured, message) in [
@@ -326,7 +326,7 @@ fn a_dollar_in_a_damaged_packet_is_no_line() {
     assert_eq!((tally.skipped_bytes, tally.bytes()), (bytes(EXACT[1]).len() as u64, stream.len() as u64));
 }
 
-/// How many damaged packets a decoder counts, however the stream is cut.
+/// The number of damaged packets that a decoder counts, for every division of the stream.
 fn damaged_packets(stream: &[u8]) -> u64 {
     let counts =
         [1, 7, stream.len()].map(|size| decode_in_pieces(stream, &[size], Options::default()).1.damaged_packets);
@@ -345,44 +345,44 @@ fn packets_that_fail_their_checksum_are_counted() {
     for at in 6..second.len() {
         assert_eq!(damaged_packets(&[first.clone(), damaged(at), third.clone()].concat()), 1, "byte {at}");
     }
-    // one behind the other, or without some bytes
+    // two in sequence, or without some bytes
     assert_eq!(damaged_packets(&[first.clone(), damaged(9), damaged(30), third.clone()].concat()), 2);
     assert_eq!(damaged_packets(&[&first[..], &second[..20], &second[24..], &third].concat()), 1);
-    // of two outputs
+    // from two outputs
     let other = acceleration(4);
     let mut damaged_other = acceleration(8);
     damaged_other[20] ^= 1;
     let both = [first.clone(), other.clone(), damaged(20), other, damaged_other, third.clone()].concat();
     assert_eq!(damaged_packets(&both), 2);
-    // a sentence follows in place of its end
+    // a sentence replaces its end
     let cut = [&first[..], &second[..30], YMR.as_bytes(), &third].concat();
     assert_eq!(damaged_packets(&cut), 1);
 }
 
 #[test]
-fn what_only_looks_like_a_packet_is_no_damaged_one() {
+fn other_bytes_are_no_damaged_packet() {
     let [first, second, third] = EXACT.map(bytes);
-    // none like it came before
+    // no packet with this head came before
     let mut damaged = second.clone();
     damaged[30] ^= 1;
     assert_eq!(damaged_packets(&[damaged.clone(), first.clone()].concat()), 0);
     let mut of_another_form = acceleration(4);
     of_another_form[20] ^= 1;
     assert_eq!(damaged_packets(&[first.clone(), of_another_form, third.clone()].concat()), 0);
-    // the start byte alone, in text, between packets and in one; and other masks
+    // the start byte alone, in text, between packets and inside one; and other masks
     let text = [YMR.as_bytes(), b"\xFA word \xFA\x01\xFF\xFF", YMR.as_bytes()].concat();
     assert_eq!(damaged_packets(&[&first[..], b"\xFA\xFA\x05\xFA\x01\x08\x00", &text, &third].concat()), 0);
-    // a head in the payload of a good packet, and in that of a damaged one, which is one
+    // a head in the payload of a good packet; and in that of a damaged packet, which is one packet
     let mut with_head = second.clone();
     with_head[20..26].copy_from_slice(&first[..6]);
     assert_eq!(damaged_packets(&[first.clone(), sealed(with_head.clone()), third.clone()].concat()), 0);
     assert_eq!(damaged_packets(&[first.clone(), with_head, third.clone()].concat()), 1);
-    // the beginning of one at the end of the stream
+    // the beginning of a packet at the end of the stream
     assert_eq!(damaged_packets(&[&first[..], &second[..30]].concat()), 0);
 }
 
 proptest! {
-    /// Flipped bits behind the head, lines and other bytes between packets.
+    /// Flipped bits after the head, lines and other bytes between packets.
     #[test]
     fn damaged_packets_are_counted_one_by_one(
         pieces in vec((any::<u64>(), any::<[f32; 3]>(), prop::option::weighted(0.3, (4_usize..26, 0_u8..8)), 0..4), 1..20),
@@ -407,7 +407,7 @@ proptest! {
     }
 }
 
-/// A damaged sentence between packets takes the place of no packet.
+/// A damaged sentence between packets does not replace a packet.
 #[test]
 fn damaged_sentences_between_packets_are_no_samples() {
     let damaged = YMR.replace("+00.000040", "+00.000041");
@@ -423,7 +423,7 @@ fn packets_of_another_form_are_counted_only() {
     assert_eq!((batch.link.tally.packets, batch.link.samples()), (3, 2));
 }
 
-/// Device time and acceleration alone, so many milliseconds after the start.
+/// Only device time and acceleration, this many milliseconds after the start.
 fn acceleration(ms: u64) -> Vec<u8> {
     let mut packet = bytes("FA0501000400");
     packet.extend((ms * 1_000_000).to_le_bytes());
@@ -433,7 +433,7 @@ fn acceleration(ms: u64) -> Vec<u8> {
 }
 
 #[test]
-fn of_two_outputs_the_one_with_rates_and_accelerations_is_measured_whichever_comes_first() {
+fn the_output_with_rates_and_accelerations_is_measured_in_any_order() {
     let imu: Vec<Vec<u8>> = EXACT.iter().map(|hex| bytes(hex)).collect();
     let stream = [acceleration(1), acceleration(2), imu[0].clone(), acceleration(3), imu[1].clone()].concat();
     let batch = whole(MeasuredFrames::First, &stream);
@@ -443,16 +443,16 @@ fn of_two_outputs_the_one_with_rates_and_accelerations_is_measured_whichever_com
     let alone: Vec<u8> = (0..30).flat_map(|i| acceleration(20 * i)).collect();
     let batch = whole(MeasuredFrames::First, &alone);
     assert_eq!((batch.row_count(), batch.device_ns[0]), (30, 0));
-    // an output that comes after more than a second is too late
+    // an output that starts after more than a second is too late
     let late = [(0..=61).flat_map(|i| acceleration(20 * i)).collect(), imu[0].clone(), acceleration(1240)].concat();
     let batch = whole(MeasuredFrames::First, &late);
     assert_eq!((batch.row_count(), batch.layout.unwrap().channels.len()), (63, 3));
-    // a damaged packet has its place among those that wait
+    // a damaged packet has its place among the pending ones
     let mut impossible = acceleration(40);
     impossible[14..18].copy_from_slice(&f32::NAN.to_le_bytes());
     let batch = whole(MeasuredFrames::First, &[acceleration(0), acceleration(20), sealed(impossible)].concat());
     assert_eq!((batch.row_count(), batch.marks[0].before_row), (2, 2));
-    // sentences that come later do not take their place
+    // later sentences do not replace them
     let batch = whole(MeasuredFrames::First, &[&acceleration(0), YMR.as_bytes(), &acceleration(20)].concat());
     assert_eq!((batch.row_count(), batch.link.foreign_samples), (2, 1));
 }
@@ -464,7 +464,7 @@ fn packets_that_waited_keep_their_times_of_arrival_and_are_counted_meanwhile() {
         for i in 0..70 {
             let (bytes, at_ns) = (acceleration(20 * i + 3).into(), Some(20_000_000 * i as i64 + 5));
             reader.take_input(StreamInput::Chunk(Chunk { bytes, at_ns }));
-            // one may wait for the bytes behind it
+            // one may wait for the bytes after it
             assert!(reader.frames().map(|(_, count)| count).sum::<u64>() >= i);
         }
         let batches = [reader.take_batches(), reader.finish()].concat();
@@ -477,9 +477,9 @@ fn packets_that_waited_keep_their_times_of_arrival_and_are_counted_meanwhile() {
     }
 }
 
-/// The packet after 1.2 s is the one that is no longer waited with.
+/// The packet after 1.2 s ends the wait.
 #[test]
-fn line_by_line_packets_that_waited_are_known_together_and_those_behind_them_one_by_one() {
+fn line_by_line_pending_packets_are_known_together_and_later_ones_individually() {
     let mut reader = SampleReader::new(ReadOptions { line_by_line: true, ..ReadOptions::default() });
     let stream: Vec<u8> = (0..70).flat_map(|i| acceleration(20 * i)).collect();
     reader.push(&stream, None);
@@ -552,14 +552,14 @@ proptest! {
     }
 }
 
-/// What a test does to a packet with saturation bits, of which others follow and precede.
+/// The change that a test makes to a packet with saturation bits among unchanged packets.
 #[derive(Debug, Clone, Copy)]
 enum Change {
     Repeated,
     NotANumber,
     Saturated,
     Flipped,
-    /// Its CRC is the beginning of the sentence behind it.
+    /// Its CRC is the beginning of the sentence after it.
     Completed,
     Cut,
     Other,
@@ -567,7 +567,7 @@ enum Change {
 
 fn changed_packet(number: u64, change: Option<Change>) -> Vec<u8> {
     let mut packet = bytes(SATURATION);
-    // a dollar sign in every fourth of them
+    // a dollar sign in every fourth packet
     packet[14] = if number.is_multiple_of(4) { b'$' } else { 0x28 };
     let time_ns = match change {
         Some(Change::Repeated) => number * 1_250_000,
@@ -635,7 +635,7 @@ proptest! {
 }
 
 #[test]
-fn what_the_sensor_measures_less_often_is_taken_less_often() {
+fn quantities_measured_less_often_are_used_less_often() {
     let form = PacketForm::new(0x05, &[0x0001, 0x003E]).unwrap();
     let strides = |rate_hz| {
         let channels = ["mag_x", "accel_x", "gyro_x", "temperature", "pressure"]
@@ -651,6 +651,6 @@ fn what_the_sensor_measures_less_often_is_taken_less_often() {
     ] {
         assert_eq!(strides(rate_hz), expected, "{rate_hz} Hz");
     }
-    // sentences have no device time to tell a refresh by
+    // sentences have no device time that could show a refresh
     assert!(MESSAGES.iter().flat_map(|layout| &*layout.channels).all(|channel| channel.stride(800.0) == 1));
 }

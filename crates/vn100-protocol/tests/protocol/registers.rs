@@ -1,4 +1,4 @@
-//! The contents of registers as sensors have sent them, and the way back.
+//! The contents of registers as sent by sensors, parsed and written again.
 
 use core::fmt::Debug;
 
@@ -11,7 +11,7 @@ use vn100_protocol::{
 
 use crate::support::{contents, line, sentence};
 
-/// Reads `published`, and expects the write of the value to have the same fields.
+/// Reads `published`, and expects that a write of the value has the same fields.
 fn check<T: WritableValue + PartialEq + Debug>(published: &str, expected: T) {
     let contents = contents(published);
     let value: T = contents.value().unwrap();
@@ -20,7 +20,7 @@ fn check<T: WritableValue + PartialEq + Debug>(published: &str, expected: T) {
     assert_eq!(format!("{}\r\n", line(&SensorCommand::write(&value), Check::Xor8)), sentence(&body));
 }
 
-/// Reads a value, as text of the error if it has one.
+/// The error of reading a value, as text.
 fn error<T: RegisterValue + Debug>(body: &str) -> String {
     contents(&sentence(body)).value::<T>().unwrap_err().to_string()
 }
@@ -28,7 +28,7 @@ fn error<T: RegisterValue + Debug>(body: &str) -> String {
 const IDENTITY: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 #[test]
-fn settings_come_back_as_they_are_written() {
+fn settings_return_as_they_are_written() {
     check("$VNRRG,05,115200*5D", BaudRate::DEFAULT);
     check("$VNRRG,06,14*5C", AsyncType::YMR);
     check("$VNRRG,07,40*5C", AsyncRate::new(40).unwrap());
@@ -38,7 +38,7 @@ fn settings_come_back_as_they_are_written() {
 }
 
 #[test]
-fn what_is_only_read_is_read() {
+fn read_only_registers_are_read() {
     for (line, async_mode, rate_divisor, field_words) in [
         ("$VNRRG,75,0,0,01,0001*71", 0, 0, vec![1]),
         ("$VNRRG,75,2,4,01,0739*7B", 2, 4, vec![0x0739]),
@@ -95,7 +95,7 @@ fn contents_without_a_type_stay_text() {
 }
 
 #[test]
-fn what_is_wrong_is_named() {
+fn errors_name_the_wrong_field() {
     assert_eq!(
         error::<BaudRate>("VNRRG,05,4800"),
         "register 05: baud rate is \"4800\", expected one of the nine rates from 9600 to 921600"

@@ -75,7 +75,7 @@ fn a_read_is_sent_three_times_and_given_up() {
 }
 
 #[test]
-fn what_may_not_be_repeated_is_sent_once() {
+fn commands_that_must_not_be_repeated_are_sent_once() {
     use SensorCommand::{Reset, RestoreFactorySettings, SetGyroBias, Tare, WriteSettings};
     for (command, wait) in
         [(WriteSettings, 1200), (RestoreFactorySettings, 2500), (Reset, 2500), (SetGyroBias, 500), (Tare, 500)]
@@ -154,7 +154,7 @@ fn a_write_is_confirmed_by_its_fields() {
         bench.failure(id).to_string(),
         "the reply to $VNWRG,07,50*58 has other fields: requested 50, received 40; read the register to see its value"
     );
-    // a register without a port has no field more than it was given
+    // the reply to a register without a port has no more fields than were written
     let fields = RegisterFields::new("0,1,5").unwrap();
     let id = bench.submit(SensorCommand::WriteRegister { register: Register::HSI_CONTROL, fields });
     bench.sent();
@@ -171,11 +171,11 @@ fn a_late_error_is_not_taken_for_that_of_the_next_request() {
     bench.wait(500);
     assert_eq!(bench.sent(), ["$VNRRG,99*73"]);
     bench.wait(20);
-    // the answer to the first line: that to the second is still to come
+    // the answer to the first line; the answer to the second is still due
     assert_eq!(bench.hear("VNERR,08"), Handled::Mine);
     assert!(matches!(bench.failure(first), RequestFailure::Device { error: DeviceError::InvalidRegister, .. }));
     assert_eq!(bench.sent(), [""; 0]);
-    // as slow as the first at the most
+    // at most as slow as the first
     assert_eq!(bench.due(), Some(ms(500)));
     bench.wait(30);
     assert_eq!(bench.hear("VNERR,08"), Handled::Mine);
@@ -195,7 +195,7 @@ fn a_damaged_copy_is_not_replaced_while_another_may_be_answered() {
     assert_eq!((bench.hear("VNERR,03"), bench.sent()), (Handled::Mine, vec![]));
     assert_eq!(bench.hear("VNRRG,07,40"), Handled::Mine);
     assert_eq!(bench.value(id), "40");
-    // nothing more is to come, so nothing is waited for
+    // no further answer is due, so there is no wait
     bench.submit(READ_MODEL);
     assert_eq!(bench.sent(), ["$VNRRG,01*72"]);
 }
@@ -215,7 +215,7 @@ fn an_error_that_comes_too_late_is_a_notice() {
 }
 
 #[test]
-fn the_next_request_does_not_wait_for_ever_for_a_late_answer() {
+fn the_next_request_does_not_wait_forever_for_a_late_answer() {
     let mut bench = Bench::new();
     let first = bench.submit(READ_MODEL);
     bench.submit(READ_RATE);
@@ -316,7 +316,7 @@ fn all_requests_end_with_the_link() {
 }
 
 #[test]
-fn a_new_link_does_not_wait_for_what_was_due_on_the_old_one() {
+fn a_new_link_does_not_wait_for_answers_of_the_old_one() {
     let mut bench = Bench::new();
     bench.submit(SensorCommand::Reset);
     bench.sent();
@@ -333,7 +333,7 @@ fn a_new_link_does_not_wait_for_what_was_due_on_the_old_one() {
 }
 
 #[test]
-fn a_full_session_says_so_until_answers_are_collected() {
+fn a_full_session_refuses_requests_until_answers_are_collected() {
     let mut bench = Bench::new();
     for _ in 0..RequestQueue::CAPACITY {
         bench.submit(READ_RATE);

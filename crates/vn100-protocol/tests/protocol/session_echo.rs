@@ -1,4 +1,4 @@
-//! The request machine on a line that brings back what is sent, as a half-duplex one does.
+//! The request machine on a line that echoes, such as a half-duplex line.
 
 use vn100_protocol::{Handled, Register, RequestFailure, RequestQueue, SensorCommand};
 
@@ -22,7 +22,7 @@ fn on_a_line_that_echoes_the_first_copy_is_no_answer() {
         assert!(matches!(bench.failure(refused), RequestFailure::Device { error, .. } if error.code() == 0x0C));
         let taken = bench.submit(command);
         bench.sent();
-        // lost, and sent again
+        // the reply is lost, and the command is sent again
         assert_eq!(bench.hear(body), Handled::Echo);
         bench.wait(500);
         bench.sent();

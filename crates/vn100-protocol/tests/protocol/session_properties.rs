@@ -1,4 +1,4 @@
-//! What holds of the request machine under any interleaving, and with a sensor whose link loses,
+//! Properties of the request machine under any interleaving, with a sensor whose link loses,
 //! damages and delays lines.
 
 use core::time::Duration;
@@ -29,7 +29,7 @@ fn command() -> impl Strategy<Value = SensorCommand> {
     ]
 }
 
-/// The command in a line, as a sensor sees it: its body.
+/// The body of the command in a line, as a sensor reads it.
 fn body(line: &[u8]) -> String {
     match frames(line, Options::default())[..] {
         [Frame::Sentence(sentence)] => String::from_utf8(sentence.body.to_vec()).unwrap(),
@@ -85,15 +85,15 @@ fn event() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// A sensor with two registers behind a link with faults; it answers in order.
+/// A sensor with two registers and a faulty link; it answers in order.
 struct Sensor {
     registers: BTreeMap<Register, String>,
     heard: Vec<String>,
-    /// The answers under way, with the time of their arrival.
+    /// The answers in transit, with the time of their arrival.
     answers: VecDeque<(Duration, String)>,
 }
 
-/// What becomes of one command and its answer.
+/// The fate of one command and its answer.
 #[derive(Debug, Clone, Copy)]
 enum Fate {
     Lost,
@@ -103,7 +103,8 @@ enum Fate {
 }
 
 fn fate() -> impl Strategy<Value = Fate> {
-    // no answer takes longer than a session waits for it, or only the next register could tell which it is
+    // no answer takes longer than a session waits for it; otherwise only the next register could tell them
+    // apart
     prop_oneof![
         1 => Just(Fate::Lost),
         1 => Just(Fate::Damaged),
@@ -184,7 +185,7 @@ proptest! {
                 Event::Wait(ms) => now += Duration::from_millis(ms),
             }
         }
-        // left alone, it comes to an end by itself
+        // without further input it ends by itself
         for _ in 0..10_000 {
             while session.poll_transmit(now).is_some() {}
             collect(&mut session, &mut open);
@@ -230,7 +231,7 @@ proptest! {
                     (command, result) => prop_assert!(false, "{:?}: {:?}", command, result),
                 }
             }
-            // what was answered is compared before the next command changes it
+            // the answers are compared before the next command changes them
             while let Some(line) = session.poll_transmit(now) {
                 sensor.receive(&line, fates.next().unwrap(), now);
             }

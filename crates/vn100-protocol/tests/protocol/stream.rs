@@ -1,12 +1,12 @@
-//! What holds of any stream, however it is cut and whatever is in it.
+//! Properties of any stream, for every division and any content.
 
 use proptest::{collection::vec, prelude::*, sample::Index};
 use vn100_protocol::{CheckDigits, Decoder, Frame, Item, Options, RejectReason, crc16, xor8};
 
 use crate::support::{YMR, concat, counts, decode_in_pieces, frames, packet, piece, sentence, ymr_body};
 
-/// A naive reader of a whole text: every frame with its place and length, by trying each `$` on its
-/// own.
+/// A naive reader of a whole text: every frame with its place and length, found by trying each `$`
+/// separately.
 ///
 /// `Some(true)` is a good sentence, `Some(false)` a bad one. Knows nothing of packets.
 fn naive_lines(bytes: &[u8]) -> Vec<(usize, usize, bool)> {
@@ -25,7 +25,7 @@ fn naive_lines(bytes: &[u8]) -> Vec<(usize, usize, bool)> {
             continue;
         };
         let text: String = tail.iter().map(|&byte| char::from(byte)).collect();
-        // a letter in lower case is one where only that makes the checksum right
+        // a lower-case letter is a digit if only that makes the checksum correct
         let digits_of = |set: &str| text.chars().take_while(|c| set.contains(*c)).take(5).collect::<String>();
         let is_good = |digits: &str| {
             let digits = digits.to_uppercase();
@@ -99,7 +99,7 @@ proptest! {
     }
 
     #[test]
-    fn stepping_says_the_same_as_pushing(pieces in vec(piece(), 0..12), more in 1_usize..200) {
+    fn stepping_gives_the_same_as_pushing(pieces in vec(piece(), 0..12), more in 1_usize..200) {
         let bytes = concat(&pieces);
         let (pushed, tally) = decode_in_pieces(&bytes, &[], Options::default());
         let mut decoder = Decoder::new(Options::default());
@@ -141,7 +141,7 @@ proptest! {
     }
 
     #[test]
-    fn damaged_lines_are_what_a_naive_reader_says(bytes in damaged_text()) {
+    fn damaged_lines_agree_with_a_naive_reader(bytes in damaged_text()) {
         let found: Vec<_> = frames(&bytes, Options::default())
             .into_iter()
             .map(|frame| match frame {
@@ -173,8 +173,8 @@ proptest! {
 
 const GOOD: &str = "$VNRRG,01*72\r\n";
 
-/// What becomes of `bytes`: `good` for the line above, `packet`, or the kind of a bad line; and the
-/// bytes skipped.
+/// The items in `bytes`: `good` for the line above, `packet`, or the reason of a rejected line; and
+/// the number of skipped bytes.
 fn story(bytes: &[u8]) -> (Vec<String>, u64) {
     let mut items = Vec::new();
     let mut decoder = Decoder::new(Options::default());
@@ -197,7 +197,7 @@ fn story(bytes: &[u8]) -> (Vec<String>, u64) {
 #[test]
 fn a_good_line_is_not_lost_next_to() {
     let packet = packet(7, [1.0, 2.0, 3.0]);
-    /// Its name, the pieces of the stream, the items in it, and the bytes skipped.
+    /// Its name, the pieces of the stream, the items in it, and the number of skipped bytes.
     type Case<'a> = (&'a str, &'a [&'a [u8]], &'a [&'a str], u64);
     let cases: &[Case<'_>] = &[
         ("a dollar", &[b"$", GOOD.as_bytes()], &["truncated", "good"], 0),
@@ -246,7 +246,7 @@ fn bad_lines_have_a_kind() {
 }
 
 #[test]
-fn a_wrong_checksum_tells_both_values() {
+fn a_wrong_checksum_reports_both_values() {
     let mut kinds = Vec::new();
     let mut decoder = Decoder::new(Options::default());
     decoder.push(b"x$VNRRG,01*73\r\n$VNRRG,01*E150\r\n$VNRRG,01*XX\r\n", |item| {
@@ -288,8 +288,9 @@ fn a_finished_decoder_begins_a_sentence_of_its_own() {
 }
 
 #[test]
-fn a_cut_packet_does_not_borrow_the_start_of_the_line_behind_it() {
-    // a packet whose last byte is a `$`: cut before it, the line behind would complete it
+fn a_cut_packet_does_not_borrow_the_start_of_the_next_line() {
+    // a packet whose last byte is a `$`: if it is cut before that byte, the line after it would
+    // complete it
     let packet = (0..).map(|time| packet(time, [0.0; 3])).find(|packet| packet.ends_with(b"$")).unwrap();
     let line = b"$VNYPR,-129.867,-000.355,-000.296*61\r\n";
     let cut = [&packet[..packet.len() - 1], line].concat();

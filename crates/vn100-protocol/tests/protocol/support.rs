@@ -1,5 +1,5 @@
-//! What the tests of this crate share: lines printed by the standard library, pieces of a stream,
-//! and ways to cut it.
+//! Shared parts of the tests of this crate: lines printed by the standard library, pieces of a
+//! stream, and ways to cut it.
 
 pub(crate) mod bench;
 
@@ -13,8 +13,8 @@ use vn100_protocol::{
     xor8,
 };
 
-/// How the maker's manual has one number printed: the least width and the decimals of C's printf,
-/// and the largest magnitude taken, in units of the last decimal.
+/// The printed form of a number in the maker's manual: the minimum width and the decimals of C's
+/// printf, and the largest accepted magnitude, in units of the last decimal.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Form(pub(crate) usize, pub(crate) usize, pub(crate) i32);
 
@@ -24,7 +24,8 @@ const MAG: Form = Form(8, 4, 100_000);
 const ACCEL: Form = Form(7, 3, 200_000);
 const RATE: Form = Form(10, 6, 40_000_000);
 
-/// The messages by the manual, and how old firmware prints the first, counted in its own decimals.
+/// The messages according to the manual, and the form of the first in old firmware, counted in its
+/// own decimals.
 pub(crate) const YMR: &[Form] = &[ANGLE, ANGLE, ANGLE, MAG, MAG, MAG, ACCEL, ACCEL, ACCEL, RATE, RATE, RATE];
 pub(crate) const IMU: &[Form] =
     &[MAG, MAG, MAG, ACCEL, ACCEL, ACCEL, RATE, RATE, RATE, Form(5, 1, 2_000), Form(10, 3, 200_000)];
@@ -70,7 +71,7 @@ pub(crate) fn sample() -> impl Strategy<Value = (&'static str, &'static [Form], 
     select(&MESSAGES[..]).prop_flat_map(|(header, forms)| counts(forms).prop_map(move |counts| (header, forms, counts)))
 }
 
-/// A packet with the fields of `mask` 01 (common group) and a right CRC.
+/// A packet with the fields of `mask` 01 (common group) and a correct CRC.
 pub(crate) fn packet(time: u64, values: [f32; 3]) -> Vec<u8> {
     let mut packet = vec![0xFA, 0x01, 0x09, 0x00];
     packet.extend(time.to_le_bytes());
@@ -79,14 +80,14 @@ pub(crate) fn packet(time: u64, values: [f32; 3]) -> Vec<u8> {
     packet
 }
 
-/// One piece of a stream, and whether a reader must find it whole.
+/// One piece of a stream, and whether a reader must find it complete.
 #[derive(Debug, Clone)]
 pub(crate) struct Piece {
     pub(crate) bytes: Vec<u8>,
     pub(crate) whole: bool,
 }
 
-/// Good lines, packets, pieces of both, and bytes that mean something to a reader.
+/// Good lines, packets, pieces of both, and bytes with a meaning for a reader.
 pub(crate) fn piece() -> impl Strategy<Value = Piece> {
     let whole = |bytes: Vec<u8>| Piece { bytes, whole: true };
     let noise = || vec(prop_oneof![3 => select(&b"$*\r\n0AF,X \xFA\x01\x09\x00VN"[..]), 1 => any::<u8>()], 0..40);
@@ -104,7 +105,7 @@ pub(crate) fn piece() -> impl Strategy<Value = Piece> {
         2 => packet().prop_map(whole),
         2 => noise().prop_map(|bytes| Piece { bytes, whole: false }),
         1 => (line(), any::<Index>()).prop_map(|(line, cut)| cut_at(line, cut)),
-        // without its last byte alone a packet would be made whole by a `$` behind it, once in 256 times
+        // without only its last byte, a packet would be completed by a `$` after it, once in 256 times
         1 => (packet(), any::<Index>()).prop_map(|(mut packet, cut)| {
             packet.truncate(packet.len() - 2);
             cut_at(packet, cut)
@@ -121,13 +122,12 @@ pub(crate) fn concat(pieces: &[Piece]) -> Vec<u8> {
     pieces.iter().flat_map(|piece| piece.bytes.clone()).collect()
 }
 
-/// An item as text, and the bytes it shows as evidence: enough to compare items that do not live as
-/// long.
+/// An item as text, with its bytes as evidence: enough to compare items with different lifetimes.
 pub(crate) fn describe(item: Item<'_>) -> String {
     format!("{item:?}")
 }
 
-/// Decodes `bytes` in pieces of the given sizes, over and over; checks the tally at every stop.
+/// Decodes `bytes` in pieces of the given sizes, in turn; checks the tally after each piece.
 pub(crate) fn decode_in_pieces(bytes: &[u8], sizes: &[usize], options: Options) -> (Vec<String>, Tally) {
     let mut decoder = Decoder::new(options);
     let mut items = Vec::new();
@@ -145,7 +145,7 @@ pub(crate) fn decode_in_pieces(bytes: &[u8], sizes: &[usize], options: Options) 
     (items, tally)
 }
 
-/// Everything the framer finds in `bytes`, offered whole.
+/// All frames that the framer finds in the undivided `bytes`.
 pub(crate) fn frames(bytes: &[u8], options: Options) -> Vec<Frame<'_>> {
     let mut framer = Framer::new(options);
     let mut frames = Vec::new();
@@ -170,12 +170,11 @@ pub(crate) fn parse_reply(line: &str) -> Result<Reply, ReplyError> {
     }
 }
 
-/// The reply with this body.
 pub(crate) fn reply(body: &str) -> Reply {
     parse_reply(&sentence(body)).unwrap()
 }
 
-/// What a register holds, by the line that answers a read.
+/// The contents of a register, from the line that answers a read.
 pub(crate) fn contents(line: &str) -> RegisterContents {
     match parse_reply(line) {
         Ok(Reply::Register(contents)) => contents,

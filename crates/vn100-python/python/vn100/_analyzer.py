@@ -119,5 +119,5 @@ class Analyzer:
         return self.result().channels[name]
 
     def to_dict(self) -> dict[str, Any]:
-        """The document ``vn100.analysis/1``."""
+        """The document ``vn100.analysis/2``."""
         return self.result().to_dict()

@@ -211,16 +211,17 @@ class Result:
         self.warnings: list[str] = [warning["text"] for warning in document["warnings"]]
         self.name: str = document["source"]["name"]
         self.error: str | None = document["source"].get("error")
-        self.rate: float = document["timing"]["rate_hz"]
+        self.rate: float | None = document["timing"]["rate_hz"]
         self.samples: int = document["timing"]["samples"]
-        self.missing: int = document["timing"]["missing"]
+        self.missing: int | None = document["timing"]["missing"]
 
     def to_dict(self) -> dict[str, Any]:
-        """The document ``vn100.analysis/1``, as ``vn100 replay --json`` prints it."""
+        """The document ``vn100.analysis/2``, as ``vn100 replay --json`` prints it."""
         return self._document
 
     def __repr__(self) -> str:
-        return f"<vn100.Result {self.name}: {self.samples} samples at {self.rate:g} Hz, {len(self.channels)} channels>"
+        rate = "an unknown rate" if self.rate is None else f"{self.rate:g} Hz"
+        return f"<vn100.Result {self.name}: {self.samples} samples at {rate}, {len(self.channels)} channels>"
 
     def plot(self, *names: str, ax: Axes | None = None) -> Axes:
         """Draws the curves of these channels, of all by default. Where their units differ,

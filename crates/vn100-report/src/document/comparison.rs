@@ -7,16 +7,44 @@
 
 use serde::Serialize;
 use vn100_analysis::{
-    Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, Population, Ranking, RemedyWords, UnitValue,
-    Untested, axes_name, sensor_of,
+    Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, Population, Ranking, RemedyWords, SourceResult,
+    UnitValue, Untested, axes_name, sensor_of,
 };
 
 use crate::{
     codes::term_name,
-    measured::{Measured, run_name},
     names::recommendation,
-    units::{si_unit, tests_by_channel},
+    units::si_unit,
+    warnings::{caveat_in_words, in_words},
 };
+
+/// The name of a record among several, by its place from 0: `run 1` for the first.
+#[must_use]
+pub fn run_name(number: usize) -> String {
+    format!("run {}", number + 1)
+}
+
+/// The prefix of the figures of a record, by its place from 0: `run1-` for the first.
+#[must_use]
+pub fn run_prefix(number: usize) -> String {
+    format!("run{}-", number + 1)
+}
+
+/// The tests grouped by channel, in the order in which the channels first occur.
+#[must_use]
+pub fn tests_by_channel(tests: &[OctaveTest]) -> Vec<Vec<&OctaveTest>> {
+    let mut channels: Vec<Vec<&OctaveTest>> = Vec::new();
+    for test in tests {
+        let same = |others: &&mut Vec<&OctaveTest>| {
+            others.first().is_some_and(|other| (&other.channel, &other.unit) == (&test.channel, &test.unit))
+        };
+        match channels.iter_mut().find(same) {
+            Some(others) => others.push(test),
+            None => channels.push(vec![test]),
+        }
+    }
+    channels
+}
 
 /// The JSON document of several records side by side.
 #[derive(Debug, Serialize)]
@@ -98,7 +126,7 @@ struct RecordDocument {
     error: Option<String>,
     message: Option<String>,
     compensated: Option<bool>,
-    rate_hz: f64,
+    rate_hz: Option<f64>,
     duration_s: f64,
     samples: u64,
     /// Kinds of all warnings of its own analysis.
@@ -257,7 +285,7 @@ impl ComparisonDocument {
     /// The document of a comparison of `all`, in the order in which they were compared; remedies
     /// are put into `words`.
     #[must_use]
-    pub fn new(all: &[Measured], comparison: &Comparison, populations: &[Population], words: RemedyWords) -> Self {
+    pub fn new(all: &[SourceResult], comparison: &Comparison, populations: &[Population], words: RemedyWords) -> Self {
         let verdict = |chance: Chance| Verdict {
             p: chance.p,
             corrected: chance.corrected,
@@ -279,12 +307,12 @@ impl ComparisonDocument {
             record: disturbance.record,
             kind: disturbance.warning.kind.name(),
             channels: disturbance.warning.channels.clone(),
-            text: disturbance.warning.in_words(words),
+            text: in_words(&disturbance.warning, words),
         });
         let caveats = comparison.caveats.iter().map(|caveat| CaveatDocument {
             kind: caveat.kind.name(),
             records: caveat.records.clone(),
-            text: caveat.text.in_words(words),
+            text: caveat_in_words(caveat, words),
         });
         let same = comparison.same_samples.iter().map(|same| SameSamplesDocument {
             records: same.records,
@@ -307,18 +335,18 @@ impl ComparisonDocument {
     }
 }
 
-fn record(measured: &Measured) -> RecordDocument {
-    let Measured { facts, snapshot, .. } = measured;
+fn record(result: &SourceResult) -> RecordDocument {
+    let SourceResult { source, timing, .. } = result;
     RecordDocument {
-        name: facts.name.clone(),
-        kind: facts.kind,
-        error: facts.error.clone(),
-        message: snapshot.layout.as_ref().map(|layout| layout.message.to_string()),
-        compensated: snapshot.layout.as_ref().and_then(|layout| layout.compensated),
-        rate_hz: snapshot.timing.rate_hz,
-        duration_s: snapshot.timing.duration_s(),
-        samples: snapshot.timing.samples,
-        warnings: measured.warnings().into_iter().map(|warning| warning.kind.name()).collect(),
+        name: source.name.clone(),
+        kind: source.kind,
+        error: source.error.clone(),
+        message: source.message.clone(),
+        compensated: source.compensated,
+        rate_hz: timing.rate_hz,
+        duration_s: timing.duration_s,
+        samples: timing.samples,
+        warnings: result.warnings.iter().map(|warning| warning.kind.name()).collect(),
     }
 }
 

@@ -1,21 +1,17 @@
 //! The rows of an archive: one for each recording and channel, as a line of JSON or of a table.
 
-use std::collections::BTreeSet;
-
 use serde_json::{Value, json};
-use vn100_analysis::noise::Term;
-use vn100_analysis::protocol::Register;
+use std::collections::BTreeSet;
+use vn100_analysis::noise::{Claim, Term};
+use vn100_analysis::{ChannelResult, Completion, SourceResult};
 
 use crate::{
-    codes::{code_of_status, code_of_verdict, term_name},
-    document::noise::claim_name,
-    measured::Measured,
+    codes::{code_of_verdict, term_name},
     printable::json_line,
-    units::{ChannelValues, channel_values},
 };
 
 /// The columns of every row, in their order.
-const COLUMNS: [&str; 33] = [
+const COLUMNS: [&str; 34] = [
     "file",
     "bytes",
     "modified_ns",
@@ -30,6 +26,7 @@ const COLUMNS: [&str; 33] = [
     "duration_s",
     "samples",
     "missing",
+    "complete",
     "channel",
     "unit",
     "mean",
@@ -79,8 +76,8 @@ impl ArchiveRow {
     /// The rows of all recordings of a file: the column `rows` gives their number, by which a file
     /// whose rows were not all written is recognised.
     #[must_use]
-    pub fn of_file(file: &ArchivedFile, recordings: &[Measured]) -> Vec<Self> {
-        let mut rows: Vec<Self> = recordings.iter().flat_map(|measured| of_recording(file, measured)).collect();
+    pub fn of_file(file: &ArchivedFile, recordings: &[SourceResult]) -> Vec<Self> {
+        let mut rows: Vec<Self> = recordings.iter().flat_map(|result| of_recording(file, result)).collect();
         let count = rows.len();
         rows.iter_mut().for_each(|row| row.cells[4] = json!(count));
         rows
@@ -151,63 +148,65 @@ pub(super) fn is_first_line(line: &str) -> bool {
         || line.starts_with("{\"file\":") && line.contains(",\"modified_ns\":")
 }
 
-fn of_recording(file: &ArchivedFile, measured: &Measured) -> Vec<ArchiveRow> {
-    let values = channel_values(&measured.snapshot, &measured.assessment);
-    let channels: Vec<Option<(usize, &ChannelValues)>> = match values.is_empty() {
+fn of_recording(file: &ArchivedFile, result: &SourceResult) -> Vec<ArchiveRow> {
+    let channels: Vec<Option<&ChannelResult>> = match result.channels.is_empty() {
         true => vec![None],
-        false => values.iter().enumerate().map(Some).collect(),
+        false => result.channels.iter().map(Some).collect(),
     };
-    channels.into_iter().map(|channel| ArchiveRow { cells: cells(file, measured, channel) }).collect()
+    channels.into_iter().map(|channel| ArchiveRow { cells: cells(file, result, channel) }).collect()
 }
 
-fn cells(file: &ArchivedFile, measured: &Measured, channel: Option<(usize, &ChannelValues)>) -> Vec<Value> {
-    let (snapshot, facts, timing) = (&measured.snapshot, &measured.facts, &measured.snapshot.timing);
-    let register = |register: Register| json!(snapshot.registers.get(&register.0).map(|text| text.trim()));
-    let is_read = snapshot.layout.is_some();
+fn cells(file: &ArchivedFile, result: &SourceResult, channel: Option<&ChannelResult>) -> Vec<Value> {
+    let (source, timing) = (&result.source, &result.timing);
+    let device = source.device.as_ref();
+    let statistics = channel.map(|channel| &channel.statistics);
     let mut cells = vec![
         json!(file.path),
         json!(file.bytes),
         json!(file.modified_ns),
         json!(file.options),
         Value::Null,
-        json!(facts.name),
-        register(Register::SERIAL_NUMBER),
-        register(Register::MODEL),
-        json!(snapshot.layout.as_ref().map(|layout| layout.message.to_string())),
-        json!(facts.recording.as_ref().and_then(|recording| recording.started_ns)),
-        json!(is_read.then_some(timing.rate_hz)),
-        json!(is_read.then(|| timing.duration_s())),
+        json!(source.name),
+        json!(device.map(|device| &device.serial_number)),
+        json!(device.map(|device| &device.model)),
+        json!(source.message),
+        json!(source.recording.as_ref().and_then(|recording| recording.started_ns)),
+        json!(timing.rate_hz),
+        json!(timing.duration_s),
         json!(timing.samples),
         json!(timing.missing),
-        json!(channel.map(|(_, values)| &values.name)),
-        json!(channel.map(|(_, values)| &values.unit)),
-        json!(channel.and_then(|(_, values)| values.mean)),
-        json!(channel.and_then(|(_, values)| values.std)),
-        json!(channel.and_then(|(_, values)| values.min)),
-        json!(channel.and_then(|(_, values)| values.max)),
+        json!(result.completion == Completion::Complete),
+        json!(channel.map(|channel| &channel.name)),
+        json!(channel.map(|channel| &channel.unit)),
+        json!(statistics.and_then(|statistics| statistics.mean)),
+        json!(statistics.and_then(|statistics| statistics.std)),
+        json!(statistics.and_then(|statistics| statistics.min)),
+        json!(statistics.and_then(|statistics| statistics.max)),
     ];
     for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
-        let noise = channel.and_then(|(_, values)| values.noise.as_ref());
-        match noise.and_then(|noise| noise.parameter(term)) {
-            Some(found) => cells.extend([
-                json!(code_of_status(found.status).code),
-                json!(found.value),
-                json!(found.lower),
-                json!(found.upper),
-            ]),
-            None => cells.extend([Value::Null, Value::Null, Value::Null, Value::Null]),
-        }
+        let noise = channel.and_then(|channel| channel.noise.as_ref());
+        let found = noise.and_then(|noise| noise.parameter(term));
+        cells.extend([
+            json!(found.map(|found| found.status)),
+            json!(found.map(|found| found.value)),
+            json!(found.map(|found| found.lower)),
+            json!(found.map(|found| found.upper)),
+        ]);
     }
-    let judged = measured.verdicts.iter().flat_map(|verdicts| verdicts.channels.get(channel?.0)).flatten();
-    let verdicts = judged.map(|judged| {
-        let figure = &judged.figure;
-        format!("{} {} {}", term_name(figure.term), claim_name(&figure.claim), code_of_verdict(judged.verdict).code)
+    let judged = channel.map_or(&[][..], ChannelResult::verdicts);
+    let verdicts = judged.iter().filter_map(|judged| {
+        let (figure, verdict) = (&judged.figure, code_of_verdict(judged.verdict?).code);
+        let claim = match figure.claim {
+            Claim::Limit(_) => "limit",
+            Claim::Typical { .. } => "typical",
+        };
+        Some(format!("{} {claim} {verdict}", term_name(figure.term)))
     });
     cells.push(joined(verdicts));
     let mut named = BTreeSet::new();
-    let kinds = measured.warnings().into_iter().map(|warning| warning.kind.name());
+    let kinds = result.warnings.iter().map(|warning| warning.kind.name());
     cells.push(joined(kinds.filter(|kind| named.insert(*kind)).map(str::to_owned)));
-    cells.push(json!(facts.error));
+    cells.push(json!(source.error));
     cells
 }
 

@@ -3,16 +3,10 @@
 use std::{collections::BTreeSet, fmt::Write, time::Duration};
 
 use vn100_analysis::noise::Term;
-use vn100_analysis::protocol::{Quantity, Register};
-use vn100_analysis::{Assessment, LinkStatus, Snapshot, SourceFacts};
+use vn100_analysis::protocol::Quantity;
+use vn100_analysis::{ChannelResult, Device, LinkStatus, SourceResult};
 
-use crate::{
-    codes::code_of_missing,
-    health::line_load,
-    history::History,
-    printable::printable,
-    units::{ChannelValues, channel_values, si_unit},
-};
+use crate::{codes::code_of_missing, health::line_load, printable::printable, units::si_unit};
 
 /// The format of metrics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,12 +31,8 @@ impl MetricsForm {
 /// One source at one moment.
 #[derive(Debug, Clone, Copy)]
 pub struct MeasuredSource<'a> {
-    /// The facts of the source.
-    pub facts: &'a SourceFacts,
-    /// The numbers of the source.
-    pub snapshot: &'a Snapshot,
-    /// An assessment of the source, which may be a little older than the snapshot.
-    pub assessment: &'a Assessment,
+    /// The result so far.
+    pub result: &'a SourceResult,
     /// Time since the last sample; `None` before the first.
     pub last_sample_age: Option<Duration>,
 }
@@ -142,64 +132,62 @@ fn escaped(value: &str) -> String {
 }
 
 fn of_source(out: &mut Families, source: &MeasuredSource<'_>) {
-    let MeasuredSource { facts, snapshot, assessment, last_sample_age } = *source;
-    let (timing, link, tally) = (&snapshot.timing, &snapshot.link, &snapshot.link.tally);
+    let MeasuredSource { result, last_sample_age } = *source;
+    let (facts, timing, link) = (&result.source, &result.timing, &result.link);
     let port = ("port", facts.name.as_str());
     let of_port = &[port];
-    let register = |register: Register| snapshot.registers.get(&register.0).map_or("", |text| text.trim());
-    let message = snapshot.layout.as_ref().map_or(String::new(), |layout| layout.message.to_string());
+    let device = |part: fn(&Device) -> &Option<String>| {
+        facts.device.as_ref().and_then(|device| part(device).as_deref()).unwrap_or_default()
+    };
     let identity = [
         port,
-        ("model", register(Register::MODEL)),
-        ("serial", register(Register::SERIAL_NUMBER)),
-        ("firmware", register(Register::FIRMWARE)),
-        ("message", &message),
+        ("model", device(|device| &device.model)),
+        ("serial", device(|device| &device.serial_number)),
+        ("firmware", device(|device| &device.firmware)),
+        ("message", facts.message.as_deref().unwrap_or_default()),
     ];
     out.gauge("vn100_info", "The source: sensor and message.", &identity, 1.0);
     let is_up = !facts.ended && facts.link.as_ref().is_none_or(|link| link.status == LinkStatus::Connected);
     out.gauge("vn100_link_up", "Whether the sensor's output is received.", of_port, f64::from(u8::from(is_up)));
     out.count("vn100_samples", "Samples measured.", of_port, timing.samples);
-    let from = [port, ("from", code_of_missing(timing.missing_from).code)];
-    out.count("vn100_missing_samples", "Dropped samples, and what detects them.", &from, timing.missing);
+    if let Some(missing) = timing.missing {
+        let from = [port, ("from", code_of_missing(timing.missing_from).code)];
+        out.count("vn100_missing_samples", "Missing samples, and what detects them.", &from, missing);
+    }
     for (kind, count) in [
-        ("checksum", tally.rejected.checksum),
-        ("unchecked", tally.rejected.unchecked),
-        ("grammar", tally.rejected.grammar),
-        ("range", tally.rejected.range),
-        ("truncated", tally.rejected.truncated),
-        ("too-long", tally.rejected.too_long),
+        ("checksum", link.rejected.checksum),
+        ("unchecked", link.rejected.unchecked),
+        ("grammar", link.rejected.grammar),
+        ("range", link.rejected.range),
+        ("truncated", link.rejected.truncated),
+        ("too-long", link.rejected.too_long),
     ] {
         out.count("vn100_bad_lines", "Rejected sentences, by the reason.", &[port, ("kind", kind)], count);
     }
-    out.count("vn100_damaged_packets", "Packets that fail their checksum.", of_port, tally.damaged_packets);
-    out.count("vn100_bytes", "Bytes read.", of_port, link.bytes());
-    out.count("vn100_skipped_bytes", "Bytes in which no sentence and no packet was.", of_port, link.skipped_bytes());
-    let reconnects = link.connects.saturating_sub(1);
-    out.count("vn100_reconnects", "How often the link was connected again.", of_port, reconnects);
-    let has_samples = timing.samples > 0;
-    out.gauge("vn100_rate_hertz", "Nominal sample rate.", of_port, has_samples.then_some(timing.rate_hz));
-    let offset = snapshot.arrivals.and_then(|arrivals| arrivals.offset_ppm).map(|ppm| 1e-6 * ppm);
+    out.count("vn100_damaged_packets", "Packets that fail their checksum.", of_port, link.damaged_packets);
+    out.count("vn100_bytes", "Bytes read.", of_port, link.bytes);
+    out.count("vn100_skipped_bytes", "Bytes in which no sentence and no packet was.", of_port, link.skipped_bytes);
+    out.count("vn100_reconnects", "How often the link was connected again.", of_port, link.reconnects);
+    let rate_hz = timing.rate_hz.filter(|_| timing.samples > 0);
+    out.gauge("vn100_rate_hertz", "Nominal sample rate.", of_port, rate_hz);
+    let offset = timing.offset_ppm.map(|ppm| 1e-6 * ppm);
     out.gauge("vn100_rate_offset_ratio", "Measured over nominal sample rate, less 1.", of_port, offset);
-    out.gauge("vn100_measurement_seconds", "Data time measured.", of_port, timing.duration_s());
+    out.gauge("vn100_measurement_seconds", "Data time measured.", of_port, timing.duration_s);
     let age = last_sample_age.map(|age| age.as_secs_f64());
     out.gauge("vn100_last_sample_age_seconds", "Time since the last sample, to a second.", of_port, age);
-    let load = line_load(facts.link.as_ref(), snapshot);
-    out.gauge("vn100_link_load_ratio", "Part of the baud rate in use.", of_port, load);
-    let temperature = temperature_now(snapshot).or_else(|| snapshot.polled_temperature_c());
+    out.gauge("vn100_link_load_ratio", "Part of the baud rate in use.", of_port, line_load(result));
+    let temperature = temperature_now(result).or_else(|| result.polled_temperature_c());
     out.gauge("vn100_temperature_celsius", "Temperature of the sensor now.", of_port, temperature);
-    for channel in channel_values(snapshot, assessment) {
-        of_channel(out, port, &channel);
-    }
-    let warnings = snapshot.warnings.iter().chain(&assessment.warnings);
-    for kind in warnings.map(|warning| warning.kind.name()).collect::<BTreeSet<_>>() {
+    result.channels.iter().for_each(|channel| of_channel(out, port, channel));
+    for kind in result.warnings.iter().map(|warning| warning.kind.name()).collect::<BTreeSet<_>>() {
         out.gauge("vn100_warning", "A warning that holds now, by its kind.", &[port, ("kind", kind)], 1.0);
     }
 }
 
-fn of_channel(out: &mut Families, port: (&str, &str), channel: &ChannelValues) {
+fn of_channel(out: &mut Families, port: (&str, &str), channel: &ChannelResult) {
     let labels = [port, ("channel", channel.name.as_str()), ("unit", channel.unit.as_str())];
-    out.gauge("vn100_channel_mean", "Mean of all samples.", &labels, channel.mean);
-    out.gauge("vn100_channel_std", "Standard deviation of all samples.", &labels, channel.std);
+    out.gauge("vn100_channel_mean", "Mean of all samples.", &labels, channel.statistics.mean);
+    out.gauge("vn100_channel_std", "Standard deviation of all samples.", &labels, channel.statistics.std);
     let Some(noise) = &channel.noise else { return };
     for (term, name, help) in [
         (Term::White, "vn100_white_noise", "N, angle or velocity random walk, with its interval."),
@@ -215,29 +203,24 @@ fn of_channel(out: &mut Families, port: (&str, &str), channel: &ChannelValues) {
     }
 }
 
-/// The latest half second of it; `None` if the stream does not carry it.
-fn temperature_now(snapshot: &Snapshot) -> Option<f64> {
-    let place = snapshot.layout_channels().iter().position(|channel| channel.quantity == Quantity::Temperature)?;
-    let history = History::of(snapshot, place, 2, 1)?;
+/// The latest half second of the temperature; `None` if the stream does not carry it.
+fn temperature_now(result: &SourceResult) -> Option<f64> {
+    let place = result.channels.iter().position(|channel| channel.quantity == Quantity::Temperature)?;
+    let history = result.history(place, 2, 1)?;
     history.columns.last().copied().flatten().map(|column| column.mean)
 }
 
 #[cfg(test)]
 mod tests {
-    use vn100_analysis::{Analysis, LinkFacts, Settings};
+    use vn100_analysis::{LinkFacts, SourceFacts, protocol::Register};
 
     use super::*;
+    use crate::tests::fixture::{facts, nothing, result};
 
     fn text(name: &str, form: MetricsForm) -> String {
-        let snapshot = Analysis::new(Settings::default()).snapshot();
         let link = Some(LinkFacts { status: LinkStatus::Connected, baud: Some(115_200), ..LinkFacts::default() });
-        let facts = SourceFacts { name: name.into(), link, ..SourceFacts::default() };
-        let assessment = Assessment::new(&snapshot, 0.95);
-        let last_sample_age = Some(Duration::from_millis(1500));
-        metrics_text(
-            &[MeasuredSource { facts: &facts, snapshot: &snapshot, assessment: &assessment, last_sample_age }],
-            form,
-        )
+        let result = result(SourceFacts { link, ..facts(name) }, nothing());
+        metrics_text(&[MeasuredSource { result: &result, last_sample_age: Some(Duration::from_millis(1500)) }], form)
     }
 
     #[test]
@@ -254,7 +237,8 @@ mod tests {
     #[test]
     fn what_is_not_known_has_no_sample() {
         let text = text("imu", MetricsForm::OpenMetrics);
-        for absent in ["vn100_rate_hertz", "vn100_white_noise", "vn100_link_load_ratio", "NaN"] {
+        for absent in ["vn100_rate_hertz", "vn100_missing_samples", "vn100_white_noise", "vn100_link_load_ratio", "NaN"]
+        {
             assert!(!text.contains(absent), "{absent} in {text}");
         }
         assert!(text.contains("vn100_link_up{port=\"imu\"} 1\n"), "{text}");
@@ -262,7 +246,7 @@ mod tests {
 
     #[test]
     fn a_temperature_that_was_asked_for_is_that_of_the_latest_answer() {
-        let mut snapshot = Analysis::new(Settings::default()).snapshot();
+        let mut snapshot = nothing();
         let mut latest = |celsius: &str| {
             let fields = format!(
                 "+00.1000,+00.2000,+00.4000,+00.100,+00.100,-09.800,+00.010000,+00.020000,+00.030000,{celsius},+099.700"
@@ -274,9 +258,8 @@ mod tests {
         assert_eq!(latest("+21.8"), Some(21.8));
         assert_eq!(latest("warm"), None);
         latest("+22.1");
-        let (facts, assessment) = (SourceFacts::default(), Assessment::new(&snapshot, 0.95));
-        let source =
-            MeasuredSource { facts: &facts, snapshot: &snapshot, assessment: &assessment, last_sample_age: None };
+        let result = result(facts(""), snapshot);
+        let source = MeasuredSource { result: &result, last_sample_age: None };
         let text = metrics_text(&[source], MetricsForm::OpenMetrics);
         assert!(text.contains("vn100_temperature_celsius{port=\"\"} 22.1\n"), "{text}");
     }

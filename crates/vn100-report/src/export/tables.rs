@@ -2,18 +2,18 @@
 
 use std::fmt::Write;
 
-use vn100_analysis::noise::{Claim, Convention, Parameter, Term, conventions, temperature_conventions};
-use vn100_analysis::protocol::Register;
-use vn100_analysis::{ChannelNoise, RemedyWords};
+use vn100_analysis::noise::{Claim, Parameter, Term, conventions};
+use vn100_analysis::{
+    BlockValues, Completion, Device, InUnit, ParameterResult, Point, RemedyWords, SourceResult, Statistics,
+    TemperatureResult,
+};
 
+use crate::warnings::{details, headline};
 use crate::{
-    codes::{code_of_rate, code_of_status, code_of_verdict, term_name},
-    document::{noise::sides_name, source::RecordingDocument},
-    graphical::{GRAPHICAL, not_read_code},
-    measured::Record,
-    names::{p_without, sentence},
-    temperature::coefficient_parameter,
-    units::{BlockValues, ChannelValues, Point, si_unit},
+    codes::{code_of_verdict, name_of, term_name},
+    graphical::GRAPHICAL,
+    names::sentence,
+    units::si_unit,
 };
 
 /// A table of a report.
@@ -23,7 +23,7 @@ pub struct CsvTable {
     pub ending: &'static str,
     /// Writes the table: a header, and a row for each channel and point. Remedies are put into the
     /// given words.
-    pub text: fn(&Record<'_>, RemedyWords) -> String,
+    pub text: fn(&SourceResult, RemedyWords) -> String,
 }
 
 impl CsvTable {
@@ -96,10 +96,10 @@ pub(super) fn number(value: Option<f64>) -> String {
     }
 }
 
-fn allan(record: &Record<'_>) -> String {
+fn allan(record: &SourceResult) -> String {
     let mut table = Table::new(ALLAN);
     for channel in &record.channels {
-        for &Point { m, tau_s, deviation, lower, upper, edf, terms, alpha, fitted } in &channel.deviations {
+        for &Point { m, tau_s, deviation, lower, upper, edf, terms, alpha, fitted } in &channel.allan.points {
             let (m, terms, alpha) = (Some(m as f64), Some(terms as f64), alpha.map(f64::from));
             let values = [m, Some(tau_s), deviation, lower, upper, edf, terms, alpha, fitted];
             table.numbers(&channel.name, &channel.unit, &values);
@@ -108,11 +108,11 @@ fn allan(record: &Record<'_>) -> String {
     table.0
 }
 
-fn statistics(record: &Record<'_>) -> String {
+fn statistics(record: &SourceResult) -> String {
     let mut table = Table::new(STATISTICS);
     for channel in &record.channels {
-        let ChannelValues { mean, std, min, max, skewness, excess_kurtosis, .. } = *channel;
-        let (count, resolution) = (Some(channel.count as f64), Some(channel.resolution));
+        let Statistics { mean, std, min, max, skewness, excess_kurtosis, .. } = channel.statistics;
+        let (count, resolution) = (Some(channel.statistics.count as f64), Some(channel.statistics.resolution));
         let values = [count, mean, std, min, max, skewness, excess_kurtosis, resolution];
         table.numbers(&channel.name, &channel.unit, &values);
     }
@@ -123,52 +123,51 @@ fn statistics(record: &Record<'_>) -> String {
     table.0
 }
 
-/// Each parameter in every unit in use, the SI unit first.
-fn parameters(record: &Record<'_>) -> String {
+/// Each parameter in every unit in use, the SI unit first; then what the graphical slope method reads.
+fn parameters(record: &SourceResult) -> String {
     let mut table = Table::new(PARAMETERS);
     for channel in &record.channels {
         let Some(noise) = &channel.noise else { continue };
-        let mut rows = |name: &str, parameter: Option<Parameter>, conventions: &[Convention]| {
-            let Some(Parameter { status, value, lower, upper, p }) = parameter else { return };
-            for (place, convention) in conventions.iter().enumerate() {
-                let [value, lower, upper] = [value, lower, upper].map(|si| number(si.map(|si| si * convention.factor)));
-                let sides = convention.sides.map_or("", sides_name);
-                let (status, p) = (code_of_status(status).code, number(p));
-                let is_si = if place == 0 { "true" } else { "false" };
-                table.row(&[&channel.name, name, status, &value, &lower, &upper, convention.unit, &p, sides, is_si]);
-            }
-        };
         for term in Term::ALL {
-            let parameter = noise.parameter(term).map(|found| Parameter { p: p_without(term, &found), ..found });
-            rows(term_name(term), parameter, conventions(noise.sensor, term));
+            in_units(&mut table, &channel.name, term_name(term), noise.parameter_in_units(term));
         }
-        let of_temperature = noise.temperature.as_ref().map(coefficient_parameter);
-        rows("temperature_coefficient", of_temperature, temperature_conventions(noise.sensor));
-        rows("curve_minimum", noise.curve_minimum(), conventions(noise.sensor, Term::BiasInstability));
-        graphical(&mut table, channel, noise);
+        if let Some(TemperatureResult { parameter, unit, conventions, .. }) = &noise.temperature {
+            let found = ParameterResult { parameter: *parameter, unit, conventions: conventions.clone(), budget: None };
+            in_units(&mut table, &channel.name, "temperature_coefficient", Some(&found));
+        }
+        in_units(&mut table, &channel.name, "curve_minimum", noise.curve_minimum.as_ref());
+        for (term, _) in GRAPHICAL {
+            let read = noise.classical.of(term);
+            let (name, status) =
+                (format!("graphical_{}", term_name(term)), read.map_or_else(name_of, |_| "graphical".into()));
+            for (place, convention) in conventions(noise.sensor, term).iter().enumerate() {
+                let value = number(read.ok().map(|line| line.value * convention.factor));
+                let sides = convention.sides.map_or_else(String::new, name_of);
+                let is_si = if place == 0 { "true" } else { "false" };
+                table.row(&[&channel.name, &name, &status, &value, "", "", convention.unit, "", &sides, is_si]);
+            }
+        }
     }
     table.0
 }
 
-/// What the graphical slope method reads, in the same units; the status says so, or why there is
-/// no value.
-fn graphical(table: &mut Table, channel: &ChannelValues, noise: &ChannelNoise) {
-    for (term, _) in GRAPHICAL {
-        let (name, read) = (format!("graphical_{}", term_name(term)), noise.classical.of(term));
-        let status = read.map_or_else(not_read_code, |_| "graphical");
-        for (place, convention) in conventions(noise.sensor, term).iter().enumerate() {
-            let value = number(read.ok().map(|line| line.value * convention.factor));
-            let is_si = if place == 0 { "true" } else { "false" };
-            let sides = convention.sides.map_or("", sides_name);
-            table.row(&[&channel.name, &name, status, &value, "", "", convention.unit, "", sides, is_si]);
-        }
+/// A row for each unit of a parameter; none without the parameter.
+fn in_units(table: &mut Table, channel: &str, name: &str, found: Option<&ParameterResult>) {
+    let Some(ParameterResult { parameter, unit, conventions, .. }) = found else { return };
+    let Parameter { status, value, lower, upper, p } = *parameter;
+    let si = InUnit { unit, sides: None, value, lower, upper };
+    for (place, InUnit { unit, sides, value, lower, upper }) in [&si].into_iter().chain(conventions).enumerate() {
+        let [value, lower, upper, p] = [*value, *lower, *upper, p].map(number);
+        let sides = sides.map_or_else(String::new, name_of);
+        let is_si = if place == 0 { "true" } else { "false" };
+        table.row(&[channel, name, &name_of(status), &value, &lower, &upper, unit, &p, &sides, is_si]);
     }
 }
 
-fn fit(record: &Record<'_>) -> String {
+fn fit(record: &SourceResult) -> String {
     let mut table = Table::new(FIT);
     for channel in &record.channels {
-        let Some(quality) = channel.noise.as_ref().and_then(|noise| noise.fit.quality) else { continue };
+        let Some(quality) = channel.noise.as_ref().and_then(|noise| noise.fit) else { continue };
         let values = [quality.tau_min_s, quality.tau_max_s, quality.chi2, quality.dof as f64, quality.p];
         let values = values.map(|value| number(Some(value)));
         let cells: Vec<&str> = [&channel.name].into_iter().chain(&values).map(String::as_str).collect();
@@ -177,12 +176,12 @@ fn fit(record: &Record<'_>) -> String {
     table.0
 }
 
-fn verdicts(record: &Record<'_>) -> String {
+fn verdicts(record: &SourceResult) -> String {
     let mut table = Table::new(VERDICTS);
-    let datasheet = record.measured.verdicts.as_ref().map_or("", |verdicts| &verdicts.datasheet);
+    let datasheet = record.datasheet.as_ref().map_or("", |sheet| &sheet.name);
     for channel in &record.channels {
         let Some(noise) = &channel.noise else { continue };
-        for verdict in record.verdicts(channel) {
+        for verdict in channel.verdicts() {
             let Parameter { value, lower, upper, .. } = verdict.measured;
             let (low, high) = verdict.expected;
             let [value, lower, upper, low, high] = [value, lower, upper, Some(low), Some(high)].map(number);
@@ -193,7 +192,7 @@ fn verdicts(record: &Record<'_>) -> String {
             table.row(&[
                 &channel.name,
                 term_name(verdict.figure.term),
-                code_of_verdict(verdict.verdict).code,
+                verdict.verdict.map_or("", |verdict| code_of_verdict(verdict).code),
                 datasheet,
                 &verdict.figure.printed,
                 claim,
@@ -210,65 +209,63 @@ fn verdicts(record: &Record<'_>) -> String {
     table.0
 }
 
-fn warnings(record: &Record<'_>, words: RemedyWords) -> String {
+fn warnings(record: &SourceResult, words: RemedyWords) -> String {
     let mut table = Table::new(WARNINGS);
-    for warning in record.measured.warnings() {
-        let (channels, details) = (warning.channels.join(" "), warning.details.in_words(words));
-        table.row(&[warning.kind.name(), warning.severity.name(), &channels, &warning.headline, &details]);
+    for warning in &record.warnings {
+        let (channels, details) = (warning.channels.join(" "), details(warning, words));
+        table.row(&[warning.kind.name(), warning.severity.name(), &channels, &headline(warning), &details]);
     }
     table.0
 }
 
-/// What a record is, by name; empty if it is not known.
-pub(super) fn identity(record: &Record<'_>) -> Vec<(&'static str, String)> {
-    let (facts, snapshot) = (&record.measured.facts, &record.measured.snapshot);
-    let register = |register: Register| snapshot.registers.get(&register.0).map(|text| text.trim().to_owned());
-    let started = facts.recording.as_ref().and_then(|recording| RecordingDocument::new(recording).started);
-    let layout = snapshot.layout.as_ref();
+/// The identity of a record, by name; empty if a part is not known.
+fn identity(record: &SourceResult) -> Vec<(&'static str, String)> {
+    let (source, timing) = (&record.source, &record.timing);
+    let device = |part: fn(&Device) -> &Option<String>| source.device.as_ref().and_then(|device| part(device).clone());
     let optional = [
-        ("stream", facts.stream.clone()),
-        ("sha256", facts.file.as_ref().map(|file| file.sha256.clone())),
-        ("model", register(Register::MODEL)),
-        ("serial_number", register(Register::SERIAL_NUMBER)),
-        ("firmware", register(Register::FIRMWARE)),
-        ("started_utc", started),
-        ("message", layout.map(|layout| layout.message.to_string())),
-        ("compensated", layout.and_then(|layout| layout.compensated).map(|compensated| compensated.to_string())),
+        ("stream", source.stream.clone()),
+        ("sha256", source.file.as_ref().map(|file| file.sha256.clone())),
+        ("model", device(|device| &device.model)),
+        ("serial_number", device(|device| &device.serial_number)),
+        ("firmware", device(|device| &device.firmware)),
+        ("started_utc", source.recording.as_ref().and_then(|recording| recording.started())),
+        ("message", source.message.clone()),
+        ("compensated", source.compensated.map(|compensated| compensated.to_string())),
+        ("rate_hz", Some(number(timing.rate_hz))),
+        ("rate_from", timing.rate_from.map(name_of)),
+        ("samples", Some(timing.samples.to_string())),
+        ("missing", timing.missing.map(|missing| missing.to_string())),
+        ("duration_s", Some(number(Some(timing.duration_s)))),
+        ("confidence", Some(number(Some(record.confidence)))),
+        ("complete", Some((record.completion == Completion::Complete).to_string())),
+        ("error", source.error.clone()),
     ];
-    let mut cells = vec![("capture", facts.name.clone())];
+    let mut cells = vec![("capture", source.name.clone())];
     cells.extend(optional.map(|(name, value)| (name, value.unwrap_or_default())));
-    cells.extend([
-        ("rate_hz", number(Some(snapshot.timing.rate_hz))),
-        ("rate_from", code_of_rate(snapshot.timing.rate_from).code.to_owned()),
-        ("samples", snapshot.timing.samples.to_string()),
-        ("duration_s", number(Some(snapshot.timing.duration_s()))),
-        ("confidence", number(Some(record.measured.assessment.confidence))),
-    ]);
     cells
 }
 
-fn metadata(record: &Record<'_>) -> String {
+fn metadata(record: &SourceResult) -> String {
     let mut table = Table::new(METADATA);
     identity(record).iter().for_each(|(name, value)| table.row(&[name, value]));
     table.0
 }
 
-fn spectrum(record: &Record<'_>) -> String {
+fn spectrum(record: &SourceResult) -> String {
     let mut table = Table::new(SPECTRUM);
     for channel in &record.channels {
         let unit = format!("({})^2/Hz", channel.unit);
-        let density = channel.signal.as_ref().and_then(|signal| signal.density.as_ref());
-        for point in density.iter().flat_map(|density| &density.points) {
-            table.numbers(&channel.name, &unit, &[Some(point.frequency_hz), Some(point.density_unit2_hz)]);
+        for (frequency_hz, density) in channel.spectrum.iter().flat_map(|spectrum| spectrum.points()) {
+            table.numbers(&channel.name, &unit, &[Some(frequency_hz), Some(density)]);
         }
     }
     table.0
 }
 
-fn segments(record: &Record<'_>) -> String {
+fn segments(record: &SourceResult) -> String {
     let mut table = Table::new(SEGMENTS);
     for channel in &record.channels {
-        for block in channel.signal.iter().flat_map(|signal| &signal.blocks) {
+        for block in channel.blocks() {
             let BlockValues { start_s, duration_s, count, mean, std, min, max } = *block;
             let [start_s, duration_s, count, mean, min, max] =
                 [start_s, duration_s, count as f64, mean, min, max].map(Some);
@@ -279,10 +276,10 @@ fn segments(record: &Record<'_>) -> String {
     table.0
 }
 
-fn histogram(record: &Record<'_>) -> String {
+fn histogram(record: &SourceResult) -> String {
     let mut table = Table::new(HISTOGRAM);
     for channel in &record.channels {
-        let Some(bars) = &channel.bars else { continue };
+        let Some(bars) = &channel.statistics.histogram else { continue };
         for (index, count) in bars.counts.iter().enumerate() {
             let edge = |index: usize| Some(bars.first + bars.width * index as f64);
             table.numbers(&channel.name, &channel.unit, &[edge(index), edge(index + 1), Some(*count as f64)]);

@@ -1,12 +1,12 @@
 //! The Allan plot: deviation over averaging time, both by decades, with an interval at each point.
 
-use vn100_analysis::FigureVerdict;
 use vn100_analysis::noise::{
-    Claim, Deviation, STANDARD_GRAVITY_M_S2, Sides,
+    Claim, Deviation, STANDARD_GRAVITY_M_S2,
     Term::{BiasInstability, Quantization, RateRamp, RateRandomWalk, White},
     Verdict,
 };
 use vn100_analysis::protocol::Quantity;
+use vn100_analysis::{ChannelResult, FigureVerdict, Point};
 
 use super::{
     Anchor, Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, Stroke,
@@ -14,18 +14,15 @@ use super::{
     fitted_model::{FLAT, FittedModel},
     quiet, solid,
 };
-use crate::{
-    names::deviation_name,
-    units::{ChannelValues, Point, pretty_unit},
-};
+use crate::{names::deviation_name, units::pretty_unit};
 
 /// Each axis of a sensor, in the unit of data sheets: its curve, the fitted model, the lines of its
 /// terms, what the graphical rules read. All over the same range, to be compared by eye.
-pub(crate) fn allan_of_each(axes: &[&ChannelValues], deviation: Deviation) -> Vec<Figure> {
+pub(crate) fn allan_of_each(axes: &[&ChannelResult], deviation: Deviation) -> Vec<Figure> {
     let Some((unit, factor)) = axes.first().and_then(|first| curve_units(first.quantity).first()) else {
         return axes.iter().filter_map(|channel| axis_in(channel, &[], 1.0, deviation)).collect();
     };
-    let axes: Vec<ChannelValues> = axes.iter().map(|channel| in_unit(channel, unit, *factor)).collect();
+    let axes: Vec<ChannelResult> = axes.iter().map(|channel| channel.in_unit(unit, *factor)).collect();
     axes.iter().filter_map(|channel| axis_in(channel, &axes, *factor, deviation)).collect()
 }
 
@@ -42,25 +39,15 @@ const fn curve_units(quantity: Quantity) -> &'static [(&'static str, f64)] {
     }
 }
 
-/// The channel with its deviations in a unit of which one of its own is `factor`.
-pub(super) fn in_unit(channel: &ChannelValues, unit: &str, factor: f64) -> ChannelValues {
-    ChannelValues {
-        unit: unit.into(),
-        octaves: channel.octaves.iter().map(|point| point.times(factor)).collect(),
-        deviations: channel.deviations.iter().map(|point| point.times(factor)).collect(),
-        ..channel.clone()
-    }
-}
-
 /// The deviations of channels of one sensor, multiplied by `factor`, in `unit`; those of a single
 /// channel with its model. `None` if no channel has a deviation.
 pub fn allan_in_unit(
     name_of_all: &str,
-    channels: &[&ChannelValues],
+    channels: &[&ChannelResult],
     (unit, factor): (&str, f64),
     deviation: Deviation,
 ) -> Option<Figure> {
-    let channels: Vec<ChannelValues> = channels.iter().map(|channel| in_unit(channel, unit, factor)).collect();
+    let channels: Vec<ChannelResult> = channels.iter().map(|channel| channel.in_unit(unit, factor)).collect();
     match &channels[..] {
         [channel] => axis_in(channel, &[], factor, deviation),
         all => {
@@ -72,13 +59,13 @@ pub fn allan_in_unit(
 
 /// With deviations that are `factor` times as large as the parameters say, over a range that has
 /// room for those of `others`, too.
-fn axis_in(channel: &ChannelValues, others: &[ChannelValues], factor: f64, deviation: Deviation) -> Option<Figure> {
+fn axis_in(channel: &ChannelResult, others: &[ChannelResult], factor: f64, deviation: Deviation) -> Option<Figure> {
     let model_of = |channel| FittedModel::of(channel, factor).filter(|_| deviation == Deviation::Allan);
     let model = model_of(channel);
-    channel.deviations.iter().find(|point| point.deviation > Some(0.0))?;
-    let shown: Vec<&ChannelValues> = std::iter::once(channel).chain(others).collect();
+    channel.allan.points.iter().find(|point| point.deviation > Some(0.0))?;
+    let shown: Vec<&ChannelResult> = std::iter::once(channel).chain(others).collect();
     let reaches: Vec<f64> =
-        (shown.iter()).filter_map(|channel| Some(model_of(channel)?.reaches(&channel.octaves))).flatten().collect();
+        (shown.iter()).filter_map(|channel| Some(model_of(channel)?.reaches(channel.octaves()))).flatten().collect();
     let (x, y) = axes(&shown, &reaches, deviation)?;
     let mut legend = vec![(LegendSample::Both(solid(0, 1.0), Marker::Disc), "measured".to_owned())];
     if let Some(model) = &model {
@@ -91,25 +78,25 @@ fn axis_in(channel: &ChannelValues, others: &[ChannelValues], factor: f64, devia
         let marks = model.below(&plot);
         plot.draw(1, marks);
     }
-    let marks = curve(&plot, 0, &channel.deviations);
+    let marks = curve(&plot, 0, &channel.allan.points);
     plot.draw(0, marks);
     if let Some(model) = &model {
-        model.draw_above(&mut plot, &channel.octaves);
+        model.draw_above(&mut plot, channel.octaves());
     }
     let units = units_of(channel, false);
-    Some(Figure { units, ..plot.done(vec![series(channel.name.clone(), &channel.deviations)]) })
+    Some(Figure { units, ..plot.done(vec![series(channel.name.clone(), &channel.allan.points)]) })
 }
 
 /// The axes of one sensor together, in the unit of data sheets, beside the figures of one.
 pub(crate) fn allan_of_axes(
     id: &str,
     title: &str,
-    axes: &[&ChannelValues],
+    axes: &[&ChannelResult],
     verdicts: &[FigureVerdict],
     deviation: Deviation,
 ) -> Option<Figure> {
     let (unit, factor) = *curve_units(axes.first()?.quantity).first()?;
-    let axes: Vec<ChannelValues> = axes.iter().map(|channel| in_unit(channel, unit, factor)).collect();
+    let axes: Vec<ChannelResult> = axes.iter().map(|channel| channel.in_unit(unit, factor)).collect();
     let named: Vec<_> = axes.iter().map(|channel| (channel.name.clone(), channel)).collect();
     let sheet: Vec<SheetLine> = (verdicts.iter().filter(|_| deviation == Deviation::Allan))
         .flat_map(|verdict| SheetLine::of(verdict, factor))
@@ -150,20 +137,21 @@ impl SheetLine {
             BiasInstability => (0.0, "B", FLAT),
             Quantization | RateRandomWalk | RateRamp => return Vec::new(),
         };
-        let line = |(low, high): (f64, f64), sides: &str| Self {
-            deviation: if is_limit { low.min(high) } else { f64::midpoint(low, high) } * level * factor,
+        if verdict.verdict == Some(Verdict::NotComparable) {
+            return Vec::new();
+        }
+        // what aliasing is known to is no wider than this; of a figure with several readings both ends
+        const ONE: f64 = 1.5;
+        let (low, high) = verdict.expected;
+        let line = |end: f64, which: &str| Self {
+            deviation: end * level * factor,
             slope,
-            text: format!("data sheet {name} {kind}{sides}"),
+            text: format!("data sheet {name} {kind}{which}"),
         };
-        match &verdict.readings[..] {
-            _ if verdict.verdict == Verdict::NotComparable => Vec::new(),
-            [] => vec![line(verdict.expected, "")],
-            readings => (readings.iter())
-                .map(|reading| match reading.sides {
-                    Sides::Two => line(reading.expected, ", two-sided"),
-                    Sides::One => line(reading.expected, ", one-sided"),
-                })
-                .collect(),
+        match (is_limit, high > ONE * low) {
+            (true, _) => vec![line(low, "")],
+            (false, false) => vec![line(f64::midpoint(low, high), "")],
+            (false, true) => vec![line(low, ", least"), line(high, ", most")],
         }
     }
 }
@@ -171,13 +159,13 @@ impl SheetLine {
 /// One channel of several records, each under its name.
 pub(crate) fn allan_of_records(
     channel: &str,
-    records: &[(String, &ChannelValues)],
+    records: &[(String, &ChannelResult)],
     deviation: Deviation,
 ) -> Option<Figure> {
     let (_, first) = records.first()?;
-    let drawn: Vec<(String, ChannelValues)> = match curve_units(first.quantity).first() {
+    let drawn: Vec<(String, ChannelResult)> = match curve_units(first.quantity).first() {
         Some((unit, factor)) => {
-            records.iter().map(|(name, channel)| (name.clone(), in_unit(channel, unit, *factor))).collect()
+            records.iter().map(|(name, channel)| (name.clone(), channel.in_unit(unit, *factor))).collect()
         }
         None => records.iter().map(|(name, channel)| (name.clone(), (*channel).clone())).collect(),
     };
@@ -191,11 +179,11 @@ pub(crate) fn allan_of_records(
 fn together(
     id: String,
     title: &str,
-    curves: &[(String, &ChannelValues)],
+    curves: &[(String, &ChannelResult)],
     deviation: Deviation,
     of_sensor: Option<(&[SheetLine], f64)>,
 ) -> Option<Figure> {
-    let curves: Vec<_> = curves.iter().filter(|(_, channel)| !channel.deviations.is_empty()).collect();
+    let curves: Vec<_> = curves.iter().filter(|(_, channel)| !channel.allan.points.is_empty()).collect();
     let channels: Vec<_> = curves.iter().map(|(_, channel)| *channel).collect();
     let (x, y) = axes(&channels, &[], deviation)?;
     let (sheet, factor) = of_sensor.unwrap_or((&[], 1.0));
@@ -214,7 +202,7 @@ fn together(
     let marks = sheet.iter().map(|line| line.drawn(&plot)).collect();
     plot.draw(channels.len(), marks);
     for (index, channel) in channels.iter().enumerate() {
-        let marks = curve(&plot, index, &channel.deviations);
+        let marks = curve(&plot, index, &channel.allan.points);
         plot.draw(index, marks);
     }
     draw_slopes(&mut plot, channels.len());
@@ -229,7 +217,7 @@ fn together(
         let places = plot.along(|tau_s| line.at(tau_s));
         plot.label(channels.len(), &places, &line.text);
     }
-    let series = curves.iter().map(|(name, channel)| series(name.clone(), &channel.deviations)).collect();
+    let series = curves.iter().map(|(name, channel)| series(name.clone(), &channel.allan.points)).collect();
     Some(Figure { units: units_of(channels[0], sheet.is_empty()), ..plot.done(series) })
 }
 
@@ -253,7 +241,7 @@ fn draw_slopes(plot: &mut Plot, series: usize) {
 }
 
 /// The units to choose from where a curve is drawn in the first of them.
-fn units_of(channel: &ChannelValues, is_plain: bool) -> Vec<(String, f64)> {
+fn units_of(channel: &ChannelResult, is_plain: bool) -> Vec<(String, f64)> {
     let units = curve_units(channel.quantity);
     let drawn = units.iter().find(|(unit, _)| *unit == channel.unit);
     let Some((_, drawn)) = drawn.filter(|_| !is_plain || units.len() > 1) else { return Vec::new() };
@@ -261,9 +249,10 @@ fn units_of(channel: &ChannelValues, is_plain: bool) -> Vec<(String, f64)> {
 }
 
 /// Both sides, around the deviations, their intervals and `more`.
-pub(super) fn axes(channels: &[&ChannelValues], more: &[f64], deviation: Deviation) -> Option<(PlotAxis, PlotAxis)> {
+pub(super) fn axes(channels: &[&ChannelResult], more: &[f64], deviation: Deviation) -> Option<(PlotAxis, PlotAxis)> {
     let first = channels.first()?;
-    let points = || channels.iter().flat_map(|channel| &channel.deviations).filter(|point| point.deviation > Some(0.0));
+    let points =
+        || channels.iter().flat_map(|channel| &channel.allan.points).filter(|point| point.deviation > Some(0.0));
     points().next()?;
     let reaches = points().flat_map(|point| {
         let (lower, upper) = interval(point).unzip();

@@ -4,13 +4,12 @@ use vn100_analysis::noise::{
     Parameter,
     Term::{self, BiasInstability, Quantization, RateRamp, RateRandomWalk, White},
 };
-use vn100_analysis::{ChannelNoise, letter};
+use vn100_analysis::{ChannelResult, NoiseResult, Point, letter};
 
 use super::{Colour, Dash, LegendSample, Marker, Plot, Primitive, Stroke, axes::Scale, quiet, solid};
 use crate::{
     numbers::digits,
-    summary::parameter_unit,
-    units::{ChannelValues, Point, pretty_unit},
+    units::{parameter_unit, pretty_unit},
 };
 
 /// √(2 ln 2/π): the flat part of a curve over its B.
@@ -18,13 +17,13 @@ pub(crate) const FLAT: f64 = 0.664_28;
 
 /// The noise that was fitted, as lines; its parameters `factor` times as large.
 pub(super) struct FittedModel<'a> {
-    noise: &'a ChannelNoise,
+    noise: &'a NoiseResult,
     factor: f64,
 }
 
 impl<'a> FittedModel<'a> {
     /// `None` for what has no noise parameters.
-    pub(super) fn of(channel: &'a ChannelValues, factor: f64) -> Option<Self> {
+    pub(super) fn of(channel: &'a ChannelResult, factor: f64) -> Option<Self> {
         Some(Self { noise: channel.noise.as_ref()?, factor })
     }
 
@@ -49,7 +48,7 @@ impl<'a> FittedModel<'a> {
         // the middle of the flat part: from where white noise falls below it, to where the random walk or the record ends it
         let flat = |flicker: f64| {
             let begins = self.value(White).map_or(from, |white| (white / (FLAT * flicker)).powi(2)).clamp(from, to);
-            let last = self.noise.fit.quality.map_or(to, |quality| quality.tau_max_s);
+            let last = self.noise.fit.map_or(to, |quality| quality.tau_max_s);
             let ends = self.value(RateRandomWalk).map_or(last, |walk| 3.0 * (FLAT * flicker / walk).powi(2)).min(last);
             (begins * ends.max(begins)).sqrt()
         };
@@ -69,11 +68,10 @@ impl<'a> FittedModel<'a> {
     }
 
     pub(super) fn legend(&self, legend: &mut Vec<(LegendSample, String)>) {
-        if self.noise.fit.quality.is_some() {
+        if self.noise.fit.is_some() {
             legend.push((LegendSample::Line(MODEL), "fitted model".into()));
         }
-        let classical = &self.noise.classical;
-        if [classical.white, classical.bias_instability, classical.rate_random_walk].iter().any(Result::is_ok) {
+        if [White, BiasInstability, RateRandomWalk].iter().any(|term| self.noise.classical.of(*term).is_ok()) {
             legend.push((LegendSample::Symbol(Marker::Ring, Colour::Ink), "graphical method".into()));
         }
         legend.extend(Term::ALL.into_iter().filter_map(|term| {
@@ -112,14 +110,12 @@ impl<'a> FittedModel<'a> {
         let read = |line: &Reference| plot.symbol(line.tau_s, line.deviation, Marker::Diamond, Colour::Ink);
         marks.extend(lines.iter().map(read));
         let classical = &self.noise.classical;
-        let read = [
-            (Marker::Ring, 1.0, classical.white.map(|line| line.value)),
-            (Marker::HollowTriangle, 3.0, classical.rate_random_walk.map(|line| line.value)),
-        ];
+        let read =
+            [(Marker::Ring, 1.0, classical.of(White)), (Marker::HollowTriangle, 3.0, classical.of(RateRandomWalk))];
         marks.extend((read.into_iter()).filter_map(|(shape, tau_s, value)| {
-            Some(plot.symbol(tau_s, value.ok()? * self.factor, shape, Colour::Ink))
+            Some(plot.symbol(tau_s, value.ok()?.value * self.factor, shape, Colour::Ink))
         }));
-        if let Ok(flat) = classical.bias_instability {
+        if let Ok(flat) = classical.of(BiasInstability) {
             marks.push(plot.symbol(flat.tau_s, FLAT * flat.value * self.factor, Marker::HollowSquare, Colour::Ink));
         }
         plot.draw(1, marks);

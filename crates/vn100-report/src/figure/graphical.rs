@@ -3,30 +3,30 @@
 
 use vn100_analysis::noise::{ClassicalReading, Deviation, NotRead, SlopeLine, Term};
 use vn100_analysis::protocol::Quantity;
-use vn100_analysis::{ChannelNoise, letter};
+use vn100_analysis::{ChannelResult, NoiseResult, letter};
 
 use super::{
     Colour, Dash, Figure, LegendSample, Marker, Plot,
-    allan::{axes, curve, id_of, in_unit, series},
+    allan::{axes, curve, id_of, series},
     fitted_model::FLAT,
     quiet, solid,
 };
 use crate::{
-    graphical::{GRAPHICAL, laboratory_unit, not_read},
+    graphical::{GRAPHICAL, not_read},
     names::deviation_name,
     numbers::four_digits,
-    units::{ChannelValues, pretty_unit},
+    units::{laboratory_unit, pretty_unit},
 };
 
 /// In deg/s or m/s². `None` for another quantity or deviation, and without any deviation.
-pub(crate) fn graphical(channel: &ChannelValues, deviation: Deviation) -> Option<Figure> {
+pub(crate) fn graphical(channel: &ChannelResult, deviation: Deviation) -> Option<Figure> {
     let (unit, factor) = match channel.quantity {
         Quantity::AngularRate => ("deg/s", 180.0 / std::f64::consts::PI),
         Quantity::Acceleration => ("m/s^2", 1.0),
         _ => return None,
     };
     let noise = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan)?;
-    let channel = in_unit(channel, unit, factor);
+    let channel = channel.in_unit(unit, factor);
     let lines: Vec<Result<Line, (Term, NotRead)>> = (GRAPHICAL.iter())
         .map(|(term, _)| match noise.classical.of(*term) {
             Ok(line) => Ok(Line::new(*term, line, factor)),
@@ -49,7 +49,7 @@ pub(crate) fn graphical(channel: &ChannelValues, deviation: Deviation) -> Option
     let marks = marks.map(|line| plot.line([from, to].map(|tau_s| (tau_s, line.at(tau_s))), quiet(1.3, line.dash)));
     let marks = marks.collect();
     plot.draw(1, marks);
-    let marks = curve(&plot, 0, &channel.deviations);
+    let marks = curve(&plot, 0, &channel.allan.points);
     plot.draw(0, marks);
     let read = |line: &Line| plot.symbol(line.tau_s, line.deviation, Marker::Diamond, Colour::Ink);
     let marks = lines.iter().flatten().map(read).collect();
@@ -63,7 +63,7 @@ pub(crate) fn graphical(channel: &ChannelValues, deviation: Deviation) -> Option
         let places: Vec<_> = [(line.tau_s, line.deviation)].into_iter().chain(along).collect();
         plot.label(1, &places, &text);
     }
-    Some(plot.done(vec![series(channel.name.clone(), &channel.deviations)]))
+    Some(plot.done(vec![series(channel.name.clone(), &channel.allan.points)]))
 }
 
 /// A straight line through the place at which its parameter is read.
@@ -95,7 +95,7 @@ impl Line {
     }
 
     /// As `N 0.3617 °/√h`.
-    fn text(&self, noise: &ChannelNoise) -> String {
+    fn text(&self, noise: &NoiseResult) -> String {
         let unit = laboratory_unit(noise.sensor, self.term);
         unit.map_or_else(String::new, |(unit, factor)| {
             format!("{} {} {}", letter(self.term), four_digits(self.value * factor), pretty_unit(unit))

@@ -1,21 +1,22 @@
 //! The histogram, and the normal curve of the same mean, deviation and area.
 
 use std::f64::consts::TAU;
+use vn100_analysis::{ChannelResult, HistogramBars};
 
 use super::{
     Colour, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, allan::id_of, axes::Scale,
     solid,
 };
-use crate::units::{BarValues, ChannelValues, pretty_unit};
+use crate::units::pretty_unit;
 
 /// `None` without samples.
-pub(crate) fn histogram(channel: &ChannelValues) -> Option<Figure> {
-    let BarValues { first, width, counts } = channel.bars.as_ref()?;
+pub(crate) fn histogram(channel: &ChannelResult) -> Option<Figure> {
+    let HistogramBars { first, width, counts } = channel.statistics.histogram.as_ref()?;
     let edge = |bar: usize| first + width * bar as f64;
     let total = counts.iter().sum::<u64>() as f64;
     // beside samples that no test of normality holds for it would only mislead
-    let is_tested = channel.signal.as_ref().is_some_and(|signal| matches!(signal.normality, Some(Ok(_))));
-    let normal = channel.mean.zip(channel.std.filter(|std| *std > 0.0 && is_tested));
+    let is_tested = channel.statistics.normality.as_ref().is_some_and(|test| test.p.is_some());
+    let normal = channel.statistics.mean.zip(channel.statistics.std.filter(|std| *std > 0.0 && is_tested));
     let expected = |x: f64| {
         let (mean, std) = normal?;
         Some(total * width / (std * TAU.sqrt()) * (-(x - mean).powi(2) / (2.0 * std * std)).exp())

@@ -4,10 +4,8 @@ use super::{
     Colour, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, allan::id_of, axes::Scale,
     solid,
 };
-use crate::{
-    history::{History, HistoryColumn},
-    units::pretty_unit,
-};
+use crate::units::pretty_unit;
+use vn100_analysis::{History, HistoryColumn};
 
 /// The range and the mean of the recent samples of the channel `name`, in its `unit`, over the time
 /// until the last one. `None` without a sample in these minutes.

@@ -5,11 +5,12 @@ use super::{
     Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, Stroke,
     allan::id_of, axes::Scale, solid,
 };
-use crate::units::{BlockValues, ChannelValues, pretty_unit};
+use crate::units::pretty_unit;
+use vn100_analysis::{BlockValues, ChannelResult};
 
 /// `None` without blocks.
-pub(crate) fn envelope(channel: &ChannelValues) -> Option<Figure> {
-    let blocks = channel.signal.as_ref().map_or(&[][..], |signal| &signal.blocks);
+pub(crate) fn envelope(channel: &ChannelResult) -> Option<Figure> {
+    let blocks = channel.blocks();
     let last = blocks.last()?;
     let (unit, unit_s) = time_unit(last.start_s + last.duration_s);
     let start = |block: &BlockValues| block.start_s / unit_s;
@@ -67,8 +68,8 @@ fn time_unit(length_s: f64) -> (&'static str, f64) {
 }
 
 /// `None` without segments of two samples.
-pub(crate) fn segments(id: &str, title: &str, channels: &[&ChannelValues]) -> Option<Figure> {
-    let blocks = |channel: &&ChannelValues| channel.signal.as_ref().map_or(&[][..], |signal| &signal.blocks).to_vec();
+pub(crate) fn segments(id: &str, title: &str, channels: &[&ChannelResult]) -> Option<Figure> {
+    let blocks = |channel: &&ChannelResult| channel.blocks().to_vec();
     let of_channels: Vec<Vec<BlockValues>> = channels.iter().map(blocks).collect();
     let end_s = of_channels.iter().flatten().map(|block| block.start_s + block.duration_s).fold(0.0, f64::max);
     let (unit, unit_s) = time_unit(end_s);

@@ -1,7 +1,8 @@
 //! The amplitude spectral density of the axes of one sensor, and its peaks.
 
 use super::{Colour, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Rectangle, axes::Scale, solid};
-use crate::units::{ChannelValues, SignalValues, pretty_unit};
+use crate::units::pretty_unit;
+use vn100_analysis::ChannelResult;
 
 /// Logarithm of the ratio of frequencies of one line.
 const SAME: f64 = 0.03;
@@ -10,13 +11,12 @@ const SAME: f64 = 0.03;
 const MOST_LABELS: usize = 6;
 
 /// `None` if the record is too short for one. The density is one-sided.
-pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Option<Figure> {
-    let curves: Vec<(&ChannelValues, Vec<(f64, f64)>)> = (channels.iter())
+pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelResult]) -> Option<Figure> {
+    let curves: Vec<(&ChannelResult, Vec<(f64, f64)>)> = (channels.iter())
         .filter_map(|channel| {
-            let density = channel.signal.as_ref()?.density.as_ref()?;
             // the first point lost part of its power with the mean of each segment
-            let points = density.points.iter().skip(1);
-            let amplitudes = points.map(|point| (point.frequency_hz, point.density_unit2_hz.sqrt()));
+            let points = channel.spectrum.as_ref().filter(|spectrum| !spectrum.density.is_empty())?.points().skip(1);
+            let amplitudes = points.map(|(frequency_hz, density)| (frequency_hz, density.sqrt()));
             Some((*channel, amplitudes.filter(|(_, amplitude)| *amplitude > 0.0).collect()))
         })
         .collect();
@@ -75,8 +75,8 @@ impl Peak {
     }
 }
 
-fn peaks_of(series: usize, channel: &ChannelValues, points: &[(f64, f64)]) -> Vec<Peak> {
-    let lines = channel.signal.as_ref().map_or_else(Vec::new, SignalValues::vibrations);
+fn peaks_of(series: usize, channel: &ChannelResult, points: &[(f64, f64)]) -> Vec<Peak> {
+    let lines = channel.vibrations();
     let peak = |(hz, _): (f64, f64)| {
         let near = points.iter().copied().filter(|(frequency, _)| (frequency / hz).ln().abs() < SAME);
         let (frequency, amplitude) = near.max_by(|a, b| a.1.total_cmp(&b.1))?;

@@ -3,7 +3,7 @@
 use vn100_analysis::Remedy;
 use vn100_analysis::noise::{Sensor, Term};
 
-use super::{Explanation, advice};
+use super::Explanation;
 use crate::names::{ParameterNames, parameter_names};
 
 const PARAMETERS: &str = "Parameters";
@@ -20,31 +20,31 @@ pub(super) fn explanations() -> Vec<Explanation> {
 
 /// A parameter that has a name of its own for each sensor.
 fn of_term(term: Term, names: [ParameterNames; 3]) -> Explanation {
-    let (meaning, why, template, remedies): (_, _, _, &[Remedy]) = match term {
+    let (meaning, why, advice, remedies): (_, _, _, &'static [Remedy]) = match term {
         Term::White => (
             "The density of the white noise of rate, specific force or field. Integrated, it makes the angle (ARW) or the velocity (VRW) \
              wander by N times the square root of time. N is the Allan deviation at 1 s on the line of slope -1/2.",
             "The short-term noise of every reading, the largest part of most error budgets, and the noise density that Kalman filters and \
              Kalibr ask for.",
-            "A record of a few minutes is enough. Keep the sensor still; set the averaging window to 800/rate ({}) so that nothing aliases.",
+            "A record of a few minutes is enough. Keep the sensor still; set its averaging window to 800/rate so that nothing aliases.",
             &[Remedy::GiveWindow],
         ),
         Term::BiasInstability => (
             "The level of flicker noise (1/f) of the bias: the floor that averaging does not get below. The Allan deviation is 0.664 B there.",
             "How well a bias can be known at best. Data sheets often print the minimum of the curve instead, which is 0.664 B or more.",
-            "It needs ten minutes to hours at a constant temperature, the longer the lower it is, and a message that is not compensated. {} says how long.",
+            "It needs ten minutes to hours at a constant temperature, the longer the lower it is, and a message that is not compensated.",
             &[Remedy::Plan],
         ),
         Term::RateRandomWalk => (
             "The random walk of the bias: the integral of white noise. K is the Allan deviation at 3 s on the line of slope +1/2.",
             "How fast an estimated bias goes out of date; the random walk of the bias that Kalman filters and Kalibr ask for.",
-            "It needs hours: record longer, at a constant temperature. Where it is only an upper bound, it may be zero. {} says how long.",
+            "It needs hours: record longer, at a constant temperature. Where it is only an upper bound, it may be zero.",
             &[Remedy::Plan],
         ),
         Term::RateRamp => (
             "A steady drift of the bias. The Allan deviation is R times tau over the square root of 2: the line of slope +1.",
             "Mostly warm-up or temperature, not noise. It hides K and B at long averaging times.",
-            "Let the sensor warm up, and exclude that time ({}).",
+            "Let the sensor warm up, and exclude that time.",
             &[Remedy::Skip(None)],
         ),
         Term::Quantization => (
@@ -75,7 +75,8 @@ fn of_term(term: Term, names: [ParameterNames; 3]) -> Explanation {
         title: format!("{} ({}), slope {}", titles.join(" / "), shorts.join(" / "), gyro.slope),
         meaning: meaning.into(),
         why,
-        advice: advice(template, remedies),
+        advice,
+        remedies,
         source: IEEE,
     }
 }
@@ -83,8 +84,8 @@ fn of_term(term: Term, names: [ParameterNames; 3]) -> Explanation {
 fn term(
     (code, aliases): (&'static str, &[&'static str]),
     title: &str,
-    [meaning, why, template]: [&'static str; 3],
-    remedies: &[Remedy],
+    [meaning, why, advice]: [&'static str; 3],
+    remedies: &'static [Remedy],
     source: &'static str,
 ) -> Explanation {
     Explanation {
@@ -94,7 +95,8 @@ fn term(
         title: title.into(),
         meaning: meaning.into(),
         why,
-        advice: advice(template, remedies),
+        advice,
+        remedies,
         source,
     }
 }
@@ -108,7 +110,7 @@ fn edf() -> Explanation {
              correlated: their number is larger.",
             "It gives the confidence interval of each deviation: with 2 the upper limit is several times the deviation, with 100 within some \
              15 %.",
-            "It is proportional to the record length divided by tau. Do not trust points with fewer than 2. {} says how long.",
+            "It is proportional to the record length divided by tau. Do not trust points with fewer than 2.",
         ],
         &[Remedy::Plan],
         SP_1065,
@@ -137,7 +139,7 @@ fn tau() -> Explanation {
         [
             "The duration of one cluster: m neighbouring samples whose average is compared with that of the next m.",
             "Each noise process dominates at its own averaging times. A wrong sample rate shifts all of them.",
-            "The longest one is a fraction of the record; {} says how long a record a parameter needs. Set {} where the rate is assumed.",
+            "The longest one is a fraction of the record.",
         ],
         &[Remedy::Plan, Remedy::GiveRate(None)],
         "IEEE Std 952-1997, annex C; NIST SP 1065",
@@ -153,7 +155,7 @@ fn aliasing() -> Explanation {
              above half the output rate is folded into the band.",
             "The measured noise density is higher than that of the data sheet: 2.24 times for the gyroscope at 40 Hz and the factory default. \
              For a filter at this rate the measured density is the right one.",
-            "Set the averaging window to 800/rate, 20 at 40 Hz ({}), or measure at a higher rate.",
+            "Set the averaging window to 800/rate, 20 at 40 Hz, or measure at a higher rate.",
         ],
         &[Remedy::Configure(vn100_analysis::Setting::Window(20))],
         "VectorNav VN-100 User Manual, register 85 (IMU filtering configuration)",

@@ -3,7 +3,7 @@
 use vn100_analysis::Remedy;
 use vn100_analysis::protocol::{AsyncType, MESSAGES, PACKET_MESSAGES};
 
-use super::{Explanation, advice};
+use super::Explanation;
 use crate::summary::status::StatusWord;
 
 pub(super) fn explanations() -> Vec<Explanation> {
@@ -20,12 +20,12 @@ pub(super) fn explanations() -> Vec<Explanation> {
 }
 
 fn of_word(status: StatusWord) -> Explanation {
-    let (also, meaning, why, template, remedies): (&[_], _, _, _, &[Remedy]) = match status {
+    let (also, meaning, why, advice, remedies): (&[_], _, _, _, &'static [Remedy]) = match status {
         StatusWord::Moved => (
             &[],
             "The sensor was moved during the record.",
             "What the deviation shows is the motion. No noise parameters are given.",
-            "Record at rest, or exclude the time in which it moved ({}, {}).",
+            "Record at rest, or exclude the time in which it moved.",
             &[Remedy::Skip(None), Remedy::EndEarlier],
         ),
         StatusWord::Problem => (
@@ -71,7 +71,8 @@ fn of_word(status: StatusWord) -> Explanation {
         title: status.word().into(),
         meaning: meaning.into(),
         why,
-        advice: advice(template, remedies),
+        advice,
+        remedies,
         source: "",
     }
 }
@@ -96,7 +97,8 @@ fn of_message(name: &'static str, form: &str, about: &str, compensated: Option<b
                 "Uncompensated, up to 800 Hz, and with the time of the sensor, which shows rate and dropped samples exactly."
             }
         },
-        advice: advice("{} says how long to record it, and at which rate.", &[Remedy::Plan]),
+        advice: "",
+        remedies: &[Remedy::Plan],
         source: if is_packet {
             "VectorNav VN-100 User Manual, register 75"
         } else {

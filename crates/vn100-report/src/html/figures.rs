@@ -1,21 +1,21 @@
 //! The figures, each with what it shows in words, and their numbers.
 
 use crate::{
-    Record,
     figure::{Figure, Figures, PlotAxis, PlottedSeries, Rectangle, Scale},
     names::{QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, trimmed},
-    units::{ChannelValues, Point, pretty_unit},
+    units::pretty_unit,
 };
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 use vn100_analysis::noise::Deviation;
+use vn100_analysis::{ChannelResult, Point, SourceResult};
 
 use crate::html::{caption::Captions, elements::table};
 
 /// The curves of each sensor, the first one large.
-pub(crate) fn together(record: &Record<'_>, figures: &Figures, captions: &Captions) -> Markup {
-    let level = trimmed(100.0 * record.measured.assessment.confidence, 2);
+pub(crate) fn together(record: &SourceResult, figures: &Figures, captions: &Captions) -> Markup {
+    let level = trimmed(100.0 * record.confidence, 2);
     let (first, others) = match &figures.allan_sensors[..] {
         [first, others @ ..] => (std::slice::from_ref(first), others),
         [] => (&[][..], &[][..]),
@@ -26,7 +26,7 @@ pub(crate) fn together(record: &Record<'_>, figures: &Figures, captions: &Captio
         @if !others.is_empty() { (grid(others, captions)) }
         p {
             "Bars are pointwise " (level) " % confidence intervals; hollow grey points without a bar have fewer than two equivalent degrees of freedom and show no trend."
-            @if record.measured.snapshot.deviation == Deviation::Allan && record.measured.assessment.motion.is_none() {
+            @if record.deviation() == Deviation::Allan && record.motion.is_none() {
                 " Diamonds: N, read at 1 s. Lines in the colour of an axis: its flicker floor 0.664 B and its random walk K, where they are estimated; upper bounds stand in the legend with ≤."
             }
         }
@@ -34,10 +34,10 @@ pub(crate) fn together(record: &Record<'_>, figures: &Figures, captions: &Captio
 }
 
 /// The curve of each axis with its model, and all numbers.
-pub(crate) fn axes(record: &Record<'_>, figures: &Figures, captions: &Captions) -> Markup {
+pub(crate) fn axes(record: &SourceResult, figures: &Figures, captions: &Captions) -> Markup {
     html! {
         p {
-            @if record.measured.snapshot.deviation == Deviation::Allan {
+            @if record.deviation() == Deviation::Allan {
                 "Thick line: the fitted model with all its terms. Thin lines: its white noise (dashed), flicker floor 0.664 B (dotted) and random walk (dash-dotted), where they are estimated, each with its value where it is read: N at 1 s, K at 3 s. \
                  Upper bounds stand in the legend with ≤. Hollow marks in the colour of the text: the graphical slope method, a ring for N, a square for the minimum, a triangle for K."
             } @else {
@@ -75,12 +75,12 @@ fn one(figure: &Figure, captions: &Captions) -> Markup {
     }
 }
 
-fn points(record: &Record<'_>, captions: &Captions) -> Markup {
+fn points(record: &SourceResult, captions: &Captions) -> Markup {
     html! {
         details {
             summary { "All deviations as numbers" }
             @for quantity in QUANTITIES {
-                @let channels: Vec<&ChannelValues> = record.of(quantity).into_iter().filter(|channel| !channel.deviations.is_empty()).collect();
+                @let channels: Vec<&ChannelResult> = record.of(quantity).into_iter().filter(|channel| !channel.allan.points.is_empty()).collect();
                 @if let Some(first) = channels.first() {
                     @let caption = format!("{}: deviations in {} with their intervals; edf: equivalent degrees of freedom", names_of(quantity).title, pretty_unit(&first.unit));
                     @let axes = channels.iter().flat_map(|channel| [&*channel.name, "edf"]);
@@ -92,13 +92,13 @@ fn points(record: &Record<'_>, captions: &Captions) -> Markup {
 }
 
 /// A row for each octave of the `first` channel.
-fn octaves(channels: &[&ChannelValues], first: &ChannelValues) -> Markup {
+fn octaves(channels: &[&ChannelResult], first: &ChannelResult) -> Markup {
     html! {
-        @for (index, point) in first.deviations.iter().enumerate() {
+        @for (index, point) in first.allan.points.iter().enumerate() {
             tr {
                 th scope="row" { (trimmed(point.tau_s, 6)) } td { (point.m) } td { (point.terms) }
                 @for channel in channels {
-                    @let point = channel.deviations.get(index);
+                    @let point = channel.allan.points.get(index);
                     td { (point.map_or_else(|| NOTHING.into(), value)) }
                     td { (point.and_then(|point| point.edf).map_or_else(|| NOTHING.into(), |edf| digits(edf, 3))) }
                 }

@@ -2,15 +2,14 @@
 //! parameters in one table each.
 
 use crate::{
-    Record, RecordingDocument,
     names::names_of,
-    numbers::{NOTHING, duration, grouped, trimmed, with_powers},
-    summary::{AXES, AspectStatus, Cells, ParameterRow, SensorTable, StatisticsRow, Summary, VerdictWord},
+    numbers::{NOTHING, duration, grouped, with_powers},
+    summary::{AXES, AspectStatus, ParameterRow, SensorTable, StatisticsRow, Summary, VerdictWord, rate_text},
     units::pretty_unit,
 };
 use maud::{Markup, html};
-use vn100_analysis::Severity;
-use vn100_analysis::protocol::{Quantity, Register};
+use vn100_analysis::protocol::Quantity;
+use vn100_analysis::{Device, Severity, SourceResult};
 
 use crate::html::caption::Captions;
 
@@ -18,7 +17,7 @@ use crate::html::caption::Captions;
 const SHORT_SHA256: usize = 12;
 
 /// What was measured, with what, when and by whom; what is not known is not there.
-pub(crate) fn identity(record: &Record<'_>) -> Markup {
+pub(crate) fn identity(record: &SourceResult) -> Markup {
     rows(identity_rows(record))
 }
 
@@ -29,27 +28,25 @@ pub(crate) fn rows<'a>(rows: impl IntoIterator<Item = (&'a str, Option<String>)>
     }
 }
 
-pub(crate) fn identity_rows(record: &Record<'_>) -> [(&'static str, Option<String>); 12] {
-    let (facts, snapshot) = (&record.measured.facts, &record.measured.snapshot);
-    let register = |register: Register| snapshot.registers.get(&register.0).map(|text| text.trim().to_owned());
-    let meta = |name: &str| facts.meta.as_ref().and_then(|meta| meta.get(name)).cloned();
-    let recorded = facts.recording.as_ref().map(RecordingDocument::new);
-    let timing = &snapshot.timing;
+pub(crate) fn identity_rows(record: &SourceResult) -> [(&'static str, Option<String>); 12] {
+    let (source, timing) = (&record.source, &record.timing);
+    let device = |part: fn(&Device) -> &Option<String>| source.device.as_ref().and_then(|device| part(device).clone());
+    let meta = |name: &str| source.meta.as_ref().and_then(|meta| meta.get(name)).cloned();
     [
-        ("Sensor", register(Register::MODEL)),
-        ("Serial number", register(Register::SERIAL_NUMBER)),
-        ("Firmware", register(Register::FIRMWARE)),
-        ("Capture", Some(facts.name.clone())),
-        ("Stream", facts.stream.clone()),
-        ("Message", snapshot.layout.as_ref().map(|layout| layout.message.to_string())),
-        ("Sample rate", Some(format!("{} Hz", trimmed(timing.rate_hz, 4)))),
-        ("Length", Some(format!("{}, {} samples", duration(timing.duration_s()), grouped(timing.samples)))),
-        ("Start", recorded.and_then(|recorded| recorded.started)),
+        ("Sensor", device(|device| &device.model)),
+        ("Serial number", device(|device| &device.serial_number)),
+        ("Firmware", device(|device| &device.firmware)),
+        ("Capture", Some(source.name.clone())),
+        ("Stream", source.stream.clone()),
+        ("Message", source.message.clone()),
+        ("Sample rate", Some(rate_text(timing))),
+        ("Length", Some(format!("{}, {} samples", duration(timing.duration_s), grouped(timing.samples)))),
+        ("Start", source.recording.as_ref().and_then(|recording| recording.started())),
         ("Place", meta("place")),
         ("Operator", meta("operator")),
         (
             "SHA-256",
-            facts.file.as_ref().map(|file| format!("{}…", &file.sha256[..SHORT_SHA256.min(file.sha256.len())])),
+            source.file.as_ref().map(|file| format!("{}…", &file.sha256[..SHORT_SHA256.min(file.sha256.len())])),
         ),
     ]
 }
@@ -72,7 +69,7 @@ fn status_line(status: &AspectStatus) -> Markup {
     html! {
         li {
             span.aspect { (status.aspect) } " "
-            b class={ "badge " (class) } { (status.word) } " "
+            b class={ "badge " (class) } { (status.word.word()) } " "
             span { @for (place, (text, _)) in status.findings.iter().enumerate() { @if place > 0 { "; " } (text) } }
         }
     }
@@ -90,11 +87,11 @@ pub(crate) const fn severity_class(severity: Option<Severity>) -> &'static str {
 fn tile(table: &SensorTable, statistics: &[StatisticsRow]) -> Markup {
     // the field around it hides all but its white noise; its mean says where it was
     let magnetometer = names_of(Quantity::MagneticField);
-    let field: &[StatisticsRow] = if table.title == magnetometer.title { statistics } else { &[] };
+    let field = statistics.iter().find(|row| table.title == magnetometer.title && row.label == magnetometer.short);
     html! {
         div.tile {
             h2 { (table.title) }
-            @for row in table.rows.iter().filter(|row| !row.is_detail || is_compared(row)) {
+            @for row in table.rows.iter().filter(|row| !row.is_detail || row.figure.is_some() && !row.label.is_empty()) {
                 div.parameter {
                     span.label { (row.label) }
                     span.value { (with_whole_units(&across(row))) }
@@ -104,13 +101,11 @@ fn tile(table: &SensorTable, statistics: &[StatisticsRow]) -> Markup {
                     }
                 }
             }
-            @if !field.is_empty() {
+            @if let Some(row) = field {
                 div.parameter { span.label { "Bias Instability B, Random Walk K" } span.value { "n/a (ambient field dominates)" } }
-            }
-            @for row in field.iter().filter(|row| row.label == format!("{} mean", magnetometer.short)) {
                 div.parameter {
                     span.label { "Mean field" }
-                    span.value { (row.cells.join(" · ").replace('-', "−")) " " (row.unit) }
+                    span.value { (row.means.join(" · ").replace('-', "−")) " " (row.unit) }
                     span.figure { (row.remark) }
                 }
             }
@@ -118,38 +113,27 @@ fn tile(table: &SensorTable, statistics: &[StatisticsRow]) -> Markup {
     }
 }
 
-/// A detail with values of its own that a data sheet is compared with.
-fn is_compared(row: &ParameterRow) -> bool {
-    row.figure.is_some() && !row.label.is_empty()
-}
-
 fn verdict_class(verdict: &VerdictWord) -> &'static str {
     match verdict.word.split(' ').next() {
         _ if verdict.is_failed => "problem",
-        Some("pass" | "within" | "below") => "fine",
-        Some("above") => "caution",
+        Some("pass") => "fine",
         _ => "note",
     }
 }
 
 /// The values of all axes in one line.
 fn across(row: &ParameterRow) -> String {
-    match &row.cells {
-        Cells::All(text) => (*text).to_owned(),
-        Cells::Axes(cells) => {
-            let cells: Vec<String> = cells.iter().map(|cell| as_written(cell)).collect();
-            format!("{} {}", cells.join(" · "), pretty_unit(row.unit))
-        }
-    }
+    let cells: Vec<String> = row.cells.iter().map(|cell| as_written(cell)).collect();
+    let unit = if cells.len() == 1 { "" } else { row.unit };
+    format!("{} {}", cells.join(" · "), pretty_unit(unit)).trim_end().to_owned()
 }
 
-/// A cell of the summary as the page writes numbers: `≤7.2e-3` as `≤ 7.2·10⁻³`.
+/// A cell of the summary as the page writes numbers: `≤ 7.2e-3` as `≤ 7.2·10⁻³`.
 fn as_written(cell: &str) -> String {
     if cell == "-" {
         return NOTHING.into();
     }
-    let (sign, number) = cell.strip_prefix('≤').map_or(("", cell), |bound| ("≤ ", bound.trim_start()));
-    sign.to_owned() + &with_powers(number)
+    with_powers(cell).replace('%', " %")
 }
 
 /// One table for each sensor: values, intervals, data sheet, verdict.
@@ -182,11 +166,10 @@ fn parameter(row: &ParameterRow, table: &SensorTable) -> Markup {
         tr.more[row.is_detail] {
             th scope="row" { (row.label) }
             td.unit { (pretty_unit(row.unit)) }
-            @match &row.cells {
-                Cells::All(text) => { td.all colspan=(axes) { (text) } }
-                Cells::Axes(cells) => {
-                    @for place in 0..axes { td { (cells.get(place).map_or_else(String::new, |cell| as_written(cell))) } }
-                }
+            @if let ([text], true) = (&row.cells[..], axes > 1) {
+                td.all colspan=(axes) { (text) }
+            } @else {
+                @for place in 0..axes { td { (row.cells.get(place).map_or_else(String::new, |cell| as_written(cell))) } }
             }
             @if table.has_datasheet {
                 @if let Some((figure, verdict)) = &row.figure {
@@ -227,13 +210,13 @@ mod tests {
     #[test]
     fn numbers_of_the_summary_are_written_as_those_of_the_page() {
         for (cell, written) in [
-            ("≤7.2e-3", "≤ 7.2·10⁻³"),
+            ("≤ 7.2e-3", "≤ 7.2·10⁻³"),
             ("≤ 1.2", "≤ 1.2"),
             ("1.2e+12", "1.2·10¹²"),
             ("0.347", "0.347"),
             ("-", NOTHING),
             ("no fit", "no fit"),
-            ("±2.4 %", "±2.4 %"),
+            ("0.35 ±2.4%", "0.35 ±2.4 %"),
         ] {
             assert_eq!(as_written(cell), written);
         }

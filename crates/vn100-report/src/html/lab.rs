@@ -3,17 +3,16 @@
 //! parameters, and the grade of the gyroscope.
 
 use crate::{
-    Record,
     figure::Figures,
     glossary::{Explanation, explain},
-    graphical::{GRAPHICAL, laboratory_unit, not_read},
-    names::{grade_scheme, grade_text, in_unit, in_words, parameter_names},
+    graphical::{GRAPHICAL, not_read},
+    names::{grade_scheme, grade_text, in_words, parameter_names},
     numbers::{NOTHING, digits, four_digits, trimmed, with_interval},
-    units::{ChannelValues, pretty_unit},
+    units::{in_unit, laboratory_unit, pretty_unit},
 };
 use maud::{Markup, html};
 use vn100_analysis::noise::{Deviation, Parameter, SlopeLine, Term};
-use vn100_analysis::{ChannelNoise, RemedyWords, SENSORS, letter};
+use vn100_analysis::{ChannelResult, NoiseResult, RemedyWords, SENSORS, SourceResult, letter};
 
 use crate::html::{
     caption::Captions,
@@ -22,20 +21,20 @@ use crate::html::{
     parameters::{MOVED, long_taus_reason},
 };
 
-pub(crate) fn lab(record: &Record<'_>, figures: &Figures, captions: &Captions) -> Markup {
-    let axes: Vec<(&ChannelValues, &ChannelNoise)> = SENSORS
+pub(crate) fn lab(record: &SourceResult, figures: &Figures, captions: &Captions) -> Markup {
+    let axes: Vec<(&ChannelResult, &NoiseResult)> = SENSORS
         .into_iter()
         .filter_map(|(quantity, _)| record.of(quantity).into_iter().find(|channel| channel.name.ends_with("_y")))
         .filter_map(|channel| Some((channel, channel.noise.as_ref()?)))
         .filter(|(_, noise)| laboratory_unit(noise.sensor, Term::White).is_some())
         .collect();
-    if axes.is_empty() || record.measured.snapshot.deviation != Deviation::Allan {
+    if axes.is_empty() || record.deviation() != Deviation::Allan {
         return html! { p.absent { "The graphical slope method reads the Allan deviation of gyroscopes and accelerometers, which this result has not." } };
     }
     let lines =
         axes.iter().flat_map(|(channel, noise)| GRAPHICAL.map(|(term, _)| (*channel, noise.classical.of(term))));
     let rests_on_few = lines.into_iter().any(|(channel, line)| line.is_ok_and(|line| rests_on_unknown(channel, line)));
-    if record.measured.assessment.motion.is_some() {
+    if record.motion.is_some() {
         return html! { p { (MOVED) } };
     }
     html! {
@@ -45,7 +44,7 @@ pub(crate) fn lab(record: &Record<'_>, figures: &Figures, captions: &Captions) -
              they are for comparison with other reports. Use the fitted values beside them."
         }
         (grid(&figures.graphical, captions))
-        (readings(&axes, record.measured.assessment.confidence, &captions.table("Graphical readings beside the fitted parameters")))
+        (readings(&axes, record.confidence, &captions.table("Graphical readings beside the fitted parameters")))
         @if rests_on_few {
             p { "† Read off octaves of fewer than two equivalent degrees of freedom, which wander by chance: another record would give another value." }
         }
@@ -57,7 +56,7 @@ pub(crate) fn lab(record: &Record<'_>, figures: &Figures, captions: &Captions) -
     }
 }
 
-fn readings(axes: &[(&ChannelValues, &ChannelNoise)], confidence: f64, caption: &Markup) -> Markup {
+fn readings(axes: &[(&ChannelResult, &NoiseResult)], confidence: f64, caption: &Markup) -> Markup {
     let level = format!("fitted ({} % interval)", trimmed(100.0 * confidence, 2));
     let columns = ["axis", "parameter", "unit", "graphical", &level, "rule", "line touches at τ (s)"];
     html! {
@@ -96,9 +95,9 @@ fn readings(axes: &[(&ChannelValues, &ChannelNoise)], confidence: f64, caption: 
 }
 
 /// Whether the line rests on an octave without an interval: one of its pair, or beside the minimum.
-fn rests_on_unknown(channel: &ChannelValues, line: SlopeLine) -> bool {
+fn rests_on_unknown(channel: &ChannelResult, line: SlopeLine) -> bool {
     let is_near = |tau_s: f64| (0.45..2.2).contains(&(tau_s / line.tau_s));
-    channel.octaves.iter().any(|point| is_near(point.tau_s) && !point.is_known())
+    channel.octaves().iter().any(|point| is_near(point.tau_s) && !point.is_known())
 }
 
 fn fitted(parameter: Option<Parameter>, factor: f64) -> String {
@@ -112,14 +111,14 @@ fn fitted(parameter: Option<Parameter>, factor: f64) -> String {
 }
 
 /// Of each axis of the gyroscope, with the values that decide.
-fn grades(record: &Record<'_>) -> Markup {
+fn grades(record: &SourceResult) -> Markup {
     let graded = record.channels.iter().filter_map(|channel| {
-        let noise = channel.noise.as_ref()?;
-        let why = match noise.grade()? {
-            Ok(_) => format!(" ({})", deciding(noise)),
-            Err(_) => String::new(),
+        let (noise, graded) = (channel.noise.as_ref()?, channel.grade.as_ref()?);
+        let why = match graded.reason {
+            None => format!(" ({})", deciding(noise)),
+            Some(_) => String::new(),
         };
-        Some(format!("{}: {}{why}", channel.name, grade_text(noise)?))
+        Some(format!("{}: {}{why}", channel.name, grade_text(graded)))
     });
     let graded: Vec<String> = graded.collect();
     html! {
@@ -131,7 +130,7 @@ fn grades(record: &Record<'_>) -> Markup {
 }
 
 /// B, and N without aliasing.
-fn deciding(noise: &ChannelNoise) -> String {
+fn deciding(noise: &NoiseResult) -> String {
     let of = |name: &str, term, parameter: Option<Parameter>| {
         let (unit, factor) =
             in_unit(noise.sensor, term, laboratory_unit(noise.sensor, term).map_or("", |(unit, _)| unit));
@@ -159,7 +158,7 @@ pub(crate) fn background(words: RemedyWords) -> Markup {
                 div id={ "background-" (code.replace(' ', "-")) } {
                     dt { b { (entry.code) } @if !entry.title.eq_ignore_ascii_case(entry.code) { ", " (with_minus(&entry.title)) } }
                     dd {
-                        (with_code(&with_minus(&entry.meaning))) " " (with_code(entry.why)) " " (with_code(&entry.advice.in_words(words)))
+                        (with_code(&with_minus(&entry.meaning))) " " (with_code(entry.why)) " " (with_code(&entry.advice(words)))
                         @if !entry.source.is_empty() { " (" (entry.source) ")" }
                     }
                 }

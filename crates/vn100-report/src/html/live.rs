@@ -3,12 +3,12 @@
 
 use std::{fmt::Write, time::Duration};
 
+use crate::warnings::headline;
 use crate::{
-    History, Record,
     figure::{Figure, Figures, last_minutes},
     goals::{Goals, warm_up},
     health::{FaultKind, line_load, link_word, next_octave, playback_word, rate_from_word, up_word},
-    names::{damaged_packets, rejected_lines},
+    names::{damaged_packets, missing_text, outages, rejected_lines},
     numbers::{
         plain::{counted, digits_trimmed, grouped, ppm, tau, time},
         with_powers,
@@ -16,7 +16,7 @@ use crate::{
     summary::{Summary, mean_temperature},
 };
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use vn100_analysis::{Assessment, LinkStatus, RemedyWords, Severity, Snapshot, SourceFacts};
+use vn100_analysis::{ChannelResult, LinkStatus, RemedyWords, Severity, SourceResult};
 
 use crate::html::{
     caption::Captions,
@@ -57,12 +57,8 @@ impl PagePart {
 /// One source at one moment.
 #[derive(Debug, Clone, Copy)]
 pub struct PageSource<'a> {
-    /// The facts of the source.
-    pub facts: &'a SourceFacts,
-    /// The numbers of the source.
-    pub snapshot: &'a Snapshot,
-    /// An assessment of the source, which may be a little older than the snapshot.
-    pub assessment: &'a Assessment,
+    /// The result so far.
+    pub result: &'a SourceResult,
     /// What its measurement ends by.
     pub goals: &'a Goals,
     /// How far the measurement has come.
@@ -98,7 +94,7 @@ pub fn live_script() -> String {
 
 /// What one word says of a source, and how grave it is.
 fn state(source: &PageSource<'_>) -> (String, Option<Severity>) {
-    let facts = source.facts;
+    let facts = &source.result.source;
     match (source.stage, &facts.link, facts.playback) {
         (LiveStage::Preparing, ..) => ("preparing".into(), Some(Severity::Note)),
         (LiveStage::Ended(Some(_)), ..) => ("ENDED".into(), Some(Severity::Problem)),
@@ -125,21 +121,19 @@ fn badge(source: &PageSource<'_>) -> Markup {
 /// The part that changes with every sample: the link, samples and losses, and what is to come.
 #[must_use]
 pub fn now_part(source: &PageSource<'_>, prefix: &str) -> PagePart {
-    let (facts, snapshot) = (source.facts, source.snapshot);
-    let (timing, tally) = (&snapshot.timing, &snapshot.link.tally);
+    let SourceResult { source: facts, timing, link: counts, .. } = source.result;
     let is_over = source.stage != LiveStage::Measuring || facts.playback.is_some_and(|playback| playback.at_end);
-    let arrivals = snapshot.arrivals;
-    let intervals = arrivals.and_then(|arrivals| arrivals.arrivals).map(|times| {
+    let intervals = timing.arrivals.map(|times| {
         let ms = |us: u64| digits_trimmed(us as f64 / 1e3, 3);
         format!("median {}, 99 % within {}, longest {} ms", ms(times.p50_us), ms(times.p99_us), ms(times.max_us))
     });
-    let measured = arrivals.and_then(|arrivals| {
+    let measured = timing.measured_hz.map(|hz| {
         let off = |offset| format!(" ({})", ppm(offset));
-        Some(format!("{:.3} Hz{}", arrivals.measured_hz?, arrivals.offset_ppm.map_or_else(String::new, off)))
+        format!("{hz:.3} Hz{}", timing.offset_ppm.map_or_else(String::new, off))
     });
     let dropped = match timing.gaps {
-        0 => grouped(timing.missing),
-        gaps => format!("{} in {}", grouped(timing.missing), counted(gaps, "gap")),
+        0 => missing_text(timing),
+        gaps => format!("{} in {}", missing_text(timing), counted(gaps, "gap")),
     };
     let recorder =
         facts.recorder.as_ref().map(|recorder| format!("{}, {} bytes", recorder.path, grouped(recorder.bytes)));
@@ -147,25 +141,25 @@ pub fn now_part(source: &PageSource<'_>, prefix: &str) -> PagePart {
         let part = playback.samples as f64 / playback.total.filter(|total| *total > 0)? as f64;
         Some(format!("{:.0} %", 100.0 * part))
     });
-    let next = next_octave(snapshot).filter(|_| !is_over);
-    let rate = format!("{} Hz {}", digits_trimmed(timing.rate_hz, 6), rate_from_word(timing.rate_from));
+    let next = next_octave(source.result).filter(|_| !is_over);
+    let rate = timing.rate_hz.zip(timing.rate_from);
+    let rate = rate.map(|(hz, from)| format!("{} Hz {}", digits_trimmed(hz, 6), rate_from_word(from)));
     let rows = [
-        ("Samples", Some(format!("{} in {}", grouped(timing.samples), time(timing.duration_s())))),
-        ("Rate", (timing.samples > 0).then_some(rate)),
+        ("Samples", Some(format!("{} in {}", grouped(timing.samples), time(timing.duration_s)))),
+        ("Rate", rate.filter(|_| timing.samples > 0)),
         ("Measured rate", measured),
         ("Intervals", intervals),
-        ("Line load", line_load(facts.link.as_ref(), snapshot).map(|load| format!("{:.0} %", 100.0 * load))),
-        ("Rejected", Some(rejected_lines(tally) + &damaged_packets(tally))),
+        ("Line load", line_load(source.result).map(|load| format!("{:.0} %", 100.0 * load))),
+        ("Rejected", Some(rejected_lines(counts) + &damaged_packets(counts))),
         ("Dropped samples", Some(dropped)),
         ("Excluded samples", (timing.excluded > 0).then(|| grouped(timing.excluded))),
-        ("Link", (snapshot.outages.times > 0).then(|| snapshot.outages.to_string())),
+        ("Link", outages(counts)),
         ("Recording", recorder),
         ("Replayed", progress),
-        ("Temperature, mean", mean_temperature(snapshot)),
+        ("Temperature, mean", mean_temperature(source.result)),
         ("Next octave", next.map(|next| format!("τ {} s {}", tau(next.tau_s), next.when()))),
     ];
-    let goals =
-        source.goals.texts(snapshot, source.assessment, source.elapsed, facts.link.as_ref().map(|link| link.status));
+    let goals = source.goals.texts(source.result, source.elapsed);
     let faults = if is_over { Vec::new() } else { FaultKind::of(facts) };
     // of a link that never was
     let is_fault = faults.iter().any(|(fault, _)| *fault != FaultKind::RecordingFailed);
@@ -183,7 +177,7 @@ pub fn now_part(source: &PageSource<'_>, prefix: &str) -> PagePart {
         @for (fault, cause) in faults { p.warning.problem { b.badge.problem { (fault.name()) } " " (cause) ". " (fault.details()) } }
         @if let Some(error) = error { p.warning.problem { (error) } }
         (glance::rows(rows.into_iter().map(|(name, value)| (name, value.map(|value| with_powers(&value))))))
-        @if let Some(passed) = warm_up(snapshot) { p.goal { b { "Warm-up excluded: " } (passed) } }
+        @if let Some(passed) = warm_up(timing) { p.goal { b { "Warm-up excluded: " } (passed) } }
         @for goal in goals { p.goal { b { "Goal: " } (goal) } }
     };
     PagePart::new(prefix, "now", content)
@@ -192,22 +186,22 @@ pub fn now_part(source: &PageSource<'_>, prefix: &str) -> PagePart {
 /// The parts made from an assessment: identity, cautions, curves, parameters and verdicts,
 /// spectrum, marks. The names of their figures begin with `prefix`.
 #[must_use]
-pub fn result_parts(record: &Record<'_>, words: RemedyWords, prefix: &str) -> Vec<PagePart> {
+pub fn result_parts(record: &SourceResult, words: RemedyWords, prefix: &str) -> Vec<PagePart> {
     let captions = Captions::without_numbers();
     let part = |name: &str, content: Markup| PagePart::new(prefix, name, content);
     // those change with every sample
     let is_fixed = |name: &str| !matches!(name, "Length" | "Sample rate");
     let rows = glance::identity_rows(record).into_iter().filter(|(name, _)| is_fixed(name));
     let identity = glance::rows(rows.map(|(name, value)| (if name == "Capture" { "Source" } else { name }, value)));
-    let is_empty = record.measured.snapshot.timing.samples == 0;
-    let warned = if is_empty && record.measured.warnings().is_empty() {
+    let is_empty = record.timing.samples == 0;
+    let warned = if is_empty && record.warnings.is_empty() {
         html! {}
     } else {
         warnings(record, words)
     };
     if is_empty {
         // how far it is stands above, where it changes with every sample
-        let waiting = match warm_up(&record.measured.snapshot) {
+        let waiting = match warm_up(&record.timing) {
             Some(_) => "The warm-up is excluded: the curves begin after it.",
             None => "No sample yet.",
         };
@@ -219,7 +213,7 @@ pub fn result_parts(record: &Record<'_>, words: RemedyWords, prefix: &str) -> Ve
     }
     let summary = Summary::new(record, words);
     let figures = Figures::live(record, prefix);
-    let marks = facts::marks(&record.measured.snapshot);
+    let marks = facts::marks(record);
     vec![
         part("identity", identity),
         part("verdicts", glance::verdicts(&summary)),
@@ -245,14 +239,14 @@ pub fn result_parts(record: &Record<'_>, words: RemedyWords, prefix: &str) -> Ve
 
 /// The part with the recent samples of every channel.
 #[must_use]
-pub fn signal_part(snapshot: &Snapshot, prefix: &str) -> PagePart {
-    let figure = |(place, channel): (usize, &vn100_analysis::protocol::Channel)| {
-        let history = History::of(snapshot, place, COLUMNS, usize::MAX)?;
+pub fn signal_part(result: &SourceResult, prefix: &str) -> PagePart {
+    let figure = |(place, channel): (usize, &ChannelResult)| {
+        let history = result.history(place, COLUMNS, usize::MAX)?;
         let mut figure = last_minutes(&channel.name, &channel.unit, &history)?;
         figure.id.insert_str(0, prefix);
         Some(figure)
     };
-    let figures: Vec<Figure> = snapshot.layout_channels().iter().enumerate().filter_map(figure).collect();
+    let figures: Vec<Figure> = result.streamed().enumerate().filter_map(figure).collect();
     PagePart::new(prefix, "signal", with_readings(figures::grid(&figures, &Captions::without_numbers()), &figures))
 }
 
@@ -267,17 +261,16 @@ fn with_readings<'a>(content: Markup, figures: impl IntoIterator<Item = &'a Figu
 #[must_use]
 pub fn sources_part(sources: &[(String, PageSource<'_>)]) -> PagePart {
     let row = |(prefix, source): &(String, PageSource<'_>)| {
-        let timing = &source.snapshot.timing;
-        let warnings = source.snapshot.warnings.iter().chain(&source.assessment.warnings);
-        let gravest = warnings.min_by_key(|warning| warning.severity);
+        let timing = &source.result.timing;
+        let gravest = source.result.warnings.first();
         html! {
             tr {
-                th scope="row" { a href={ "#" (prefix) "source" } { (source.facts.name) } }
+                th scope="row" { a href={ "#" (prefix) "source" } { (source.result.source.name) } }
                 td.words { (badge(source)) }
                 td { (grouped(timing.samples)) }
-                td { (time(timing.duration_s())) }
-                td { (grouped(timing.missing)) }
-                td.words { @if let Some(gravest) = gravest { b class={ "badge " (glance::severity_class(Some(gravest.severity))) } { (gravest.severity.name()) } " " (gravest.headline) } @else { "–" } }
+                td { (time(timing.duration_s)) }
+                td { (missing_text(timing)) }
+                td.words { @if let Some(gravest) = gravest { b class={ "badge " (glance::severity_class(Some(gravest.severity))) } { (gravest.severity.name()) } " " (headline(gravest)) } @else { "–" } }
             }
         }
     };

@@ -1,22 +1,24 @@
 //! The noise parameters, each sensor's axes side by side, in every unit in use; and beside the
 //! figures of the data sheet.
 
+use crate::html::glance;
 use crate::{
-    Code, Record, code_of_verdict,
-    graphical::{GRAPHICAL, laboratory_unit},
-    names::{QUANTITIES, TERMS, budget_rows, in_words, names_of, p_without, parameter_names, verdict_name},
-    numbers::{NOTHING, digits, duration, four_digits, p_value, plain::digits_trimmed, trimmed, with_interval},
-    summary::parameter_unit,
-    temperature::{coefficient_parameter, lag_text, share_text},
-    units::{ChannelValues, pretty_unit},
+    graphical::GRAPHICAL,
+    names::{QUANTITIES, TERMS, budget_rows, decided_by, in_words, names_of, parameter_names, verdict_name},
+    numbers::{
+        NOTHING, digits, duration, four_digits, p_value,
+        plain::{digits_trimmed, short},
+        trimmed, with_interval,
+    },
+    units::{laboratory_unit, parameter_unit, pretty_unit},
 };
 use maud::{Markup, html};
 use vn100_analysis::noise::{
-    Claim, Convention, Deviation, Parameter, Sensor, Sides, Term, Verdict, conventions, temperature_conventions,
+    Convention, Deviation, Parameter, Sensor, Sides, Term, conventions, temperature_conventions,
 };
 use vn100_analysis::{
-    ChannelNoise, DatasheetFigure, DetectableRrw, FigureVerdict, LongTauValidity, Remedy, RemedyWords, SENSORS,
-    StreamUnknown, letter,
+    ChannelResult, DatasheetFigure, DecidedBy, DetectableRrw, FigureVerdict, LongTauValidity, NoiseResult, Remedy,
+    RemedyWords, SENSORS, SourceResult, TemperatureResult, letter,
 };
 
 use crate::html::{caption::Captions, elements::table};
@@ -24,10 +26,10 @@ use crate::html::{caption::Captions, elements::table};
 /// What stands for the noise parameters of a sensor that was moved.
 pub(crate) const MOVED: &str = "Not given: the sensor was moved, and what the model fits is its motion. Record it at rest, or exclude the time in which it moved.";
 
-type AxisNoise<'a> = (&'a ChannelValues, &'a ChannelNoise);
+type AxisNoise<'a> = (&'a ChannelResult, &'a NoiseResult);
 
-pub(crate) fn parameters(record: &Record<'_>, captions: &Captions) -> Markup {
-    if record.measured.assessment.motion.is_some() {
+pub(crate) fn parameters(record: &SourceResult, captions: &Captions) -> Markup {
+    if record.motion.is_some() {
         return html! { p { (MOVED) } };
     }
     html! {
@@ -35,10 +37,9 @@ pub(crate) fn parameters(record: &Record<'_>, captions: &Captions) -> Markup {
             @let channels = record.of(quantity);
             @let axes: Vec<AxisNoise<'_>> = channels.into_iter().filter_map(|channel| Some((channel, channel.noise.as_ref()?))).collect();
             @if let Some((_, first)) = axes.first() {
-                @let snapshot = &record.measured.snapshot;
                 @let caption = captions.table(&format!("{}: noise parameters in all units, fit quality and graphical readings", names_of(quantity).title));
-                (sensor_table(&axes, sensor, snapshot.deviation, &caption))
-                (budget(first, snapshot.timing.rate_hz))
+                (sensor_table(&axes, sensor, record.deviation(), &caption))
+                (budget(first, record.timing.rate_hz))
                 @if let Some(reason) = long_taus_reason(first.long_taus) { p { (reason) } }
             }
         }
@@ -72,23 +73,23 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation, ca
                             }
                         }
                         @if term == Term::BiasInstability {
-                            tbody { (in_units(axes, conventions(sensor, term), html! { "minimum of the curve" }, ChannelNoise::curve_minimum)) }
+                            tbody { (in_units(axes, conventions(sensor, term), html! { "minimum of the curve" }, NoiseResult::curve_minimum)) }
                         }
                     }
                 }
                 @if axes.iter().any(|(_, noise)| noise.temperature.is_some()) { (temperature(axes, sensor)) }
                 tbody {
-                    (row(axes, "fitted τ range", "s", |noise| noise.fit.quality.map(|fit| format!("{} to {}", trimmed(fit.tau_min_s, 3), trimmed(fit.tau_max_s, 1)))))
-                    (row(axes, "χ² / degrees of freedom", "", |noise| noise.fit.quality.map(|fit| format!("{:.1} / {}", fit.chi2, fit.dof))))
-                    (row(axes, "goodness of fit, p", "", |noise| noise.fit.quality.map(|fit| format!("{:.2}", fit.p))))
+                    (row(axes, "fitted τ range", "s", |noise| noise.fit.map(|fit| format!("{} to {}", trimmed(fit.tau_min_s, 3), trimmed(fit.tau_max_s, 1)))))
+                    (row(axes, "χ² / degrees of freedom", "", |noise| noise.fit.map(|fit| format!("{:.1} / {}", fit.chi2, fit.dof))))
+                    (row(axes, "goodness of fit, p", "", |noise| noise.fit.map(|fit| format!("{:.2}", fit.p))))
                     @for (a, b, name) in [(Term::White, Term::BiasInstability, "N² and B²"), (Term::White, Term::RateRandomWalk, "N² and K²"), (Term::BiasInstability, Term::RateRandomWalk, "B² and K²")] {
                         @if axes.iter().any(|(_, noise)| shown(noise, a, b)) {
-                            (row(axes, &format!("correlation of {name}"), "", |noise| noise.fit.correlation(a, b).filter(|_| shown(noise, a, b)).map(|value| format!("{value:.2}").replace('-', "−"))))
+                            (row(axes, &format!("correlation of {name}"), "", |noise| noise.correlation(a, b).filter(|_| shown(noise, a, b)).map(|value| format!("{value:.2}").replace('-', "−"))))
                         }
                     }
-                    @if axes.iter().any(|(_, noise)| noise.detectable_rrw.is_some()) {
+                    @if axes.iter().any(|(_, noise)| noise.rate_random_walk_seen_later.is_some()) {
                         @let name = format!("K detectable with {} more", duration(DetectableRrw::MORE_S));
-                        (row(axes, &name, &pretty_unit(conventions(sensor, Term::RateRandomWalk)[0].unit), |noise| noise.detectable_rrw.map(|later| format!("≥ {}", digits(later.at_least, 2)))))
+                        (row(axes, &name, &pretty_unit(conventions(sensor, Term::RateRandomWalk)[0].unit), |noise| noise.rate_random_walk_seen_later.map(|later| format!("≥ {}", digits(later.at_least, 2)))))
                     }
                 }
                 @if sensor != Sensor::Magnetometer && deviation == Deviation::Allan { (read_by_rule(axes, sensor)) }
@@ -99,16 +100,17 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation, ca
 
 /// The coefficient of the bias, its lag, and how much of the deviation is the temperature's.
 fn temperature(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
-    let found = |noise: &ChannelNoise| noise.temperature.as_ref()?.coefficient.ok();
-    let of = |noise: &ChannelNoise| noise.temperature.as_ref().map(coefficient_parameter);
-    let why = axes.iter().find_map(|(_, noise)| noise.temperature.as_ref()?.coefficient.err());
+    let found = |noise: &NoiseResult| noise.temperature.clone().filter(|found| found.reason.is_none());
+    let of = |noise: &NoiseResult| noise.temperature.as_ref().map(|found| found.parameter);
+    let why = axes.iter().find_map(|(_, noise)| noise.temperature.as_ref()?.why);
+    let share = |found: TemperatureResult| found.largest_share.map(|share| format!("{:.0}", 100.0 * share));
     html! {
         tbody {
             (in_units(axes, temperature_conventions(sensor), html! { "temperature coefficient of the bias" }, of))
             @if axes.iter().any(|(_, noise)| found(noise).is_some()) {
-                (row(axes, "lag behind the temperature", "s", |noise| lag_text(noise.temperature.as_ref()?)))
-                (row(axes, "p without the coefficient", "", |noise| found(noise).map(|found| p_value(found.p))))
-                (row(axes, "largest share of temperature in the variance of an octave", "%", |noise| share_text(noise.temperature.as_ref()?)))
+                (row(axes, "lag behind the temperature", "s", |noise| found(noise).and_then(|found| lag(&found))))
+                (row(axes, "p without the coefficient", "", |noise| found(noise)?.parameter.p.map(p_value)))
+                (row(axes, "largest share of temperature in the variance of an octave", "%", |noise| found(noise).and_then(share)))
             }
             @if let Some(why) = why {
                 tr { th colspan=(axes.len() + 2) scope="rowgroup" { span { "No temperature coefficient: " (why.to_string()) } } }
@@ -117,12 +119,22 @@ fn temperature(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
     }
 }
 
+/// The most likely lag and its range, in seconds; `None` if the record does not show it: without a
+/// significant coefficient, or if the range reaches the longest lag searched.
+fn lag(found: &TemperatureResult) -> Option<String> {
+    let TemperatureResult { proved: true, lag_open: false, lag_s, lag_lower_s, lag_upper_s, .. } = found else {
+        return None;
+    };
+    let seconds = |lag_s: f64| short(if lag_s < 10.0 { (10.0 * lag_s).round() / 10.0 } else { lag_s.round() });
+    Some(format!("{} ({} to {})", seconds((*lag_s)?), seconds((*lag_lower_s)?), seconds((*lag_upper_s)?)))
+}
+
 /// A parameter in every unit in use, in one alone if nothing is known of it.
 fn in_units(
     axes: &[AxisNoise<'_>],
     units: &[Convention],
     name: Markup,
-    of: impl Fn(&ChannelNoise) -> Option<Parameter>,
+    of: impl Fn(&NoiseResult) -> Option<Parameter>,
 ) -> Markup {
     let says = axes.iter().any(|(_, noise)| of(noise).is_some_and(|found| found.value.or(found.upper).is_some()));
     html! {
@@ -136,28 +148,31 @@ fn in_units(
     }
 }
 
-fn sampling(noise: &ChannelNoise) -> Option<String> {
-    let (below, above) = noise.white_budget.sampling?;
+fn sampling(noise: &NoiseResult) -> Option<String> {
+    let (below, above) = noise.budget()?.sampling?;
     Some(format!("−{} +{}", digits(100.0 * below, 2), digits(100.0 * above, 2)))
 }
 
 /// Of an estimate, the probability that noise without the term would show as much.
-fn proved(noise: &ChannelNoise, term: Term) -> Option<f64> {
-    p_without(term, &noise.parameter(term).filter(|found| found.value.is_some())?)
+fn proved(noise: &NoiseResult, term: Term) -> Option<f64> {
+    noise.parameter(term).filter(|found| found.value.is_some())?.p
 }
 
 /// The uncertainty of N besides that of sampling, the same for all axes.
-fn budget(noise: &ChannelNoise, nominal_hz: f64) -> Markup {
+fn budget(noise: &NoiseResult, nominal_hz: Option<f64>) -> Markup {
+    let rows = noise.budget().zip(nominal_hz).map(|(budget, nominal_hz)| budget_rows(budget, nominal_hz));
     html! {
-        p { "Further uncertainty of N:" }
-        ul { @for (what, amount) in budget_rows(&noise.white_budget, nominal_hz) { li { (what) ": " (amount) "." } } }
+        @if let Some(rows) = rows {
+            p { "Further uncertainty of N:" }
+            ul { @for (what, amount) in rows { li { (what) ": " (amount) "." } } }
+        }
     }
 }
 
 /// For comparison with older reports.
 fn read_by_rule(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
     let read =
-        |noise: &ChannelNoise, term, factor| noise.classical.of(term).ok().map(|line| four_digits(line.value * factor));
+        |noise: &NoiseResult, term, factor| noise.classical.of(term).ok().map(|line| four_digits(line.value * factor));
     html! {
         tbody {
             tr { th colspan=(axes.len() + 2) scope="rowgroup" { span { "Graphical slope method (IEEE 952), for comparison with other reports" } } }
@@ -173,12 +188,12 @@ fn read_by_rule(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
     }
 }
 
-fn shown(noise: &ChannelNoise, a: Term, b: Term) -> bool {
+fn shown(noise: &NoiseResult, a: Term, b: Term) -> bool {
     let value = |term| noise.parameter(term).is_some_and(|found| found.value.is_some());
-    value(a) && value(b) && noise.fit.correlation(a, b).is_some()
+    value(a) && value(b) && noise.correlation(a, b).is_some()
 }
 
-fn row(axes: &[AxisNoise<'_>], name: &str, unit: &str, cell: impl Fn(&ChannelNoise) -> Option<String>) -> Markup {
+fn row(axes: &[AxisNoise<'_>], name: &str, unit: &str, cell: impl Fn(&NoiseResult) -> Option<String>) -> Markup {
     html! {
         tr {
             @if name.is_empty() { td {} } @else { th scope="row" { (name) } }
@@ -218,21 +233,21 @@ pub(crate) fn long_taus_reason(long_taus: LongTauValidity) -> Option<&'static st
     }
 }
 
-pub(crate) fn verdicts(record: &Record<'_>, words: RemedyWords, captions: &Captions) -> Markup {
-    let Some(verdicts) = &record.measured.verdicts else {
+pub(crate) fn verdicts(record: &SourceResult, words: RemedyWords, captions: &Captions) -> Markup {
+    let Some(sheet) = &record.datasheet else {
         return html! {
-            p { "None was compared: the built-in figures are for the VN-100's own messages; " code { (words(&Remedy::GiveDatasheet)) " FILE.toml" } " gives those of another sensor." }
+            p { "None was compared: the built-in figures are for the VN-100's own messages; " (glance::with_code(&words(&Remedy::GiveDatasheet))) "." }
         };
     };
-    if let Some(motion) = &record.measured.assessment.motion {
+    if let Some(motion) = &record.motion {
         return html! {
-            p { b { (verdicts.datasheet) } }
+            p { b { (sheet.name) } }
             p { "Nothing is compared: " (pretty_unit(&motion.to_string())) "." }
         };
     }
-    let rows: Vec<(&ChannelValues, &FigureVerdict)> = (QUANTITIES.into_iter())
+    let rows: Vec<(&ChannelResult, &FigureVerdict)> = (QUANTITIES.into_iter())
         .flat_map(|quantity| record.of(quantity))
-        .flat_map(|channel| record.verdicts(channel).iter().map(move |verdict| (channel, verdict)))
+        .flat_map(|channel| channel.verdicts().iter().map(move |verdict| (channel, verdict)))
         .collect();
     let columns = ["channel", "parameter", "unit", "data sheet", "expected in this stream", "measured", "verdict"];
     let compared = html! {
@@ -244,60 +259,38 @@ pub(crate) fn verdicts(record: &Record<'_>, words: RemedyWords, captions: &Capti
                     td { (letter(verdict.figure.term)) }
                     td.unit { (pretty_unit(unit)) }
                     td { (pretty_unit(&verdict.figure.printed)) @if let Some(same) = in_shown_unit(&verdict.figure, unit, factor) { br; (same) } }
-                    td {
-                        @match &verdict.readings[..] {
-                            [two, one, ..] => { (range(two.expected, factor)) " two-sided" br; (range(one.expected, factor)) " one-sided †" }
-                            _ => (range(verdict.expected, factor)),
-                        }
-                        @if verdict.unknown == Some(StreamUnknown::Window) { " *" }
-                    }
+                    td { (range(verdict.expected, factor)) }
                     td { (measured(verdict, factor)) }
                     td {
-                        b { (verdict_name(verdict.verdict)) }
-                        @if let [two, one, ..] = &verdict.readings[..] { br; (verdict_name(two.verdict)) " two-sided" br; (verdict_name(one.verdict)) " one-sided" }
+                        b { (verdict_name(verdict)) }
+                        @if let Some(by) = verdict.decided_by { br; (decided_by(by)) " would decide" }
                     }
                 }
             }
         }
     };
     html! {
-        @if let Some(note) = &verdicts.note { p { "Its figures are " (note) "." } }
-        (table(&captions.table(&format!("Comparison with the data sheet: {}", verdicts.datasheet)), Some("verdicts"), &columns, &compared))
+        @if let Some(note) = &sheet.note { p { "Its figures are " (note) "." } }
+        (table(&captions.table(&format!("Comparison with the data sheet: {}", sheet.name)), Some("verdicts"), &columns, &compared))
         p {
-            @for (word, meanings) in meanings(rows.iter().map(|(_, row)| row.verdict)) { b { (word) } ": " (meanings.join("; or ")) ". " }
-            "Typical values are not guaranteed; a single value 0.14 means 0.135 to 0.145. Pass: the whole confidence interval lies below the limit. "
-            @if rows.iter().any(|(_, verdict)| !verdict.readings.is_empty()) {
-                "† The sheet does not say whether its densities are two-sided or one-sided: both readings are given, and neither decides alone. "
+            "A limit passes if the whole confidence interval lies below the lowest that a sensor at the limit may read in this stream, and fails if it lies above the highest. "
+            "Typical figures are no guarantee: the ratio says how the sensor compares. "
+            @if rows.iter().any(|(_, verdict)| verdict.figure.is_of_unknown_sides) {
+                "A sheet that does not say whether its densities are two-sided or one-sided has a range of both readings. "
             }
-            @if rows.iter().any(|(_, verdict)| verdict.unknown == Some(StreamUnknown::Window)) {
-                "* With register 85 at its factory default; the record does not contain it (set " code { (words(&Remedy::GiveWindow)) } "), so N can neither pass nor fail. "
+            @if rows.iter().any(|(_, verdict)| verdict.decided_by == Some(DecidedBy::Window)) {
+                "The record does not contain the averaging window (" (glance::with_code(&words(&Remedy::GiveWindow))) "). "
             }
             "In-run bias is compared as data sheets define it: the minimum of the fitted curve."
         }
     }
 }
 
-/// The words of these verdicts, the worst first, each with all that it means.
-fn meanings(verdicts: impl Iterator<Item = Verdict> + Clone) -> Vec<(&'static str, Vec<&'static str>)> {
-    let mut words: Vec<(&str, Vec<&str>)> = Vec::new();
-    for verdict in Verdict::ALL.into_iter().filter(|verdict| verdicts.clone().any(|other| other == *verdict)) {
-        let Code { word, meaning, .. } = code_of_verdict(verdict);
-        match words.iter_mut().find(|(other, _)| *other == word) {
-            Some((_, meanings)) => meanings.push(meaning),
-            None => words.push((word, vec![meaning])),
-        }
-    }
-    words
-}
-
 /// The figure of a data sheet in the unit of the row, where it is printed in another.
 fn in_shown_unit(figure: &DatasheetFigure, unit: &str, factor: f64) -> Option<String> {
     let unit = pretty_unit(unit);
     let is_same = pretty_unit(&figure.printed).split_whitespace().any(|word| word.trim_end_matches(',') == unit);
-    let (low, high) = match figure.claim {
-        Claim::Limit(value) => (value, value),
-        Claim::Typical { from, to, .. } => (from, to),
-    };
+    let (low, high) = figure.claim.ends();
     let [low, high] = [low, high].map(|value| digits_trimmed(value * factor, 3));
     let number = if low == high { low } else { format!("{low} to {high}") };
     (!is_same).then(|| format!("= {number} {unit}"))

@@ -2,20 +2,19 @@
 
 use std::io::{self, Write};
 
-use crate::{KalibrYaml, Record, figure::Figures, run_name, run_prefix, summary::Summary};
+use crate::warnings::{details, headline};
+use crate::{
+    Consumer, FilterNoise, NotWritten, facts::NOT_RECORDED, figure::Figures, run_name, run_prefix, summary::Summary,
+};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use vn100_analysis::RemedyWords;
-use vn100_analysis::protocol::Register;
+use vn100_analysis::{NoiseResult, RemedyWords, SENSORS, SourceResult, noise::Sensor};
 
 use crate::html::{
     caption::Captions,
     elements::{FIGURES_SCRIPT, STYLE, text_of},
-    facts, figures,
-    findings::Findings,
-    glance, lab,
+    facts, figures, glance, lab,
     options::PageOptions,
     parameters, several, statistics,
-    words::conclusions,
 };
 
 const SCRIPT: &str = include_str!("../../assets/script.js");
@@ -27,16 +26,16 @@ const SCRIPT: &str = include_str!("../../assets/script.js");
 /// When `out` cannot be written to.
 pub fn write_page(
     out: &mut impl Write,
-    records: &[Record<'_>],
+    records: &[SourceResult],
     figures: &[Figures],
     together: &Figures,
     options: PageOptions<'_>,
 ) -> io::Result<()> {
     let title = match records {
-        [record] => format!("Noise report: {}", record.measured.facts.name),
+        [record] => format!("Noise report: {}", record.source.name),
         _ => format!("Noise report of {} captures", records.len()),
     };
-    let is_empty = |record: &Record<'_>| record.measured.snapshot.timing.samples == 0;
+    let is_empty = |record: &SourceResult| record.timing.samples == 0;
     let readings = figures::readings(figures.iter().chain([together]).flat_map(Figures::all))?;
     let captions = Captions::default();
     let page = html! {
@@ -58,7 +57,7 @@ pub fn write_page(
                         (several::several(records, together, options, &captions))
                         @for (index, (record, figures)) in records.iter().zip(figures).enumerate() {
                             article {
-                                h2.record { (run_name(index)) ": " (record.measured.facts.name) }
+                                h2.record { (run_name(index)) ": " (record.source.name) }
                                 (one(record, figures, options, &run_prefix(index), &captions))
                             }
                         }
@@ -66,7 +65,7 @@ pub fn write_page(
                     @if !records.iter().all(is_empty) { section id="background" { h2 { "Background" } (lab::background(options.words)) } }
                     div.end {
                         @if !records.iter().all(is_empty) { section id="references" { h2 { "References" } ol.references { @for reference in REFERENCES { li { (reference) } } } } }
-                        footer { p { "Made by " (options.program.name) ", commit " (options.program.commit.unwrap_or(facts::NOT_RECORDED)) ", from the capture alone: the same capture and options give the same page, byte by byte." } }
+                        footer { p { "Made by " (options.program.name) ", commit " (options.program.commit.unwrap_or(NOT_RECORDED)) ", from the capture alone: the same capture and options give the same page, byte by byte." } }
                     }
                 }
                 script type="application/json" id="readings" { (PreEscaped(readings)) }
@@ -78,7 +77,7 @@ pub fn write_page(
 }
 
 /// The style of what each sheet of paper names at its foot.
-fn running_head(records: &[Record<'_>]) -> String {
+fn running_head(records: &[SourceResult]) -> String {
     let text: String = running(records)
         .chars()
         .map(|c| match c {
@@ -92,26 +91,31 @@ fn running_head(records: &[Record<'_>]) -> String {
 }
 
 /// Captures and serial numbers.
-fn running(records: &[Record<'_>]) -> String {
-    let of = |record: &Record<'_>| {
-        let serial = record.measured.snapshot.registers.get(&Register::SERIAL_NUMBER.0);
-        let serial = serial.map_or(String::new(), |serial| format!(" (s/n {})", serial.trim()));
-        format!("{}{serial}", record.measured.facts.name)
+fn running(records: &[SourceResult]) -> String {
+    let of = |record: &SourceResult| {
+        let serial = record.source.device.as_ref().and_then(|device| device.serial_number.as_ref());
+        let serial = serial.map_or(String::new(), |serial| format!(" (s/n {serial})"));
+        format!("{}{serial}", record.source.name)
     };
     records.iter().map(of).collect::<Vec<_>>().join(", ")
 }
 
 /// Everything of one record. `prefix` makes its anchors unique.
-fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix: &str, captions: &Captions) -> Markup {
-    let findings = Findings::of(record);
+fn one(
+    record: &SourceResult,
+    figures: &Figures,
+    options: PageOptions<'_>,
+    prefix: &str,
+    captions: &Captions,
+) -> Markup {
     let section = |anchor: &str, name: &str, content: Markup| {
         html! { section id={ (prefix) (anchor) } { h2 { (name) } (content) } }
     };
-    if record.measured.snapshot.timing.samples == 0 {
+    if record.timing.samples == 0 {
         return html! {
-            p.warning.problem { (record.measured.facts.error.as_deref().unwrap_or("No valid sample in this capture.")) }
+            p.warning.problem { (record.source.error.as_deref().unwrap_or("No valid sample in this capture.")) }
             p { "There are no results. What is known of the capture follows." }
-            @if !record.measured.snapshot.warnings.is_empty() { (section("cautions", "Cautions", warnings(record, options.words))) }
+            @if !record.warnings.is_empty() { (section("cautions", "Cautions", warnings(record, options.words))) }
             (section("record", "Record and method", facts::facts(record, options, captions)))
         };
     }
@@ -132,12 +136,13 @@ fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix:
         ("lab", "Lab report", lab::lab(record, figures, captions)),
         ("statistics", "Descriptive statistics", statistics::statistics(record, figures, options.words, captions)),
         ("spectrum", "Spectrum and deviation per segment", figures::spectrum(figures, captions)),
-        ("answers", "Questions and answers", answers(&findings, options.words)),
-        ("filters", "Values for Kalman filters and Kalibr", filters(record, options.kalibr_span_s)),
+        ("advice", "What to do, and what was not tested", advice(record, &summary)),
+        ("filters", "Values for filters and simulators", filters(record, options.span_s)),
         ("record", "Record and method", facts::facts(record, options, captions)),
     ];
     html! {
         (glance::identity(record))
+        @if let Some(error) = &record.source.error { p.warning.problem { (error) } }
         (glance::verdicts(&summary))
         nav aria-label={ "Sections" @if !prefix.is_empty() { " of " (prefix.trim_end_matches('-')) } } {
             @for (anchor, name, _) in &sections { a href={ "#" (prefix) (anchor) } { (name) } " " }
@@ -146,37 +151,62 @@ fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix:
     }
 }
 
-fn answers(findings: &Findings, words: RemedyWords) -> Markup {
+/// The notes of the summary, and the limits of any record at rest.
+fn advice(record: &SourceResult, summary: &Summary) -> Markup {
+    let inertial = || SENSORS.iter().filter(|(_, sensor)| *sensor != Sensor::Magnetometer);
+    let mut axes = inertial().flat_map(|(quantity, _)| record.of(*quantity)).filter_map(|axis| axis.noise.as_ref());
+    let has_coefficient = |noise: &NoiseResult| noise.temperature.as_ref().is_some_and(|found| found.reason.is_none());
+    let temperature = if axes.all(has_coefficient) { "" } else { "temperature, " };
     html! {
-        @for (question, sentences) in conclusions(findings, words).iter().filter(|(_, sentences)| !sentences.is_empty()) {
-            details.answer {
-                summary { (question) }
-                ul { @for sentence in sentences { li { (glance::with_code(sentence)) } } }
+        @if !summary.notes.is_empty() { ul { @for note in &summary.notes { li { (glance::with_code(note)) } } } }
+        p {
+            "One record at rest does not show bias from turn-on to turn-on, scale factor, misalignment, or the sensitivity to " (temperature)
+            "supply and acceleration. Slow motion that looks like noise is not detected. "
+            @if record.source.device.is_none() {
+                "The record does not hold the registers of the sensor: its averaging window, calibration and filter modes are unknown. "
             }
+            @if record.source.meta.is_none() { "Place, mounting, ambient temperature and supply were not recorded." }
         }
     }
 }
 
-pub(crate) fn warnings(record: &Record<'_>, words: RemedyWords) -> Markup {
+pub(crate) fn warnings(record: &SourceResult, words: RemedyWords) -> Markup {
     html! {
-        @if record.measured.warnings().is_empty() { p { "None." } }
-        @for warning in record.measured.warnings() {
+        @if record.warnings.is_empty() { p { "None." } }
+        @for warning in &record.warnings {
             @let class = glance::severity_class(Some(warning.severity));
             details class={ "warning " (class) } {
-                summary { b class={ "badge " (class) } { (warning.severity.name()) } " " (warning.headline) " " code { (warning.kind.name()) } }
-                p { (glance::with_code(&warning.details.in_words(words))) }
+                summary { b class={ "badge " (class) } { (warning.severity.name()) } " " (headline(warning)) " " code { (warning.kind.name()) } }
+                p { (glance::with_code(&details(warning, words))) }
             }
         }
     }
 }
 
-fn filters(record: &Record<'_>, kalibr_span_s: f64) -> Markup {
+/// What to type into each program.
+fn filters(record: &SourceResult, span_s: f64) -> Markup {
+    let noise = FilterNoise::of(record, span_s);
+    if let Err(NotWritten::Moved) = Consumer::ALL[0].file(&noise, false) {
+        return html! { p { "Not given: the sensor was moved." } };
+    }
+    let cell = |value: Option<f64>| value.map_or_else(|| "–".into(), |value| format!("{value:.3e}"));
     html! {
         p {
-            "Use N as measured in the stream that the filter consumes; without the aliased noise the filter would trust the stream too much. Kalibr takes N and K in continuous time and SI units [8]; \
-             it has no bias-instability parameter."
+            "Use N as measured in the stream that the filter consumes; without the aliased noise the filter would trust the stream too much. \
+             Programs type N and K differently, since their recursions do: continuous densities [8], variances of a sample, rates of change. \
+             None has a place for the bias instability: K stands for it."
         }
-        pre { (KalibrYaml::of(record, kalibr_span_s).text()) }
+        ul { @for label in noise.lines() { li { (label) } } }
+        div.scroll { table {
+            thead { tr { th { "program" } th { "N as" } th { "gyroscope" } th { "accelerometer" } th { "K as" } th { "gyroscope" } th { "accelerometer" } } }
+            tbody { @for consumer in &Consumer::ALL {
+                @let [gyro_white, accel_white, gyro_walk, accel_walk] = consumer.typed_values(&noise).map(cell);
+                tr {
+                    th { (consumer.title) } td { (consumer.white.text) } td { (gyro_white) } td { (accel_white) }
+                    td { (consumer.walk.map_or("–", |walk| walk.text)) } td { (gyro_walk) } td { (accel_walk) }
+                }
+            } }
+        } }
     }
 }
 

@@ -1,16 +1,16 @@
 //! Several records side by side.
 
+use crate::warnings::{caveat_in_words, in_words};
 use crate::{
-    Record,
     figure::Figures,
     names::{folding, names_of, recommendation, untested},
     numbers::{NOTHING, digits, duration, four_digits, grouped, trimmed, with_interval},
-    run_name,
-    units::{pretty_unit, tests_by_channel},
+    run_name, tests_by_channel,
+    units::pretty_unit,
 };
 use maud::{Markup, html};
 use vn100_analysis::Spread;
-use vn100_analysis::{Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, RemedyWords};
+use vn100_analysis::{Chance, ChannelMeans, Comparison, MeanDifference, OctaveTest, RemedyWords, SourceResult};
 
 use crate::html::{
     caption::Captions,
@@ -21,19 +21,19 @@ use crate::html::{
 };
 
 pub(crate) fn several(
-    records: &[Record<'_>],
+    records: &[SourceResult],
     together: &Figures,
     options: PageOptions<'_>,
     captions: &Captions,
 ) -> Markup {
-    let compared: Vec<_> = records.iter().map(|record| record.measured.compared()).collect();
+    let compared: Vec<_> = records.iter().map(|record| record.compared()).collect();
     let comparison = Comparison::of(&compared, false, options.confidence);
     html! {
         section id="comparison" {
             h2 { "Comparison" }
             (list(records, captions))
             p { b { "Which record to use" } ": " (recommendation(&comparison, run_name)) "." }
-            @for caveat in &comparison.caveats { p.warning { b { (caveat.kind.name()) } ": " (with_code(caveat.text.in_words(options.words).trim_end_matches('.'))) "." } }
+            @for caveat in &comparison.caveats { p.warning { b { (caveat.kind.name()) } ": " (with_code(caveat_in_words(caveat, options.words).trim_end_matches('.'))) "." } }
             h3 { "Allan deviation" }
             (grid(&together.allan_axes, captions))
             (rankings(&comparison, captions))
@@ -44,16 +44,16 @@ pub(crate) fn several(
     }
 }
 
-fn list(records: &[Record<'_>], captions: &Captions) -> Markup {
+fn list(records: &[SourceResult], captions: &Captions) -> Markup {
     let rows = html! {
         @for (index, record) in records.iter().enumerate() {
-            @let timing = &record.measured.snapshot.timing;
+            @let timing = &record.timing;
             (row(run_name(index), [
-                record.measured.facts.name.clone(),
-                record.measured.snapshot.layout.as_ref().map_or(NOTHING, |layout| &layout.message).to_owned(),
+                record.source.name.clone(),
+                record.source.message.as_deref().unwrap_or(NOTHING).to_owned(),
                 grouped(timing.samples),
-                duration(timing.duration_s()),
-                format!("{} Hz", trimmed(timing.rate_hz, 4)),
+                duration(timing.duration_s),
+                timing.rate_hz.map_or_else(|| NOTHING.into(), |hz| format!("{} Hz", trimmed(hz, 4))),
             ]))
         }
     };
@@ -125,7 +125,7 @@ fn disturbances(comparison: &Comparison, words: RemedyWords) -> Markup {
         @if !comparison.disturbances.is_empty() {
             h3 { "Disturbed records" }
             @for disturbance in &comparison.disturbances {
-                p.warning { b { (run_name(disturbance.record)) ", " (disturbance.warning.kind.name()) } ": " (disturbance.warning.in_words(words).trim_end_matches('.')) "." }
+                p.warning { b { (run_name(disturbance.record)) ", " (disturbance.warning.kind.name()) } ": " (in_words(&disturbance.warning, words).trim_end_matches('.')) "." }
             }
         }
     }

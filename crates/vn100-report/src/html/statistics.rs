@@ -2,17 +2,18 @@
 
 use std::cmp::Ordering;
 
+use crate::html::glance;
 use crate::{
-    Record,
     figure::{Figure, Figures, id_of},
     names::{NEUTRAL_SERIES, QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, grouped, signed},
-    units::{ChannelValues, EARTH_RATE_RAD_S, NormValues, SignalValues, not_normal, pretty_unit},
+    units::pretty_unit,
 };
 use maud::{Markup, html};
+use vn100_analysis::holm;
 use vn100_analysis::noise::STANDARD_GRAVITY_M_S2;
 use vn100_analysis::protocol::Quantity;
-use vn100_analysis::{Remedy, RemedyWords};
+use vn100_analysis::{ChannelResult, Norm, Remedy, RemedyWords, SourceResult};
 
 use crate::html::{
     caption::Captions,
@@ -20,9 +21,25 @@ use crate::html::{
     figures::grid,
 };
 
+/// The rotation rate of the Earth, in rad/s (IERS Conventions, 2010).
+const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
+
+/// The names of the channels whose values are not normally distributed, by all tests of the record
+/// together (Holm): true of one normal record in a hundred.
+fn not_normal(channels: &[ChannelResult]) -> Vec<&str> {
+    let tested = |channel: &ChannelResult| channel.statistics.normality.as_ref()?.p;
+    rejected(channels.iter().filter_map(|channel| Some((channel.name.as_str(), tested(channel)?))))
+}
+
+fn rejected<'a>(tested: impl Iterator<Item = (&'a str, f64)>) -> Vec<&'a str> {
+    const RISK: f64 = 0.01;
+    let (names, p): (Vec<&str>, Vec<f64>) = tested.unzip();
+    names.into_iter().zip(holm(&p)).filter(|(_, p)| *p < RISK).map(|(name, _)| name).collect()
+}
+
 /// A table for each sensor, and below it each channel over time and as a histogram.
-pub(crate) fn statistics(record: &Record<'_>, figures: &Figures, words: RemedyWords, captions: &Captions) -> Markup {
-    let of_channel = |channel: &ChannelValues| {
+pub(crate) fn statistics(record: &SourceResult, figures: &Figures, words: RemedyWords, captions: &Captions) -> Markup {
+    let of_channel = |channel: &ChannelResult| {
         let ends = |figure: &&Figure, kind: &str| figure.id.ends_with(&format!("{kind}-{}", id_of(&channel.name)));
         let time = figures.times.iter().find(|figure| ends(figure, "time"));
         time.into_iter().chain(figures.histograms.iter().find(|figure| ends(figure, "histogram"))).collect::<Vec<_>>()
@@ -42,14 +59,14 @@ pub(crate) fn statistics(record: &Record<'_>, figures: &Figures, words: RemedyWo
                 @if !drawn.is_empty() { (grid(drawn, captions)) }
             } @else if quantity == Quantity::Temperature {
                 h3 { (name) }
-                p { "Not recorded: this message carries no temperature, and none was read between its lines. " code { (words(&Remedy::ReadTemperature)) } " reads it, the message VNIMU carries it." }
+                p { "Not recorded: this message carries no temperature, and none was read between its lines. "(glance::with_code(&words(&Remedy::ReadTemperature))) "; the message VNIMU carries it." }
             }
         }
     }
 }
 
 /// The tables alone.
-pub(crate) fn tables(record: &Record<'_>, captions: &Captions) -> Markup {
+pub(crate) fn tables(record: &SourceResult, captions: &Captions) -> Markup {
     let not_normal = not_normal(&record.channels);
     html! {
         @for quantity in QUANTITIES {
@@ -63,19 +80,19 @@ pub(crate) fn tables(record: &Record<'_>, captions: &Captions) -> Markup {
     }
 }
 
-fn values(channels: &[&ChannelValues], norm: Option<&NormValues>, not_normal: &[&str], caption: &Markup) -> Markup {
+fn values(channels: &[&ChannelResult], norm: Option<&Norm>, not_normal: &[&str], caption: &Markup) -> Markup {
     let columns = ["channel", "samples", "mean", "std", "min", "max", "skewness", "excess kurtosis", "Gaussian?"];
     let rows = html! {
         @for channel in channels {
             @let decimals = channel.decimals;
             (row(&channel.name, [
-                grouped(channel.count),
-                fixed(channel.mean, decimals + 3),
-                fixed(channel.std, decimals + 3),
-                fixed(channel.min, decimals),
-                fixed(channel.max, decimals),
-                fixed(channel.skewness, 3),
-                fixed(channel.excess_kurtosis, 3),
+                grouped(channel.statistics.count),
+                fixed(channel.statistics.mean, decimals + 3),
+                fixed(channel.statistics.std, decimals + 3),
+                fixed(channel.statistics.min, decimals),
+                fixed(channel.statistics.max, decimals),
+                fixed(channel.statistics.skewness, 3),
+                fixed(channel.statistics.excess_kurtosis, 3),
                 normality(channel, not_normal).into(),
             ]))
         }
@@ -94,21 +111,16 @@ fn fixed(value: Option<f64>, decimals: usize) -> String {
     value.map_or(NOTHING.into(), |value| format!("{value:.decimals$}").replace('-', "−"))
 }
 
-fn normality(channel: &ChannelValues, not_normal: &[&str]) -> &'static str {
-    match channel.signal.as_ref().and_then(|signal| signal.normality) {
+fn normality(channel: &ChannelResult, not_normal: &[&str]) -> &'static str {
+    match &channel.statistics.normality {
         None => NOTHING,
-        Some(Ok(_)) if !not_normal.contains(&&*channel.name) => "consistent",
-        Some(Ok(_)) => "no",
-        Some(Err(_)) => "not tested",
+        Some(test) if test.p.is_none() => "not tested",
+        Some(_) if not_normal.contains(&&*channel.name) => "no",
+        Some(_) => "consistent",
     }
 }
 
-fn sentences(
-    quantity: Quantity,
-    channels: &[&ChannelValues],
-    norm: Option<&NormValues>,
-    not_normal: &[&str],
-) -> Vec<String> {
+fn sentences(quantity: Quantity, channels: &[&ChannelResult], norm: Option<&Norm>, not_normal: &[&str]) -> Vec<String> {
     let mut sentences = Vec::new();
     let of_mean = norm.and_then(|norm| norm.of_mean);
     sentences.extend(match quantity {
@@ -135,7 +147,7 @@ fn sentences(
             format!("Mean field: {length:.4} gauss, {verdict}.")
         }),
         Quantity::Angle => orientation(channels),
-        Quantity::Temperature => channels[0].min.zip(channels[0].max).map(|(min, max)| {
+        Quantity::Temperature => channels[0].statistics.min.zip(channels[0].statistics.max).map(|(min, max)| {
             format!("The sensor's temperature went from {min:.1} to {max:.1} °C. Bias depends on temperature: a range of more than a few degrees raises the deviation at long averaging times.")
         }),
         Quantity::Value => Some(NEUTRAL_SERIES.into()),
@@ -144,7 +156,7 @@ fn sentences(
     sentences.extend(coarse_steps(channels));
     sentences.extend(loudest(channels));
     sentences.extend(channels.iter().find_map(|channel| {
-        let reason = channel.signal.as_ref()?.normality?.err()?;
+        let reason = channel.statistics.normality.as_ref()?.reason.as_ref()?;
         Some(format!("{}: normality not tested: {reason}.", channel.name))
     }));
     let not_normal: Vec<&str> =
@@ -159,13 +171,18 @@ fn sentences(
 }
 
 /// The step from value to value if it is much of the noise.
-fn coarse_steps(channels: &[&ChannelValues]) -> Option<String> {
+fn coarse_steps(channels: &[&ChannelResult]) -> Option<String> {
     const MUCH: f64 = 0.25;
     let steps: Vec<String> = (channels.iter())
         .filter_map(|channel| {
-            let share = channel.resolution / channel.std.filter(|std| *std > 0.0)?;
+            let share = channel.statistics.resolution / channel.statistics.std.filter(|std| *std > 0.0)?;
             (share > MUCH).then(|| {
-                format!("{} {} ({} standard deviations)", channel.name, digits(channel.resolution, 3), digits(share, 2))
+                format!(
+                    "{} {} ({} standard deviations)",
+                    channel.name,
+                    digits(channel.statistics.resolution, 3),
+                    digits(share, 2)
+                )
             })
         })
         .collect();
@@ -173,8 +190,8 @@ fn coarse_steps(channels: &[&ChannelValues]) -> Option<String> {
     (!steps.is_empty()).then(|| format!("The values change in coarse steps, in {unit}: {}.", steps.join("; ")))
 }
 
-fn upright(channels: &[&ChannelValues]) -> String {
-    let means = channels.iter().filter_map(|channel| Some((channel, channel.mean?)));
+fn upright(channels: &[&ChannelResult]) -> String {
+    let means = channels.iter().filter_map(|channel| Some((channel, channel.statistics.mean?)));
     let strongest = means.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     strongest.map_or_else(String::new, |(channel, mean)| {
         // at rest an accelerometer reads the force that holds it, upwards
@@ -184,8 +201,9 @@ fn upright(channels: &[&ChannelValues]) -> String {
     })
 }
 
-fn orientation(channels: &[&ChannelValues]) -> Option<String> {
-    let std = |name: &str| channels.iter().find(|channel| channel.name == name).and_then(|channel| channel.std);
+fn orientation(channels: &[&ChannelResult]) -> Option<String> {
+    let std =
+        |name: &str| channels.iter().find(|channel| channel.name == name).and_then(|channel| channel.statistics.std);
     let (yaw, pitch, roll) = (std("yaw")?, std("pitch")?, std("roll")?);
     let level = pitch.max(roll);
     let compared = match yaw.partial_cmp(&(2.0 * level)) {
@@ -203,17 +221,19 @@ fn orientation(channels: &[&ChannelValues]) -> Option<String> {
     ))
 }
 
-fn loudest(channels: &[&ChannelValues]) -> Option<String> {
+fn loudest(channels: &[&ChannelResult]) -> Option<String> {
     const MUCH: f64 = 1.3;
-    let known: Vec<(&ChannelValues, f64)> =
-        channels.iter().filter_map(|channel| Some((*channel, channel.std.filter(|std| *std > 0.0)?))).collect();
+    let known: Vec<(&ChannelResult, f64)> = channels
+        .iter()
+        .filter_map(|channel| Some((*channel, channel.statistics.std.filter(|std| *std > 0.0)?)))
+        .collect();
     let most = known.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
     let least = known.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     let is_sensor = matches!(most.0.quantity, Quantity::AngularRate | Quantity::Acceleration | Quantity::MagneticField);
     if !is_sensor || known.len() < 2 || most.1 < MUCH * least.1 {
         return None;
     }
-    let lines = most.0.signal.as_ref().map_or_else(Vec::new, SignalValues::vibrations);
+    let lines = most.0.vibrations();
     let cause = lines.first().map_or_else(String::new, |(hz, share)| {
         format!(" A vibration at {hz:.1} Hz makes {:.0} % of its short-term variance.", 100.0 * share)
     });
@@ -223,4 +243,17 @@ fn loudest(channels: &[&ChannelValues]) -> Option<String> {
         digits(most.1 / least.1, 2),
         least.0.name
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_of_several_tests_is_held_to_what_all_of_them_may_show() {
+        let rejected = |p: [f64; 3]| rejected(["x", "y", "z"].into_iter().zip(p));
+        assert_eq!(rejected([0.005, 0.5, 0.5]), [""; 0]);
+        assert_eq!(rejected([0.003, 0.5, 0.5]), ["x"]);
+        assert_eq!(rejected([0.003, 0.009, 0.004]), ["x", "y", "z"]);
+    }
 }

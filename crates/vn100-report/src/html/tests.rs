@@ -1,12 +1,10 @@
 //! What the pages say of a record.
 
-mod fixture;
 mod reports;
 
-use crate::{Record, figure::Figures};
-
 use super::*;
-use fixture::with_attitude;
+use crate::remedies::page_words;
+use crate::{figure::Figures, tests::fixture::with_attitude};
 
 #[test]
 fn of_several_sources_the_cautions_are_shown_before_their_details_are_opened() {
@@ -21,9 +19,8 @@ fn of_several_sources_the_cautions_are_shown_before_their_details_are_opened() {
 
 #[test]
 fn parts_with_figures_carry_the_numbers_that_are_read_off_them() {
-    let measured = with_attitude(4096, 40.0);
-    let record = Record::new(&measured);
-    let parts = result_parts(&record, ToString::to_string, "run1-");
+    let record = with_attitude(4096, 40.0);
+    let parts = result_parts(&record, page_words, "run1-");
     for name in ["allan", "axes", "spectrum"] {
         let html = &parts.iter().find(|part| part.id == format!("run1-{name}")).unwrap().html;
         assert!(html.contains("<svg "), "{name}");

@@ -44,6 +44,19 @@ pub fn digits_trimmed(value: f64, most: usize) -> String {
     format!("{number}{exponent}")
 }
 
+/// A value with `decimals` decimals. If the text is wider than `width`, with fewer decimals as
+/// long as three digits remain, else with a power of ten. What rounds to 0 has no minus.
+#[must_use]
+pub fn fitted(value: f64, decimals: usize, width: usize) -> String {
+    let keeps_digits = |places: usize| value == 0.0 || value.abs() * 10_f64.powi(places as i32) >= 100.0;
+    let fixed = (0..=decimals).rev().filter(|places| *places == decimals || keeps_digits(*places));
+    let fixed = fixed.map(|places| format!("{value:.places$}"));
+    let is_zero = |text: &str| text.contains('0') && !text.bytes().any(|digit| matches!(digit, b'1'..=b'9'));
+    let fixed = fixed.map(|text| if is_zero(&text) { text.replace('-', "") } else { text });
+    let powers = (0..=5).rev().map(|places| format!("{value:.places$e}"));
+    fixed.chain(powers).find(|text| text.len() <= width).unwrap_or_else(|| format!("{value:.0e}"))
+}
+
 /// The distances of the confidence limits from the value, in percent: `±2.1 %`, or `+12 -9 %`.
 #[must_use]
 pub fn spread(value: f64, lower: f64, upper: f64) -> String {
@@ -235,6 +248,25 @@ mod tests {
             assert_eq!(span(seconds, " "), said);
             let option = humantime::parse_duration(&span(seconds, ""));
             assert_eq!(option.map(|duration| duration.as_secs_f64()), Ok(seconds.ceil()), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_number_never_is_wider_than_its_column_nor_without_digits() {
+        for (value, decimals, width, text) in [
+            (-9.8066, 4, 9, "-9.8066"),
+            (0.0, 4, 9, "0.0000"),
+            (0.0, 12, 9, "0.0000000"),
+            (4.848e-5, 6, 9, "0.000048"),
+            (4.8481e-5, 9, 9, "0.0000485"),
+            (-4.8481e-6, 12, 14, "-0.00000484810"),
+            (-4.8481e-6, 12, 9, "-4.848e-6"),
+            (9.9996, 4, 5, "10.00"),
+            (-1.5e12, 3, 9, "-1.500e12"),
+            (-1.9e-6, 4, 7, "0.0000"),
+            (-0.0, 3, 9, "0.000"),
+        ] {
+            assert_eq!(fitted(value, decimals, width), text);
         }
     }
 }

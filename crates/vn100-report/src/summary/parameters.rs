@@ -1,31 +1,29 @@
 //! The noise parameters of each sensor, its axes side by side, one unit for each parameter, beside
-//! the figures of the data sheet.
+//! the figures of the data sheet and the readings of the graphical slope method.
 
 use vn100_analysis::noise::{Claim, Parameter, Sensor, Status, Term, Verdict};
-use vn100_analysis::{ChannelNoise, FigureVerdict, Onboard, Remedy, Setting, WarningKind, sensor_of};
-
-use super::{AXES, Cells, Notes, ParameterRow, SensorTable, VerdictWord};
-use crate::{
-    codes::{code_of_status, code_of_verdict},
-    measured::Record,
-    names::{ParameterNames, QUANTITIES, names_of, parameter_names, undecided_by},
-    numbers::plain::{digits_trimmed, short},
-    units::ChannelValues,
+use vn100_analysis::{
+    ChannelResult, DecidedBy, FigureVerdict, LongTauValidity, NoiseResult, Onboard, Remedy, Setting, SourceResult,
+    sensor_of,
 };
 
-/// Half of an interval, relative, beyond which its ends are given.
-const ENDS_BEYOND: f64 = 0.1;
-
-/// The stream does not carry the parameter.
-const NOT_COMPARABLE: &str = "n/a";
+use super::{AXES, Notes, ParameterRow, SensorTable, VerdictWord};
+use crate::{
+    codes::code_of_status,
+    graphical::GRAPHICAL,
+    names::{ParameterNames, QUANTITIES, TERMS, decided_by, names_of, parameter_names, short_verdict},
+    numbers::plain::digits_trimmed,
+    units::parameter_unit,
+};
 
 /// A factor on N below which the sensor's own is not given apart.
 const LEAST_FACTOR: f64 = 1.02;
 
 /// Whether a term has a row: all that have an estimate, and those that everyone asks for.
 fn is_shown(sensor: Sensor, term: Term, axes: &[Axis<'_>]) -> bool {
-    let has =
-        |test: fn(&Parameter) -> bool| axes.iter().any(|axis| axis.parameter(term).is_some_and(|found| test(&found)));
+    let has = |test: fn(&Parameter) -> bool| {
+        axes.iter().any(|axis| axis.noise.parameter(term).is_some_and(|found| test(&found)))
+    };
     match term {
         Term::White => true,
         Term::BiasInstability | Term::RateRandomWalk => sensor != Sensor::Magnetometer && has(|_| true),
@@ -34,61 +32,40 @@ fn is_shown(sensor: Sensor, term: Term, axes: &[Axis<'_>]) -> bool {
 }
 
 struct Axis<'a> {
-    channel: &'a ChannelValues,
-    noise: &'a ChannelNoise,
-    verdicts: &'a [FigureVerdict],
-    onboard: Option<Onboard>,
+    channel: &'a ChannelResult,
+    noise: &'a NoiseResult,
 }
 
 impl Axis<'_> {
-    fn parameter(&self, term: Term) -> Option<Parameter> {
-        self.noise.parameter(term)
-    }
-
     /// The factor of aliasing on N; `None` if there is none, or none is known.
     fn aliasing(&self) -> Option<f64> {
-        let window = self.onboard?.window;
+        let window = self.channel.onboard?.window;
         let factor = window.white_factor();
         (factor > LEAST_FACTOR && !window.overlaps()).then_some(factor)
     }
 }
 
-pub(super) fn tables(record: &Record<'_>, notes: &mut Notes) -> Vec<SensorTable> {
-    let assessed = record.channels.iter().zip(&record.measured.assessment.channels);
-    let axes: Vec<Axis<'_>> = assessed
-        .filter_map(|(channel, assessed)| {
-            let noise = channel.noise.as_ref()?;
-            Some(Axis { channel, noise, verdicts: record.verdicts(channel), onboard: assessed.onboard })
-        })
-        .collect();
+pub(super) fn tables(result: &SourceResult, notes: &mut Notes) -> Vec<SensorTable> {
+    let axes: Vec<Axis<'_>> =
+        (result.channels.iter()).filter_map(|channel| Some(Axis { channel, noise: channel.noise.as_ref()? })).collect();
     let of_quantity = |quantity| {
         axes.chunk_by(|a, b| a.channel.quantity == b.channel.quantity)
             .filter(move |group| group[0].channel.quantity == quantity)
     };
     let groups = QUANTITIES.into_iter().flat_map(of_quantity).flat_map(|group| group.chunks(AXES));
-    groups.filter_map(|group| table(record, group, notes)).collect()
+    groups.filter_map(|group| table(group, notes)).collect()
 }
 
-fn table(record: &Record<'_>, axes: &[Axis<'_>], notes: &mut Notes) -> Option<SensorTable> {
+fn table(axes: &[Axis<'_>], notes: &mut Notes) -> Option<SensorTable> {
     let quantity = axes.first()?.channel.quantity;
     let sensor = sensor_of(quantity)?;
-    let has_datasheet = axes.iter().any(|axis| !axis.verdicts.is_empty());
-    let mut rows = Vec::new();
-    let level = format!("{} % interval", short(100.0 * record.measured.assessment.confidence));
-    for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp, Term::Quantization] {
-        if is_shown(sensor, term, axes) {
-            rows.extend(parameter_rows(sensor, term, axes, &level));
-        }
-    }
+    let has_datasheet = axes.iter().any(|axis| !axis.channel.verdicts().is_empty());
+    // N, B and K first
+    let terms = TERMS.into_iter().skip(1).chain([Term::Quantization]).filter(|term| is_shown(sensor, *term, axes));
+    let rows = terms.flat_map(|term| parameter_rows(sensor, term, axes)).collect();
     let mut places = Vec::new();
     if has_datasheet {
-        let names: Vec<&String> = axes.iter().map(|axis| &axis.channel.name).collect();
-        for warning in record.measured.warnings() {
-            let concerns = names.iter().any(|name| warning.channels.contains(name));
-            if warning.kind == WarningKind::DecimatedStream && concerns {
-                places.extend(alias_note(axes, notes));
-            }
-        }
+        places.extend(alias_note(axes, notes));
         places.extend(undecided_note(axes, notes));
     }
     let axis_name = |axis: &Axis<'_>| match axis.channel.name.rsplit_once('_') {
@@ -104,124 +81,144 @@ fn table(record: &Record<'_>, axes: &[Axis<'_>], notes: &mut Notes) -> Option<Se
     })
 }
 
-/// Which verdicts a longer record may decide, and which it does not: in one note, since the head of
-/// the table has room for two marks.
+/// What would decide the first open verdict: one note, since the head of the table has room for two
+/// marks.
 fn undecided_note(axes: &[Axis<'_>], notes: &mut Notes) -> Option<usize> {
-    let verdicts = || axes.iter().flat_map(|axis| axis.verdicts);
-    let is_open = |judged: &&FigureVerdict| matches!(judged.verdict, Verdict::Consistent | Verdict::Undecided);
-    let mut parts: Vec<String> = Vec::new();
-    parts.extend(verdicts().filter(is_open).find_map(undecided_by).map(|why| format!("undecidable: {why}")));
-    if verdicts().any(|verdict| verdict.verdict == Verdict::Inconclusive) {
-        parts.push(format!("inconclusive: a longer record may decide (`{}`)", (notes.words)(&Remedy::Plan)));
-    }
-    (!parts.is_empty()).then(|| notes.place(parts.join("; ")))
+    let (axis, by) = axes
+        .iter()
+        .find_map(|axis| Some((axis, axis.channel.verdicts().iter().find_map(|found| found.decided_by)?)))?;
+    let remedy = match (by, axis.channel.onboard) {
+        (DecidedBy::Rate, _) => Some(Remedy::GiveRate(None)),
+        (DecidedBy::Window, Some(_)) => Some(Remedy::GiveWindow),
+        (DecidedBy::Unaliased, Some(onboard)) => Some(Remedy::MeasureWith(Setting::Window(onboard.unaliased_window()))),
+        (DecidedBy::LongerRecord, _) => Some(Remedy::Plan),
+        _ => None,
+    };
+    let remedy = remedy.map_or_else(String::new, |remedy| format!("; {}", (notes.words)(&remedy)));
+    Some(notes.place(format!("undecided: {} would decide{remedy}", decided_by(by))))
 }
 
 /// What the data sheet is multiplied by, and how that is avoided.
 fn alias_note(axes: &[Axis<'_>], notes: &mut Notes) -> Option<usize> {
-    let (onboard, factor) = axes.iter().find_map(|axis| axis.onboard.zip(axis.aliasing()))?;
+    let (onboard, factor) = axes.iter().find_map(|axis| axis.channel.onboard.zip(axis.aliasing()))?;
     let window = onboard.unaliased_window();
     let is_imu = onboard.refresh_hz > Onboard::MAG_REFRESH_HZ;
     let words = notes.words;
-    let unknown = if onboard.window_known() || !is_imu {
-        String::new()
-    } else {
-        format!("; {} states register 85 if it is known", words(&Remedy::GiveWindow))
-    };
-    let remedy = if is_imu {
-        format!("; `{}` avoids it", words(&Remedy::MeasureWith(Setting::Window(window))))
-    } else {
-        String::new()
-    };
+    let unknown = (is_imu && !onboard.window_known()).then_some(Remedy::GiveWindow);
+    let avoided = is_imu.then_some(Remedy::MeasureWith(Setting::Window(window)));
+    let remedies: String = avoided.iter().chain(&unknown).map(|remedy| format!("; {}", words(remedy))).collect();
     let percent = 100.0 * Onboard::UNCERTAINTY;
-    Some(notes.place(format!("data sheet N x {factor:.2} (±{percent:.0} %) by aliasing{remedy}{unknown}")))
+    let aliasing = match onboard.window_known() {
+        true => format!("{factor:.2} (±{percent:.0} %) by aliasing"),
+        false => {
+            let most = onboard.window.decimation.sqrt();
+            format!("1 to {most:.2} by aliasing, {factor:.2} at the factory default of its window")
+        }
+    };
+    Some(notes.place(format!("data sheet N x {aliasing}{remedies}")))
 }
 
-fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>], level: &str) -> Vec<ParameterRow> {
+fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>]) -> Vec<ParameterRow> {
     let ParameterNames { name, symbol, .. } = parameter_names(sensor, term);
     let (unit, factor) = parameter_unit(sensor, term);
-    let parameters: Vec<Option<Parameter>> = axes.iter().map(|axis| axis.parameter(term)).collect();
-    let status = |parameter: &Option<Parameter>| parameter.map(|parameter| parameter.status);
-    let first = parameters.first().and_then(status);
-    let valueless =
-        |parameter: &Option<Parameter>| parameter.is_none_or(|parameter| parameter.value.or(parameter.upper).is_none());
-    let cells = match first {
-        Some(of_all) if parameters.iter().all(|other| valueless(other) && status(other) == first) => {
-            Cells::All(code_of_status(of_all).word)
-        }
-        _ => Cells::Axes(parameters.iter().map(|parameter| cell(*parameter, factor)).collect()),
+    let detail = |label: &str, short_label, cells| ParameterRow {
+        label: label.into(),
+        short_label,
+        unit: "",
+        is_detail: true,
+        cells,
+        figure: None,
     };
-    let row = |label: &str, cells| ParameterRow { label: label.into(), unit: "", is_detail: true, cells, figure: None };
-    let mut rows = vec![ParameterRow { label: format!("{name} {symbol}"), unit, is_detail: false, ..row("", cells) }];
-    if parameters.iter().flatten().any(|parameter| parameter.value.is_some() && parameter.upper.is_some()) {
-        let cells = parameters.iter().map(|parameter| interval(*parameter, factor)).collect();
-        rows.push(row(level, Cells::Axes(cells)));
-    }
+    let of = |parameter: &dyn Fn(&NoiseResult) -> Option<Parameter>| -> Vec<Option<Parameter>> {
+        axes.iter().map(|axis| parameter(axis.noise)).collect()
+    };
+    let cells =
+        |parameters: &[Option<Parameter>]| parameters.iter().map(|found| cell(*found, factor)).collect::<Vec<_>>();
+    let is_known = |found: &Option<Parameter>| found.is_some_and(|found| found.value.or(found.upper).is_some());
+    let parameters = of(&|noise| noise.parameter(term));
+    let status = |found: &Option<Parameter>| found.map(|found| found.status);
+    let first = parameters.first().and_then(status);
+    let value_cells = match first {
+        Some(of_all) if parameters.iter().all(|other| !is_known(other) && status(other) == first) => {
+            vec![code_of_status(of_all).word.to_owned()]
+        }
+        _ => cells(&parameters),
+    };
+    let value = detail(&format!("{name} {symbol}"), short_label(sensor, term), value_cells);
+    let mut rows = vec![ParameterRow { unit, is_detail: false, ..value }];
     // the row that the data sheet is compared with
     let mut compared = 0;
-    match term {
-        Term::White if axes.iter().any(|axis| axis.aliasing().is_some()) => {
-            let own = axes.iter().zip(&parameters).map(|(axis, parameter)| {
-                let own = parameter.and_then(|parameter| parameter.value).zip(axis.aliasing());
-                own.map_or("-".into(), |(value, aliasing)| number(value * factor / aliasing))
-            });
-            rows.push(row("sensor's own N, ±10 %", Cells::Axes(own.collect())));
-        }
-        Term::BiasInstability => {
-            let minima: Vec<Option<Parameter>> = axes.iter().map(|axis| axis.noise.curve_minimum()).collect();
-            if !minima.iter().all(valueless) {
-                compared = rows.len();
-                let cells = minima.iter().map(|minimum| cell(*minimum, factor));
-                rows.push(ParameterRow { unit, ..row("minimum of the curve", Cells::Axes(cells.collect())) });
-            }
-        }
-        _ => {}
+    if term == Term::White && axes.iter().any(|axis| axis.aliasing().is_some()) {
+        let own = axes.iter().zip(&parameters).map(|(axis, found)| {
+            let own = found.and_then(|found| found.value).zip(axis.aliasing());
+            own.map_or("-".into(), |(value, aliasing)| number(value * factor / aliasing))
+        });
+        rows.push(detail("sensor's own N, ±10 %", "  own N, ±10%", own.collect()));
     }
-    let figures = figures(term, axes, factor);
-    for (place, figure) in figures.into_iter().enumerate() {
+    let minima = of(&NoiseResult::curve_minimum);
+    if term == Term::BiasInstability && minima.iter().any(is_known) {
+        compared = rows.len();
+        rows.push(detail("minimum of the curve", "  curve minimum", cells(&minima)));
+    }
+    if let Some((_, rule)) = GRAPHICAL.iter().find(|(graphical, _)| *graphical == term) {
+        let is_of_sensor = |axis: &Axis<'_>| term == Term::White || axis.noise.long_taus == LongTauValidity::Sensor;
+        let read = |axis: &Axis<'_>| axis.noise.classical.of(term).ok().filter(|_| is_of_sensor(axis));
+        if axes.iter().any(|axis| read(axis).is_some()) {
+            let cell = |axis: &Axis<'_>| read(axis).map_or("-".into(), |line| number(line.value * factor));
+            rows.push(detail(&format!("graphical: {rule}"), short_rule(term), axes.iter().map(cell).collect()));
+        }
+    }
+    for (place, figure) in figures(term, axes, factor).into_iter().enumerate() {
         match rows.get_mut(compared + place) {
             Some(row) => row.figure = Some(figure),
-            None => rows.push(ParameterRow { figure: Some(figure), ..row("", Cells::Axes(Vec::new())) }),
+            None => rows.push(ParameterRow { figure: Some(figure), ..detail("", "", Vec::new()) }),
         }
     }
     rows
 }
 
-/// The unit of a parameter in summaries, close to that of data sheets, and how many of these units
-/// are one SI unit.
-#[must_use]
-pub fn parameter_unit(sensor: Sensor, term: Term) -> (&'static str, f64) {
-    const DEG: f64 = 180.0 / std::f64::consts::PI;
-    const MG: f64 = 1e3 / vn100_analysis::noise::STANDARD_GRAVITY_M_S2;
-    match (sensor, term) {
-        (Sensor::Gyroscope, Term::White) => ("deg/√h", 60.0 * DEG),
-        (Sensor::Gyroscope, Term::BiasInstability) => ("deg/h", 3600.0 * DEG),
-        (Sensor::Gyroscope, Term::RateRandomWalk) => ("deg/h/√h", 3600.0 * 60.0 * DEG),
-        (Sensor::Gyroscope, Term::RateRamp) => ("deg/h²", 3600.0 * 3600.0 * DEG),
-        (Sensor::Gyroscope, Term::Quantization) => ("arcsec", 3600.0 * DEG),
-        (Sensor::Accelerometer, Term::White) => ("mg/√Hz", MG),
-        (Sensor::Accelerometer, Term::BiasInstability) => ("mg", MG),
-        (Sensor::Accelerometer, Term::RateRandomWalk) => ("mg/√h", 60.0 * MG),
-        (Sensor::Accelerometer, Term::RateRamp) => ("mg/h", 3600.0 * MG),
-        (Sensor::Accelerometer, Term::Quantization) => ("m/s", 1.0),
-        (Sensor::Magnetometer, Term::White) => ("mG/√Hz", 1e3),
-        (Sensor::Magnetometer, Term::BiasInstability) => ("mG", 1e3),
-        (Sensor::Magnetometer, Term::RateRandomWalk) => ("mG/√h", 60e3),
-        (Sensor::Magnetometer, Term::RateRamp) => ("mG/h", 3600e3),
-        (Sensor::Magnetometer, Term::Quantization) => ("mG s", 1e3),
+/// In at most 12 characters, with the symbol.
+fn short_label(sensor: Sensor, term: Term) -> &'static str {
+    match (term, sensor) {
+        (Term::White, Sensor::Gyroscope) => "ARW N",
+        (Term::White, Sensor::Accelerometer) => "VRW N",
+        (Term::White, Sensor::Magnetometer) => "Density N",
+        (Term::BiasInstability, _) => "Instab. B",
+        (Term::RateRandomWalk, Sensor::Gyroscope) => "RRW K",
+        (Term::RateRandomWalk, _) => "Walk K",
+        (Term::RateRamp, _) => "Ramp R",
+        (Term::Quantization, _) => "Quantiz. Q",
     }
 }
 
+/// The rule of the graphical slope method, in few characters.
+fn short_rule(term: Term) -> &'static str {
+    match term {
+        Term::BiasInstability => "  minimum / 0.664",
+        Term::RateRandomWalk => "  slope +½ at 3 s",
+        _ => "  slope −½ at 1 s",
+    }
+}
+
+/// A value with the larger half of its interval, `0.350 ±3%`; a bound, `≤ 0.16`.
 fn cell(parameter: Option<Parameter>, factor: f64) -> String {
-    match parameter.map(|parameter| (parameter.value, parameter.upper, parameter.status)) {
-        Some((Some(value), ..)) => number(value * factor),
-        Some((None, Some(upper), _)) => {
-            // a bound is worth two digits
-            let bound = digits_trimmed(upper * factor, 2);
-            if bound.len() < 5 { format!("≤ {bound}") } else { format!("≤{bound}") }
+    let Some(Parameter { status, value, lower, upper, .. }) = parameter else { return "-".into() };
+    match (value, lower, upper) {
+        (Some(value), Some(lower), Some(upper)) => {
+            let percent = 100.0 * ((upper - value).max(value - lower) / value).abs();
+            let decimals = usize::from(percent < 0.95);
+            if percent < 99.5 {
+                format!("{} ±{percent:.decimals$}%", number(value * factor))
+            } else {
+                let end = |value: f64| digits_trimmed(value * factor, 2);
+                format!("{}-{}", end(lower), end(upper))
+            }
         }
-        Some((None, None, Status::ModelRejected)) => "no fit".into(),
-        _ => "-".into(),
+        (Some(value), ..) => number(value * factor),
+        // a bound is worth two digits
+        (None, _, Some(upper)) => format!("≤ {}", digits_trimmed(upper * factor, 2)),
+        (None, ..) if status == Status::ModelRejected => "no fit".into(),
+        (None, ..) => "-".into(),
     }
 }
 
@@ -237,29 +234,16 @@ fn number(value: f64) -> String {
     }
 }
 
-/// `±3.2 %`, or the ends of the interval if they are far apart.
-fn interval(parameter: Option<Parameter>, factor: f64) -> String {
-    let Some(Parameter { value: Some(value), lower: Some(lower), upper: Some(upper), .. }) = parameter else {
-        return "-".into();
-    };
-    let half = (upper - value).max(value - lower) / value;
-    if half <= ENDS_BEYOND {
-        return format!("±{:.1} %", 100.0 * half);
-    }
-    let end = |value: f64| digits_trimmed(value * factor, 2);
-    format!("{}-{}", end(lower), end(upper))
-}
-
 /// The figures of the data sheet for a term: in its unit, as a sensor at the figure shows in this
 /// stream, with the worst verdict of the axes.
 fn figures(term: Term, axes: &[Axis<'_>], factor: f64) -> Vec<(String, VerdictWord)> {
-    let of = |axis: &Axis<'_>| axis.verdicts.iter().filter(|verdict| verdict.figure.term == term).count();
+    let of = |axis: &Axis<'_>| axis.channel.verdicts().iter().filter(|verdict| verdict.figure.term == term).count();
     let count = axes.iter().map(of).max().unwrap_or(0);
     (0..count)
         .filter_map(|place| {
             let verdicts: Vec<(usize, &FigureVerdict)> = (axes.iter().enumerate())
                 .filter_map(|(number, axis)| {
-                    let mut same = axis.verdicts.iter().filter(|verdict| verdict.figure.term == term);
+                    let mut same = axis.channel.verdicts().iter().filter(|verdict| verdict.figure.term == term);
                     Some((number, same.nth(place)?))
                 })
                 .collect();
@@ -268,30 +252,23 @@ fn figures(term: Term, axes: &[Axis<'_>], factor: f64) -> Vec<(String, VerdictWo
         })
         .enumerate()
         // what cannot be compared is said once
-        .filter(|(place, (_, verdict))| *place == 0 || verdict.word != NOT_COMPARABLE)
+        .filter(|(place, (_, verdict))| *place == 0 || verdict.word != "n/a")
         .map(|(_, figure)| figure)
         .collect()
 }
 
+/// A limit as the lowest that it may be in this stream, and what is typical as a range.
 fn claim(verdict: &FigureVerdict, factor: f64) -> String {
-    let ends = verdict.readings.iter().map(|reading| reading.expected).chain([verdict.expected]);
-    // in the middle of what the stream may do to it
-    let middles: Vec<f64> = ends.map(|(low, high)| f64::midpoint(low, high) * factor).collect();
-    let (low, high) = match verdict.figure.claim {
-        Claim::Typical { from, to, .. } if verdict.readings.is_empty() && from < to => {
-            let scale = verdict.stream.factor * factor;
-            (from * scale, to * scale)
-        }
-        _ => (
-            middles.iter().copied().fold(f64::INFINITY, f64::min),
-            middles.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        ),
-    };
-    let kind = match verdict.figure.claim {
-        Claim::Typical { .. } => "typ",
-        _ => "max",
-    };
-    format!("{kind} {}", range(low, high))
+    let (from, to) = verdict.figure.claim.ends();
+    let (low, high) = verdict.expected;
+    // in the middle of what aliasing is known to
+    let guard = (to * verdict.factor.1 / high).min(1.0);
+    let smaller = if verdict.figure.is_of_unknown_sides { std::f64::consts::FRAC_1_SQRT_2 } else { 1.0 };
+    let middle = (from * smaller * verdict.factor.0, high * guard);
+    match verdict.figure.claim {
+        Claim::Typical { .. } => format!("typ {}", range(middle.0 * factor, middle.1 * factor)),
+        Claim::Limit(_) => format!("max {}", range(low.min(middle.0) * factor, middle.1 * factor)),
+    }
 }
 
 /// Both ends to two digits, or one number if they are the same; with fewer digits of the lower
@@ -313,53 +290,53 @@ fn range(low: f64, high: f64) -> String {
     format!("{from}-{to}")
 }
 
-/// The worst verdict, with the letters of its axes where others are better.
+/// The worst verdict, with the letters of its axes if others are better; of a typical figure the
+/// largest ratio.
 fn word(verdicts: &[(usize, &FigureVerdict)], axes: &[Axis<'_>]) -> VerdictWord {
     let rank = |verdict: Verdict| Verdict::ALL.iter().position(|other| *other == verdict).unwrap_or(usize::MAX);
-    let worst = verdicts.iter().map(|(_, verdict)| verdict.verdict).min_by_key(|verdict| rank(*verdict));
-    let Some(worst) = worst else { return VerdictWord { word: String::new(), is_failed: false } };
-    let name = verdict_word(worst);
-    let of_worst = verdicts.iter().filter(|(_, verdict)| verdict.verdict == worst);
+    let judged = verdicts.iter().filter_map(|(_, judged)| judged.verdict);
+    let Some(worst) = judged.min_by_key(|verdict| rank(*verdict)) else {
+        let upper = |(_, judged): &&(usize, &FigureVerdict)| judged.ratio.upper.unwrap_or(0.0);
+        let largest = verdicts.iter().max_by(|a, b| upper(a).total_cmp(&upper(b)));
+        let word = largest.map_or_else(String::new, |(_, judged)| short_verdict(judged));
+        return VerdictWord { word, is_failed: false };
+    };
+    let of_worst = verdicts.iter().filter(|(_, verdict)| verdict.verdict == Some(worst));
     let letters: Vec<&str> =
         of_worst.clone().filter_map(|(number, _)| axes[*number].channel.name.rsplit('_').next()).collect();
+    let name = of_worst.clone().next().map_or_else(String::new, |(_, judged)| short_verdict(judged));
     let short = name.len() + 1 + letters.len();
     let word = match of_worst.count() == verdicts.len() || short > 12 || letters.iter().any(|letter| letter.len() != 1)
     {
-        true => name.to_owned(),
+        true => name,
         false => format!("{name} {}", letters.concat()),
     };
     VerdictWord { word, is_failed: worst == Verdict::Fail }
-}
-
-/// The verdict in one word, as a column of the summary has room for; what is typical stands in the
-/// column before it.
-pub(crate) fn verdict_word(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Fail => "FAIL",
-        Verdict::NotComparable => NOT_COMPARABLE,
-        _ => {
-            let word = code_of_verdict(verdict).word;
-            word.strip_suffix(" typical").unwrap_or(word)
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn parameter(value: f64, lower: f64, upper: f64) -> Option<Parameter> {
-        let known = Parameter::without_value(Status::Estimated);
-        Some(Parameter { value: Some(value), lower: Some(lower), upper: Some(upper), ..known })
-    }
-
     #[test]
-    fn an_interval_is_relative_while_narrow_and_else_given_by_its_ends() {
-        assert_eq!(interval(parameter(2.0, 1.96, 2.05), 1.0), "±2.5 %");
-        assert_eq!(interval(parameter(2.0, 1.81, 2.19), 1.0), "±9.5 %");
-        assert_eq!(interval(parameter(3.7, 2.3, 5.6), 1.0), "2.3-5.6");
-        assert_eq!(interval(parameter(2.0, 1.9, 2.21), 10.0), "19-22");
-        assert_eq!(interval(None, 1.0), "-");
+    fn cells_have_room_in_their_column() {
+        for (found, text) in [
+            (Parameter::estimated(2.0, 1.96, 2.05), "2.00 ±2%"),
+            (Parameter::estimated(2.0, 1.99, 2.01), "2.00 ±0.5%"),
+            (Parameter::estimated(0.085, 0.081, 0.09), "0.0850 ±6%"),
+            (Parameter::estimated(3.7, 2.3, 5.6), "3.70 ±51%"),
+            (Parameter::estimated(2.0, 0.5, 9.0), "0.5-9"),
+            (Parameter::bounded(1.24), "≤ 1.2"),
+            (Parameter::bounded(0.000_26), "≤ 2.6e-4"),
+            (Parameter::without_value(Status::ModelRejected), "no fit"),
+            (Parameter::without_value(Status::NotObservable), "-"),
+        ] {
+            let cell = cell(Some(found), 1.0);
+            assert_eq!(cell, text);
+            assert!(cell.chars().count() <= 11, "{cell}");
+        }
+        assert_eq!(cell(None, 1.0), "-");
+        assert_eq!([12_345.6, 0.001_234, 0.000_123_4].map(number), ["12346", "0.00123", "1.2e-4"]);
     }
 
     #[test]
@@ -372,24 +349,6 @@ mod tests {
             (0.42, 0.52, "0.42-0.52"),
         ] {
             assert_eq!(range(low, high), text);
-        }
-    }
-
-    #[test]
-    fn cells_are_seven_characters_at_most() {
-        let bound = |upper| Some(Parameter { upper: Some(upper), ..Parameter::without_value(Status::Bounded) });
-        for (cell, text) in [
-            (cell(parameter(0.480_4, 0.4, 0.5), 1.0), "0.480"),
-            (cell(parameter(12_345.6, 1.0, 2.0), 1.0), "12346"),
-            (cell(parameter(0.001_234, 1.0, 2.0), 1.0), "0.00123"),
-            (cell(parameter(0.000_123_4, 1.0, 2.0), 1.0), "1.2e-4"),
-            (cell(bound(1.24), 1.0), "≤ 1.2"),
-            (cell(bound(0.026), 1.0), "≤0.026"),
-            (cell(bound(0.000_26), 1.0), "≤2.6e-4"),
-            (cell(None, 1.0), "-"),
-        ] {
-            assert_eq!(cell, text);
-            assert!(cell.chars().count() <= 7, "{cell}");
         }
     }
 }

@@ -1,32 +1,24 @@
 //! Means and standard deviations of one sample, the axes of a sensor side by side.
 
-use vn100_analysis::noise::STANDARD_GRAVITY_M_S2;
-use vn100_analysis::protocol::{Channel, Quantity};
-use vn100_analysis::{ChannelSnapshot, Snapshot};
+use crate::numbers::plain::fitted;
+use vn100_analysis::protocol::Quantity;
+use vn100_analysis::{ChannelResult, SourceResult};
 
 use super::{AXES, StatisticsRow};
-use crate::{
-    measured::Record,
-    names::{QUANTITIES, names_of},
-    numbers::plain::signed,
-    units::{ChannelValues, fitted},
-};
+use crate::names::{QUANTITIES, names_of};
 
 /// Characters of a number.
 const WIDTH: usize = 7;
 
-pub(super) fn rows(record: &Record<'_>) -> Vec<StatisticsRow> {
-    let mut rows = Vec::new();
-    for quantity in QUANTITIES {
-        for axes in record.of(quantity).chunks(AXES) {
-            rows.extend(of_axes(quantity, axes, record));
-        }
-    }
-    rows
+pub(super) fn rows(result: &SourceResult) -> Vec<StatisticsRow> {
+    let of_quantity = |quantity| {
+        let axes = result.of(quantity);
+        axes.chunks(AXES).map(|axes| of_axes(quantity, axes, result)).collect::<Vec<_>>()
+    };
+    QUANTITIES.into_iter().flat_map(of_quantity).collect()
 }
 
-fn of_axes(quantity: Quantity, axes: &[&ChannelValues], record: &Record<'_>) -> Vec<StatisticsRow> {
-    let names = names_of(quantity);
+fn of_axes(quantity: Quantity, axes: &[&ChannelResult], result: &SourceResult) -> StatisticsRow {
     let (unit, factor, decimals) = match quantity {
         Quantity::AngularRate => ("deg/s", 180.0 / std::f64::consts::PI, 4),
         Quantity::Acceleration => ("m/s²", 1.0, 4),
@@ -36,51 +28,30 @@ fn of_axes(quantity: Quantity, axes: &[&ChannelValues], record: &Record<'_>) -> 
         Quantity::Pressure => ("kPa", 1.0, 3),
         Quantity::Quaternion | Quantity::Value => ("", 1.0, 6),
     };
-    let cells = |of: fn(&ChannelValues) -> Option<f64>| -> Vec<String> {
-        let cell =
-            |channel: &&ChannelValues| of(channel).map_or("-".into(), |value| fitted(value * factor, decimals, WIDTH));
-        axes.iter().map(cell).collect()
-    };
-    let label = match axes {
-        [only] if quantity == Quantity::Value => only.name.clone(),
-        _ => names.short.to_owned(),
-    };
-    let row = |what: &str, cells, remark| StatisticsRow { label: format!("{label} {what}"), unit, cells, remark };
-    let remark = remark(quantity, record);
-    if matches!(quantity, Quantity::Temperature | Quantity::Pressure) {
-        let both = [cells(|channel| channel.mean), cells(|channel| channel.std)].concat();
-        return vec![row("mean, std", both, remark)];
-    }
-    // where an angle points says nothing of the sensor
-    if matches!(quantity, Quantity::Angle | Quantity::Quaternion) {
-        return vec![row("std", cells(|channel| channel.std), remark)];
-    }
-    vec![row("mean", cells(|channel| channel.mean), remark), row("std", cells(|channel| channel.std), String::new())]
-}
-
-/// The length of the mean vector, and how far gravity is from its standard value.
-fn remark(quantity: Quantity, record: &Record<'_>) -> String {
-    let length = record.norms.iter().find(|norm| norm.quantity == quantity).and_then(|norm| norm.of_mean);
-    match (quantity, length) {
-        (Quantity::Acceleration, Some(length)) => {
-            let off_mg = 1e3 * (length / STANDARD_GRAVITY_M_S2 - 1.0);
-            format!("norm {length:.4}, g {} mg", signed(off_mg, 1))
-        }
-        (Quantity::MagneticField, Some(length)) => format!("norm {length:.4}"),
-        _ => String::new(),
+    let cell = |value: Option<f64>| value.map_or("-".into(), |value| fitted(value * factor, decimals, WIDTH));
+    // the direction of an angle says nothing of the sensor
+    let has_mean = !matches!(quantity, Quantity::Angle | Quantity::Quaternion);
+    let mean = |axis: &&ChannelResult| if has_mean { cell(axis.statistics.mean) } else { String::new() };
+    let length = result.norms.iter().find(|norm| norm.quantity == quantity).and_then(|norm| norm.of_mean);
+    StatisticsRow {
+        label: match axes {
+            [only] if quantity == Quantity::Value => only.name.clone(),
+            _ => names_of(quantity).short.to_owned(),
+        },
+        unit,
+        means: axes.iter().map(mean).collect(),
+        stds: axes.iter().map(|axis| cell(axis.statistics.std)).collect(),
+        remark: match (quantity, length) {
+            (Quantity::Acceleration | Quantity::MagneticField, Some(length)) => format!("norm {length:.4}"),
+            _ => String::new(),
+        },
     }
 }
 
-/// The mean temperature of the sensor as text, such as `24.3 °C`: of the samples, or else of what
-/// was read from a register between them; `None` if neither has it.
+/// The mean temperature of the sensor as text, such as `24.3 °C`: of the samples, or else of the
+/// readings of a register between them; `None` if neither has it.
 #[must_use]
-pub fn mean_temperature(snapshot: &Snapshot) -> Option<String> {
-    let channels = snapshot.layout_channels();
-    let streamed = channels.iter().zip(&snapshot.channels);
-    let polled = snapshot.register_channels.iter().map(|polled| (&polled.channel, &polled.results));
-    let mean = |(channel, results): (&Channel, &ChannelSnapshot)| {
-        let mean = channel.in_unit(results.moments.mean_counts()?);
-        (channel.quantity == Quantity::Temperature).then_some(mean)
-    };
-    streamed.chain(polled).find_map(mean).map(|mean_c| format!("{mean_c:.1} °C"))
+pub fn mean_temperature(result: &SourceResult) -> Option<String> {
+    let mean = |channel: &&ChannelResult| channel.statistics.mean;
+    result.of(Quantity::Temperature).iter().find_map(mean).map(|mean_c| format!("{mean_c:.1} °C"))
 }

@@ -1,17 +1,17 @@
 //! How far the record can be trusted: one line for each aspect, with what was found.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::protocol::stream::BagReport;
-use vn100_analysis::timebase::TimebaseSummary;
-use vn100_analysis::{Assessment, MissingFrom, RateFrom, Severity, Snapshot, SourceFacts, Warning, WarningKind};
+use vn100_analysis::{ChannelResult, RateFrom, Severity, SourceFacts, SourceResult, Warning, WarningKind};
 
-use super::{AspectStatus, Notes};
 use crate::{
     codes::code_of_rate,
     goals::warm_up,
-    measured::Record,
-    names::rejected_lines,
+    names::{outages, rejected_lines},
     numbers::plain::{counted, grouped, ppm, short},
+    warnings::headline,
 };
 
 /// What a warning concerns.
@@ -35,49 +35,23 @@ impl Aspect {
     const fn of(kind: WarningKind) -> Self {
         use WarningKind as Kind;
         match kind {
-            Kind::RecordingFailed
-            | Kind::RecordingCut
-            | Kind::EndedEarly
+            Kind::Incomplete
             | Kind::NoValidLines
             | Kind::OtherMessages
-            | Kind::LinkBudget
-            | Kind::DeviceErrors
-            | Kind::PortShared
-            | Kind::AnotherSensor
+            | Kind::LinkErrors
+            | Kind::StreamChanged
             | Kind::Gaps
             | Kind::RejectedLines
-            | Kind::AbsentValues
-            | Kind::UnreadValues
-            | Kind::UncheckedLines
             | Kind::RepeatedLines
             | Kind::TooShort => Self::Data,
-            Kind::RateAssumed
-            | Kind::RateChanged
-            | Kind::RateOffNominal
-            | Kind::StampsBackwards
-            | Kind::StampsRefused
-            | Kind::BunchedArrival => Self::Time,
+            Kind::RateAssumed | Kind::RateOffNominal | Kind::StampsDoubtful => Self::Time,
             Kind::VibrationLine
             | Kind::NotStationary
             | Kind::WarmUp
             | Kind::FollowsTemperature
-            | Kind::GravityMagnitude
-            | Kind::FieldMagnitude
-            | Kind::YawFromMagnetometer => Self::AtRest,
-            Kind::CompensatedStream
-            | Kind::CompensationUnknown
-            | Kind::DecimatedStream
-            | Kind::LowPass
-            | Kind::RotatedAxes => Self::Message,
-            Kind::PrintFormat
-            | Kind::StuckDigits
-            | Kind::CorrelatedNoise
-            | Kind::PossibleFilter
-            | Kind::LineFreeBand
-            | Kind::QuantisationFloor
-            | Kind::FullRange
-            | Kind::AngleRestarted
-            | Kind::UnitDoubtful => Self::Values,
+            | Kind::MagnitudeOff => Self::AtRest,
+            Kind::CompensatedStream | Kind::CompensationUnknown | Kind::LowPass | Kind::SensorSettings => Self::Message,
+            Kind::QuantisationFloor | Kind::CorrelatedNoise | Kind::FullRange | Kind::UnitDoubtful => Self::Values,
         }
     }
 
@@ -92,14 +66,21 @@ impl Aspect {
     }
 }
 
-/// How an aspect of the record stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum StatusWord {
+/// The status of an aspect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StatusWord {
+    /// The sensor was moved.
     Moved,
+    /// Numbers of the result are wrong, or not those of the sensor, or the record is not complete.
     Problem,
+    /// Numbers of the result are less certain, or mean less.
     Check,
+    /// The stream does not show all that the sensor has.
     Limited,
+    /// The record does not show the aspect.
     Untested,
+    /// Nothing was found.
     Ok,
 }
 
@@ -117,8 +98,9 @@ impl StatusWord {
         }
     }
 
-    /// In capitals where the numbers are not to be used as they stand.
-    pub(crate) const fn word(self) -> &'static str {
+    /// The word, in capitals if the numbers are not to be used as they stand.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
         match self {
             Self::Moved => "MOVED",
             Self::Problem => "PROBLEM",
@@ -130,47 +112,45 @@ impl StatusWord {
     }
 }
 
-/// In the order of a measurement; aspects without anything to say are omitted.
-pub(super) fn statuses(record: &Record<'_>, notes: &mut Notes) -> Vec<AspectStatus> {
-    let measured = record.measured;
-    let warnings = measured.warnings();
-    let mut statuses = Vec::new();
-    for aspect in Aspect::ALL {
-        // what is no more than a note stands beside graver ones in full results alone
-        let found: Vec<&Warning> = warnings
-            .iter()
-            .copied()
-            .filter(|warning| Aspect::of(warning.kind) == aspect && warning.kind != WarningKind::DecimatedStream)
-            .collect();
-        let severity = found.iter().map(|warning| warning.severity).min();
-        let is_shown = |warning: &&&Warning| {
-            aspect == Aspect::Message || warning.kind == WarningKind::EndedEarly || warning.severity < Severity::Note
-        };
-        let mut findings: Vec<(String, Vec<usize>)> = (found.iter().filter(is_shown))
-            .map(|warning| (warning.headline.clone(), actions(warning, notes)))
-            .collect();
-        if aspect == Aspect::Data {
-            findings.splice(0..0, source(&measured.facts).map(|text| (text, Vec::new())));
-        }
-        let is_moved = measured.assessment.motion.is_some() && aspect == Aspect::AtRest;
-        let severity = severity.filter(|severity| *severity < Severity::Note || aspect == Aspect::Message);
-        let untested = untested(aspect, &measured.snapshot, &measured.assessment).filter(|_| severity.is_none());
-        let (severity, word) = match untested {
-            Some(_) => (Some(Severity::Note), StatusWord::Untested),
-            None => (severity, StatusWord::of(severity, is_moved)),
-        };
-        let undisturbed = || undisturbed(aspect, &measured.snapshot).filter(|_| severity.is_none());
-        findings.extend(untested.or_else(undisturbed).map(|text| (text, Vec::new())));
-        if findings.is_empty() {
-            continue;
-        }
-        let word = word.word();
-        statuses.push(AspectStatus { aspect: aspect.name(), severity, word, findings });
-    }
-    statuses
+/// The status of one aspect, with the warning that each finding comes from.
+pub(crate) struct Found<'a> {
+    pub(crate) aspect: &'static str,
+    pub(crate) severity: Option<Severity>,
+    pub(crate) word: StatusWord,
+    pub(crate) findings: Vec<(String, Option<&'a Warning>)>,
 }
 
-/// Which numbers of a bag or a table were taken, and their times.
+/// In the order of a measurement; aspects without anything to say are omitted.
+pub(crate) fn statuses(result: &SourceResult) -> Vec<Found<'_>> {
+    Aspect::ALL.into_iter().map(|aspect| found(aspect, result)).filter(|found| !found.findings.is_empty()).collect()
+}
+
+fn found(aspect: Aspect, result: &SourceResult) -> Found<'_> {
+    let of_aspect = |warning: &&Warning| Aspect::of(warning.kind) == aspect;
+    let warnings: Vec<&Warning> = result.warnings.iter().filter(of_aspect).collect();
+    // a note stands beside graver ones in full results alone
+    let is_shown = |warning: &&&Warning| {
+        aspect == Aspect::Message || warning.kind == WarningKind::Incomplete || warning.severity < Severity::Note
+    };
+    let mut findings: Vec<(String, Option<&Warning>)> =
+        warnings.iter().filter(is_shown).map(|warning| (headline(warning), Some(*warning))).collect();
+    if aspect == Aspect::Data {
+        findings.splice(0..0, source(&result.source).map(|text| (text, None)));
+    }
+    let severity = warnings.iter().map(|warning| warning.severity).min();
+    let severity = severity.filter(|severity| *severity < Severity::Note || aspect == Aspect::Message);
+    let untested = untested(aspect, result).filter(|_| severity.is_none());
+    let is_moved = result.motion.is_some() && aspect == Aspect::AtRest;
+    let (severity, word) = match untested {
+        Some(_) => (Some(Severity::Note), StatusWord::Untested),
+        None => (severity, StatusWord::of(severity, is_moved)),
+    };
+    let undisturbed = || undisturbed(aspect, result).filter(|_| severity.is_none());
+    findings.extend(untested.or_else(undisturbed).map(|text| (text, None)));
+    Found { aspect: aspect.name(), severity, word, findings }
+}
+
+/// The numbers of a bag or a table that are used, and their times.
 fn source(facts: &SourceFacts) -> Option<String> {
     if let Some(BagReport { topic, type_name, messages, used, stamps, unpacked_bytes, .. }) = &facts.bag {
         let unpacked = match unpacked_bytes {
@@ -206,31 +186,27 @@ fn named_unit(column: &str) -> String {
     }
 }
 
-/// Places of the sentences that name what the user can do.
-fn actions(warning: &Warning, notes: &mut Notes) -> Vec<usize> {
-    let actions = warning.details.actions(notes.words);
-    actions.into_iter().map(|action| notes.place(action)).collect()
-}
-
 /// In a shorter record no warm-up and no slow motion would be found.
 const LEAST_AT_REST_S: f64 = 10.0;
 
 /// Whether a channel would show motion: one of a sensor that has axes.
-fn may_be_moved(snapshot: &Snapshot) -> bool {
-    snapshot.layout_channels().iter().zip(&snapshot.channels).any(|(channel, results)| {
-        let has_axes = !matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure | Quantity::Value);
-        has_axes && results.signal.is_some()
-    })
+fn may_be_moved(result: &SourceResult) -> bool {
+    let has_axes = |channel: &ChannelResult| {
+        !matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure | Quantity::Value)
+    };
+    result.streamed().any(has_axes)
 }
 
 /// Why an aspect could not be tested; `None` if it was.
-fn untested(aspect: Aspect, snapshot: &Snapshot, assessment: &Assessment) -> Option<String> {
+fn untested(aspect: Aspect, result: &SourceResult) -> Option<String> {
     match aspect {
-        Aspect::Data => warm_up(snapshot).map(|passed| format!("no sample: warm-up excluded, {passed}")),
+        Aspect::Data => warm_up(&result.timing).map(|passed| format!("no sample: warm-up excluded, {passed}")),
         Aspect::AtRest => {
-            let is_searched = assessment.channels.iter().any(|channel| channel.disturbed.detectable_step.is_some());
-            let is_short = !is_searched || snapshot.timing.duration_s() < LEAST_AT_REST_S;
-            (may_be_moved(snapshot) && is_short && snapshot.timing.samples > 0)
+            let is_searched = |channel: &ChannelResult| {
+                channel.stationarity.as_ref().is_some_and(|found| found.detectable.step.is_some())
+            };
+            let is_short = !result.streamed().any(is_searched) || result.timing.duration_s < LEAST_AT_REST_S;
+            (may_be_moved(result) && is_short && result.timing.samples > 0)
                 .then(|| "the record is too short to show it".into())
         }
         Aspect::Time | Aspect::Message | Aspect::Values => None,
@@ -238,40 +214,36 @@ fn untested(aspect: Aspect, snapshot: &Snapshot, assessment: &Assessment) -> Opt
 }
 
 /// What an aspect without a warning says; `None` for nothing.
-fn undisturbed(aspect: Aspect, snapshot: &Snapshot) -> Option<String> {
-    let timing = &snapshot.timing;
+fn undisturbed(aspect: Aspect, result: &SourceResult) -> Option<String> {
+    let timing = &result.timing;
     match aspect {
         Aspect::Data | Aspect::Time | Aspect::AtRest if timing.samples == 0 => None,
         Aspect::Data => {
-            let tally = &snapshot.link.tally;
-            let rejected = rejected_lines(tally);
-            let dropped = match timing.missing_from {
-                MissingFrom::RejectedRows => "missing ones undetectable (no times)".to_owned(),
-                MissingFrom::DeviceTime | MissingFrom::Counter | MissingFrom::Arrival => {
-                    format!("{} dropped samples, {}", grouped(timing.missing), counted(timing.segments, "segment"))
+            let rejected = rejected_lines(&result.link);
+            let dropped = match timing.missing {
+                None => "missing ones undetectable (no times)".to_owned(),
+                Some(missing) => {
+                    format!("{} dropped samples, {}", grouped(missing), counted(timing.segments, "segment"))
                 }
             };
-            let outages = match snapshot.outages.times {
-                0 => String::new(),
-                _ => format!("; link {}", snapshot.outages),
-            };
+            let outages = outages(&result.link).map_or_else(String::new, |outages| format!("; link {outages}"));
             Some(format!("{rejected} rejected lines; {dropped}{outages}"))
         }
-        Aspect::Time => match snapshot.arrivals {
-            Some(TimebaseSummary { measured_hz: Some(hz), offset_ppm, .. }) => {
-                let off = offset_ppm.map_or_else(String::new, |offset| format!(", {} from nominal", ppm(offset)));
+        Aspect::Time => match (timing.measured_hz, timing.rate_from) {
+            (Some(hz), _) => {
+                let off = timing.offset_ppm.map_or_else(String::new, |off| format!(", {} from nominal", ppm(off)));
                 Some(format!("{hz:.4} Hz measured{off}"))
             }
-            _ if timing.rate_from == RateFrom::DeviceTime => {
-                Some(format!("{} Hz, {} in each packet", short(timing.rate_hz), code_of_rate(timing.rate_from).word))
+            (None, Some(from @ RateFrom::DeviceTime)) => {
+                Some(format!("{} Hz, {} in each packet", short(timing.rate_hz?), code_of_rate(from).word))
             }
             _ => None,
         },
-        Aspect::AtRest => may_be_moved(snapshot).then(|| "no motion, vibration, step or warm-up found".into()),
+        Aspect::AtRest => may_be_moved(result).then(|| "no motion, vibration, step or warm-up found".into()),
         Aspect::Message => {
-            let layout = snapshot.layout.as_ref().filter(|layout| layout.compensated == Some(false))?;
-            let has_rates = layout.channels.iter().any(|channel| channel.quantity == Quantity::AngularRate);
-            has_rates.then(|| format!("{} carries the rates of the sensor, uncompensated", layout.message))
+            let has_rates = result.streamed().any(|channel| channel.quantity == Quantity::AngularRate);
+            let message = result.source.message.as_ref().filter(|_| result.source.compensated == Some(false))?;
+            has_rates.then(|| format!("{message} carries the rates of the sensor, uncompensated"))
         }
         Aspect::Values => None,
     }

@@ -1,10 +1,7 @@
 //! The figures of a record.
 
 use super::fixture::at_rest;
-use crate::{
-    Record,
-    figure::{Figure, Figures},
-};
+use crate::figure::{Figure, Figures};
 
 fn figure<'a>(figures: &'a [Figure], id: &str) -> &'a Figure {
     let all: Vec<&str> = figures.iter().map(|figure| &*figure.id).collect();
@@ -19,7 +16,7 @@ fn count(figure: &Figure, piece: &str) -> usize {
 #[test]
 fn the_figures_of_a_source_under_way_are_those_of_its_noise_under_its_prefix() {
     let measured = at_rest(4096, &[]);
-    let figures = Figures::live(&Record::new(&measured), "run1-");
+    let figures = Figures::live(&measured, "run1-");
     let ids: Vec<&str> = figures.all().map(|figure| &*figure.id).collect();
     let of_sensors = |kind: &str| ["gyro", "accel", "mag"].map(|sensor| format!("run1-{kind}-{sensor}"));
     let axes = ["gyro", "accel", "mag"].map(|sensor| ["x", "y", "z"].map(|axis| format!("run1-allan-{sensor}_{axis}")));
@@ -33,7 +30,7 @@ fn the_figures_of_a_source_under_way_are_those_of_its_noise_under_its_prefix() {
 #[test]
 fn each_known_deviation_has_a_symbol_and_an_interval() {
     let measured = at_rest(32_768, &[]);
-    let figures = Figures::of(&Record::new(&measured), "");
+    let figures = Figures::of(&measured, "");
     let gyro = figure(&figures.allan_sensors, "allan-gyro");
     assert_eq!(gyro.series[0].values.len(), 15);
     let (disc, ring) = ("<circle r=\"3.1\" class=\"a c0\" fill=\"#0072b2\"/>", "<circle r=\"3.1\" class=\"h quiet\"");
@@ -46,7 +43,7 @@ fn each_known_deviation_has_a_symbol_and_an_interval() {
 #[test]
 fn a_figure_of_the_data_sheet_for_the_minimum_of_the_curve_is_a_line_at_that_height() {
     let measured = at_rest(32_768, &[]);
-    let figures = Figures::of(&Record::new(&measured), "");
+    let figures = Figures::of(&measured, "");
     let gyro = figure(&figures.allan_sensors, "allan-gyro");
     assert_eq!(count(gyro, "stroke-dasharray=\"7 3 1.5 3\" d=\"M"), 4 + 2 + 1);
     // at most 10 °/h
@@ -59,7 +56,7 @@ fn a_figure_of_the_data_sheet_for_the_minimum_of_the_curve_is_a_line_at_that_hei
 #[test]
 fn the_legend_of_an_axis_names_the_fitted_model() {
     let measured = at_rest(32_768, &[]);
-    let figures = Figures::of(&Record::new(&measured), "");
+    let figures = Figures::of(&measured, "");
     let gyro_z = figure(&figures.allan_axes, "allan-gyro_z");
     for entry in [">fitted model</text>", ">graphical method</text>", ">N 0.10", ">B ≤ ", ">K "] {
         assert_eq!(count(gyro_z, entry), 1, "{entry}");
@@ -70,7 +67,7 @@ fn the_legend_of_an_axis_names_the_fitted_model() {
 fn the_six_highest_peaks_have_their_frequencies_beside_them() {
     let peaks = [(0.3, 60.0), (0.7, 400.0), (1.5, 50.0), (3.2, 250.0), (6.5, 45.0), (11.0, 150.0), (17.9, 350.0)];
     let measured = at_rest(32_768, &peaks);
-    let figures = Figures::of(&Record::new(&measured), "");
+    let figures = Figures::of(&measured, "");
     let accel = figure(&figures.spectra, "spectrum-accel");
     for (hz, _) in peaks {
         println!("{hz} {}", count(accel, &format!(">{hz:.1} Hz</text>")));
@@ -81,7 +78,7 @@ fn the_six_highest_peaks_have_their_frequencies_beside_them() {
 #[test]
 fn deviations_of_segments_begin_at_zero() {
     let measured = at_rest(4096, &[]);
-    let figures = Figures::of(&Record::new(&measured), "");
+    let figures = Figures::of(&measured, "");
     let scale = figure(&figures.segments, "segments-gyro").y.scale;
     assert_eq!((scale.from, scale.log), (0.0, false));
     assert_eq!(scale.share(scale.to / 2.0), 0.5);
@@ -90,7 +87,7 @@ fn deviations_of_segments_begin_at_zero() {
 #[test]
 fn the_normal_curve_lies_in_a_layer_of_its_own_above_the_bars() {
     let measured = at_rest(32_768, &[]);
-    let figures = Figures::of(&Record::new(&measured), "");
+    let figures = Figures::of(&measured, "");
     let svg = figure(&figures.histograms, "histogram-gyro_x").svg_element();
     let layers: Vec<&str> = svg.split("class=\"data series ").skip(1).map(|layer| &layer[..2]).collect();
     assert_eq!(layers, ["s0", "s1"]);

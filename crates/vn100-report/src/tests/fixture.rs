@@ -1,34 +1,16 @@
-//! A record of a sensor at rest, by numbers that are the same everywhere.
+//! Records of a sensor at rest, by numbers that are the same everywhere.
 
 use std::{f64::consts::TAU, sync::Arc};
 
 use vn100_analysis::{
-    Analysis, Assessment, Settings, SourceFacts,
+    Analysis, Assessment, End, Parts, Settings, Snapshot, SourceFacts, SourceResult, UnmetGoal,
     protocol::{
-        VNIMU,
+        Layout, VNIMU, VNYMR,
         stream::{Arrival, Batch},
     },
 };
 
-use crate::{Asked, Evaluation, Measured};
-
-const RATE_HZ: u64 = 40;
-
-/// Mean and standard deviation of each channel of the message, in its counts: the magnetic field,
-/// the acceleration, whose noise is beyond the data sheet, the rate, temperature and pressure.
-const CHANNELS: [(f64, f64); 11] = [
-    (2100.0, 5.0),
-    (-300.0, 5.0),
-    (4100.0, 5.0),
-    (120.0, 40.0),
-    (-80.0, 40.0),
-    (-9800.0, 40.0),
-    (900.0, 200.0),
-    (-500.0, 200.0),
-    (300.0, 200.0),
-    (251.0, 1.0),
-    (101_325.0, 8.0),
-];
+use crate::{Asked, Ended, Evaluation, remedies::page_words};
 
 /// Near normal: the sum of four uniform numbers.
 fn noise(state: &mut u64) -> f64 {
@@ -39,32 +21,97 @@ fn noise(state: &mut u64) -> f64 {
     (0..4).map(uniform).sum::<f64>() * 0.75_f64.sqrt()
 }
 
-/// So many samples. The z axis of the gyroscope drifts, and that of the accelerometer vibrates with
-/// each of these frequencies in hertz and amplitudes in counts.
-pub(crate) fn at_rest(samples: u64, vibrations: &[(f64, f64)]) -> Measured {
-    let (mut state, mut drift) = (1, 0.0);
+/// The facts of a source of this name.
+pub(crate) fn facts(name: &str) -> SourceFacts {
+    SourceFacts { name: name.into(), ..SourceFacts::default() }
+}
+
+/// A snapshot of no data.
+pub(crate) fn nothing() -> Snapshot {
+    Analysis::new(Settings::default()).snapshot()
+}
+
+/// The result of a snapshot as if it ended now.
+pub(crate) fn result(facts: SourceFacts, snapshot: Snapshot) -> SourceResult {
+    let snapshot = Arc::new(snapshot);
+    let assessment = Arc::new(Assessment::new(&snapshot, 0.95));
+    SourceResult::new(facts, snapshot, assessment, Parts::All)
+}
+
+/// The result of a capture that was read to its end.
+pub(crate) fn ended(facts: SourceFacts, snapshot: Snapshot, unmet: &[UnmetGoal]) -> SourceResult {
+    Ended { end: &End::SourceEnded, shortfall: None, unmet, is_live: false, words: page_words }
+        .complete(result(facts, snapshot))
+}
+
+/// The result of a sensor that has this message at this rate, whose channels have these means and
+/// standard deviations in counts. `more`: what is added to each channel at a sample.
+pub(crate) fn measured(
+    (layout, rate_hz): (&Layout, f64),
+    samples: u64,
+    channels: &[(f64, f64)],
+    mut more: impl FnMut(usize, f64, &mut u64) -> f64,
+) -> SourceResult {
+    let mut state = 1;
     let mut counts = Vec::new();
     for sample in 0..samples {
-        drift += 5.0 * noise(&mut state);
-        let swing = |(hz, counts): &(f64, f64)| counts * (TAU * hz * sample as f64 / RATE_HZ as f64).sin();
-        for (place, (mean, std)) in CHANNELS.into_iter().enumerate() {
-            let more = match place {
-                5 => vibrations.iter().map(swing).sum(),
-                8 => drift,
-                _ => 0.0,
-            };
+        for (place, (mean, std)) in channels.iter().enumerate() {
+            let more = more(place, sample as f64, &mut state);
             counts.push((mean + std * noise(&mut state) + more).round() as i32);
         }
     }
-    let at_ns = |sample| sample as i64 * 25_000_000;
+    let mut analysis = Analysis::new(Settings { rate_hz: Some(rate_hz), ..Settings::default() });
+    let at_ns = |sample| (sample as f64 * 1e9 / rate_hz) as i64;
     let arrivals = (0..samples as usize).map(|from_row| Arrival { from_row, at_ns: at_ns(from_row) }).collect();
-    let mut analysis = Analysis::new(Settings { rate_hz: Some(RATE_HZ as f64), ..Settings::default() });
-    let mut batch = Batch { layout: Some(Arc::new(VNIMU.clone())), counts, arrivals, ..Batch::default() };
+    let mut batch = Batch { layout: Some(Arc::new(layout.clone())), counts, arrivals, ..Batch::default() };
     batch.link.tally.samples = samples;
     analysis.absorb(&batch);
-    let snapshot = Arc::new(analysis.snapshot());
-    let assessment = Assessment::new(&snapshot, 0.95);
-    let facts = SourceFacts { name: "rest.csv".into(), ..SourceFacts::default() };
     let evaluation = Evaluation::new(None, Asked::default()).unwrap();
-    evaluation.complete(Measured::ended(facts, snapshot, assessment, &[]))
+    evaluation.complete(ended(facts("rest.csv"), analysis.snapshot(), &[]))
+}
+
+/// Magnetic field, acceleration with this standard deviation, and rate of a sensor that stands
+/// upright.
+fn axes(accel_std: f64) -> Vec<(f64, f64)> {
+    let mag = [2100.0, -300.0, 4100.0].map(|mean| (mean, 5.0));
+    let accel = [120.0, -80.0, -9800.0].map(|mean| (mean, accel_std));
+    let gyro = [900.0, -500.0, 300.0].map(|mean| (mean, 200.0));
+    [mag, accel, gyro].concat()
+}
+
+/// Temperature and pressure.
+const SURROUNDINGS: [(f64, f64); 2] = [(251.0, 1.0), (101_325.0, 8.0)];
+
+/// With noise of the accelerometer beyond the data sheet. The z axis of the gyroscope drifts, and
+/// that of the accelerometer vibrates with each of these frequencies in hertz and amplitudes in
+/// counts.
+pub(crate) fn at_rest(samples: u64, vibrations: &[(f64, f64)]) -> SourceResult {
+    let mut drift = 0.0;
+    measured((&VNIMU, 40.0), samples, &[&axes(40.0)[..], &SURROUNDINGS].concat(), |place, sample, state| {
+        if place == 0 {
+            drift += 5.0 * noise(state);
+        }
+        match place {
+            5 => vibrations.iter().map(|(hz, counts)| counts * (TAU * hz * sample / 40.0).sin()).sum(),
+            8 => drift,
+            _ => 0.0,
+        }
+    })
+}
+
+/// In a room whose temperature rises and falls by 3 °C twice, and with it the bias of the x axis of
+/// the gyroscope.
+pub(crate) fn in_a_warming_room(samples: u64) -> SourceResult {
+    let sway = |sample: f64| (2.0 * TAU * sample / samples as f64).sin();
+    measured((&VNIMU, 40.0), samples, &[&axes(4.0)[..], &SURROUNDINGS].concat(), |place, sample, _| match place {
+        6 => 150.0 * sway(sample),
+        9 => 30.0 * sway(sample),
+        _ => 0.0,
+    })
+}
+
+/// With the attitude, at this rate.
+pub(crate) fn with_attitude(samples: u64, rate_hz: f64) -> SourceResult {
+    let attitude = [(-85_000.0, 90.0), (500.0, 20.0), (-300.0, 30.0)];
+    measured((&VNYMR, rate_hz), samples, &[&attitude[..], &axes(4.0)].concat(), |_, _, _| 0.0)
 }

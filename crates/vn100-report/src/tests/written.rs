@@ -1,47 +1,54 @@
 //! The texts, tables and documents of a record.
 
 use serde_json::Value;
-use vn100_analysis::protocol::stream::{BagReport, StampSource};
-
-use super::fixture::at_rest;
-use crate::{
-    Asked, Completion, Document, Evaluation, KalibrYaml, Measured, MeasuredSource, MetricsForm, Record, metrics_text,
-    summary::Summary,
+use vn100_analysis::{
+    Completion, SourceResult,
+    protocol::stream::{BagReport, StampSource},
 };
 
-fn document(measured: &Measured) -> Value {
-    serde_json::to_value(Document::new(measured, true, ToString::to_string)).unwrap()
+use super::fixture::at_rest;
+use crate::remedies::page_words;
+use crate::{
+    Asked, Consumer, Document, Evaluation, FilterNoise, MeasuredSource, MetricsForm, metrics_text, summary::Summary,
+};
+
+fn document(result: &SourceResult) -> Value {
+    serde_json::to_value(Document::new(result, page_words)).unwrap()
 }
 
 #[test]
 fn statistics_have_as_many_decimals_as_their_quantity_needs() {
     let measured = at_rest(32_768, &[]);
-    let summary = Summary::new(&Record::new(&measured), ToString::to_string);
-    let rows: Vec<_> = summary.statistics.iter().map(|row| (&*row.label, row.unit, row.cells.join(" "))).collect();
+    let summary = Summary::new(&measured, page_words);
+    let rows: Vec<_> = (summary.statistics.iter())
+        .map(|row| {
+            format!("{} {}: {}; {}; {}", row.label, row.unit, row.means.join(" "), row.stds.join(" "), row.remark)
+        })
+        .collect();
     let expected = [
-        ("gyro mean", "deg/s", "0.0516 -0.0286 0.0261"),
-        ("gyro std", "deg/s", "0.0114 0.0115 0.0219"),
-        ("accel mean", "m/s²", "0.1196 -0.0799 -9.8000"),
-        ("accel std", "m/s²", "0.0400 0.0397 0.0402"),
-        ("mag mean", "gauss", "0.2100 -0.0300 0.4100"),
-        ("mag std", "gauss", "0.0005 0.0005 0.0005"),
-        ("temp mean, std", "°C", "25.100 0.104"),
-        ("baro mean, std", "kPa", "101.325 0.008"),
+        "gyro deg/s: 0.0516 -0.0286 0.0261; 0.0114 0.0115 0.0219; ",
+        "accel m/s²: 0.1196 -0.0799 -9.8000; 0.0400 0.0397 0.0402; norm 9.8010",
+        "mag gauss: 0.2100 -0.0300 0.4100; 0.0005 0.0005 0.0005; norm 0.4616",
+        "temp °C: 25.100; 0.104; ",
+        "baro kPa: 101.325; 0.008; ",
     ];
-    assert_eq!(rows, expected.map(|(label, unit, cells)| (label, unit, cells.to_owned())));
+    assert_eq!(rows, expected);
 }
 
 #[test]
 fn the_file_for_kalibr_says_of_each_value_what_it_is() {
     let measured = at_rest(32_768, &[]);
-    let yaml = KalibrYaml::of(&Record::new(&measured), 60.0);
-    assert_eq!(yaml.missing(), [""; 0]);
-    let text = yaml.text();
+    let kalibr = Consumer::named("kalibr").unwrap();
+    let text = kalibr.file(&FilterNoise::of(&measured, 60.0), false).unwrap();
     for lines in [
-        "#   N of accel_z: estimated\naccelerometer_noise_density: 0.0063",
-        "#   by bias instability of accel_z over 60 s: B not detected; upper bound\naccelerometer_random_walk: 2.",
-        "#   N of gyro_y: estimated\ngyroscope_noise_density: 3.18",
-        "#   K of gyro_z: estimated\ngyroscope_random_walk: 3.",
+        "m/s^2/sqrt(Hz): accel_z, estimated\n",
+        "\naccelerometer_noise_density: 0.0063467\n",
+        ": accel_z, random walk not detected, upper bound\n",
+        "\naccelerometer_random_walk: 4.3849e-4\n",
+        "rad/s/sqrt(Hz): gyro_y, estimated\n",
+        "\ngyroscope_noise_density: 3.1807e-5\n",
+        ": gyro_z, estimated\n",
+        "\ngyroscope_random_walk: 3.0553e-5\n",
     ] {
         assert!(text.contains(lines), "{lines:?} is not in:\n{text}");
     }
@@ -50,9 +57,7 @@ fn the_file_for_kalibr_says_of_each_value_what_it_is() {
 #[test]
 fn metrics_have_the_parameters_of_a_sensor_at_rest_alone() {
     let metrics = |vibrations: &[(f64, f64)]| {
-        let Measured { facts, snapshot, assessment, .. } = at_rest(4096, vibrations);
-        let source =
-            MeasuredSource { facts: &facts, snapshot: &snapshot, assessment: &assessment, last_sample_age: None };
+        let source = MeasuredSource { result: &at_rest(4096, vibrations), last_sample_age: None };
         metrics_text(&[source], MetricsForm::Prometheus)
     };
     let (rest, moved) = (metrics(&[]), metrics(&[(1.0, 5000.0)]));
@@ -87,7 +92,7 @@ fn terms_that_are_fitted_together_are_correlated() {
 fn the_counts_of_a_bag_stand_under_their_names() {
     let mut measured = at_rest(64, &[]);
     let bag = BagReport::of("/imu", "sensor_msgs/msg/Imu", StampSource::Recorded);
-    measured.facts.bag = Some(BagReport {
+    measured.source.bag = Some(BagReport {
         messages: 1,
         used: 2,
         without_sample: 3,

@@ -1,4 +1,4 @@
-//! What the commands of the user do to a measurement under way.
+//! The effects of the user's commands on a measurement in progress.
 
 use tokio::time::Instant;
 
@@ -45,7 +45,7 @@ impl Measuring {
         self.show_playback(channels);
     }
 
-    /// The record begins anew, and with it the count of seconds and the check of the goals.
+    /// Restarts the record, the count of seconds and the check of the goals.
     fn begin_anew(&mut self) {
         (self.seconds, self.goals) = (self.analysis.seconds(), GoalCheck::default());
         self.has_changed = true;

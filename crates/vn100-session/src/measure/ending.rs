@@ -1,9 +1,9 @@
-//! Why a measurement ends: limits of time, the watchdog of its stream, the reason in its result.
+//! The end of a measurement: limits of time, the watchdog of its stream, the reason in its result.
 
 use std::sync::Arc;
 
 use tokio::time::Instant;
-use vn100_analysis::{Analysis, Shortfall, Snapshot, protocol::stream::FileReport};
+use vn100_analysis::{Shortfall, Snapshot, protocol::stream::FileReport};
 use vn100_driver::LinkState;
 
 use super::Measuring;
@@ -11,7 +11,6 @@ use crate::{channels::Channels, end_reason::EndReason, excluded::Excluded, sessi
 
 pub(crate) struct Ending {
     pub(crate) snapshot: Arc<Snapshot>,
-    pub(crate) analysis: Option<Box<Analysis>>,
     pub(crate) reason: EndReason,
     pub(crate) report: Option<FileReport>,
     pub(crate) excluded: Excluded,
@@ -77,7 +76,7 @@ impl Measuring {
     }
 
     pub(super) async fn finish(mut self, channels: &Channels) -> Ending {
-        // where the rate becomes known only now, the pending rows complete seconds, too
+        // if the rate becomes known only now, the pending rows complete seconds as well
         while self.analysis.finish_to_second() {
             self.send_second(channels).await;
         }
@@ -87,7 +86,7 @@ impl Measuring {
         let is_short = self.watchdog.is_some() && self.analysis.settings().duration.is_some();
         let is_reached = matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
         let by_clock = |ended: &EndReason| matches!(ended, EndReason::GaveUp { .. } | EndReason::WallTime(_));
-        // what came before the link was closed may have completed the measurement
+        // samples before the link was closed may have completed the measurement
         let stream_ended = self.stream_ended.filter(|ended| !(is_reached && by_clock(ended)));
         let reason = match (reason, stream_ended, snapshot.rate_change) {
             (EndReason::SourceFailed(error), ..) => EndReason::SourceFailed(error),
@@ -101,7 +100,6 @@ impl Measuring {
             self.analysis.is_complete() || matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
         let wanted = self.analysis.settings().duration.filter(|_| !has_all);
         let shortfall = wanted.map(|wanted| Shortfall { wanted, measured: self.analysis.data_time() });
-        let (analysis, excluded) = (Some(Box::new(self.analysis)), self.excluded);
-        Ending { snapshot, analysis, reason, report, excluded, shortfall }
+        Ending { snapshot, reason, report, excluded: self.excluded, shortfall }
     }
 }

@@ -1,10 +1,10 @@
-//! Sessions of any events: what is published, what commands do, how they end. Time is virtual.
+//! Sessions of any events: their published state, their commands, their end. Time is virtual.
 
 use std::{collections::VecDeque, io, sync::Arc, time::Duration};
 
 use tokio::{sync::mpsc, time};
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::{Settings, SourceFacts, WarningKind, WhyUnmet};
+use vn100_analysis::{Finding, Settings, Severity, SourceFacts, WarningKind, WhyUnmet};
 use vn100_capture::{End, Event, Source, read_samples};
 use vn100_protocol::{
     DeviceError, VNYMR,
@@ -30,7 +30,7 @@ fn at_10_hz() -> Settings {
     Settings { rate_hz: Some(10.0), ..Settings::default() }
 }
 
-/// A session, and where to send its events.
+/// A session, and the sender of its events.
 fn session(settings: Settings) -> (mpsc::Sender<Event>, Session) {
     let (events, inbox) = mpsc::channel(1);
     (events, Session::of_events(SourceFacts { name: "a test".into(), ..SourceFacts::default() }, inbox, settings))
@@ -46,7 +46,7 @@ async fn measured(source: impl Source, read: ReadOptions, settings: Settings) ->
 }
 
 #[tokio::test(start_paused = true)]
-async fn who_looks_sees_the_latest_and_delays_nobody() {
+async fn a_reader_sees_the_latest_state_and_delays_nothing() {
     let (events, mut session) = session(Settings::default());
     assert!(matches!(session.state.borrow().stage, Stage::Preparing));
     for _ in 0..100 {
@@ -55,7 +55,7 @@ async fn who_looks_sees_the_latest_and_delays_nobody() {
     samples(&mut session, 300).await;
     assert!(matches!(session.state.borrow().stage, Stage::Measuring));
     assert_eq!(session.state.borrow().assessment().samples, 300);
-    // not published at once, and a tenth of a second later
+    // not published at once, but a tenth of a second later
     events.send(rows(1)).await.unwrap();
     time::sleep(Duration::from_millis(1)).await;
     assert_eq!(session.state.borrow().snapshot.timing.samples, 300);
@@ -65,8 +65,9 @@ async fn who_looks_sees_the_latest_and_delays_nobody() {
     events.send(end()).await.unwrap();
     let state = session.state.clone();
     let result = session.result.await.unwrap();
-    assert_eq!((result.snapshot.timing.samples, result.assessment.samples), (301, 301));
-    assert!(matches!(*result.end, EndReason::SourceEnded) && result.facts.ended && result.is_restored);
+    let assessed = result.measured.channels.iter().find_map(|channel| Some(channel.noise.as_ref()?.samples));
+    assert_eq!((result.measured.timing.samples, assessed), (301, Some(301)));
+    assert!(matches!(*result.end, EndReason::SourceEnded) && result.measured.source.ended && result.is_restored);
     let last = state.borrow().clone();
     assert!(matches!(last.stage, Stage::Ended(_)) && last.facts().ended && last.name() == "a test");
     assert_eq!(last.snapshot.timing.samples, 301);
@@ -91,7 +92,7 @@ async fn the_assessment_is_shared_until_the_record_has_grown_by_a_twentieth() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn nothing_is_published_where_nothing_came() {
+async fn nothing_is_published_without_events() {
     let (events, mut session) = session(Settings::default());
     events.send(rows(5)).await.unwrap();
     samples(&mut session, 5).await;
@@ -102,14 +103,14 @@ async fn nothing_is_published_where_nothing_came() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_time_asked_for_ends_it() {
+async fn the_requested_time_ends_it() {
     let (events, session) = session(Settings { duration: Some(Duration::from_secs(2)), ..at_10_hz() });
     for _ in 0..20 {
         events.send(rows(1)).await.unwrap();
     }
     let result = session.result.await.unwrap();
     assert!(matches!(*result.end, EndReason::DurationReached));
-    assert_eq!(result.snapshot.timing.samples, 20);
+    assert_eq!(result.measured.timing.samples, 20);
     assert!(events.is_closed());
 }
 
@@ -136,7 +137,7 @@ async fn the_error_of_the_source_comes_with_the_results_before_it() {
     events.send(rows(5)).await.unwrap();
     events.send(Event::End(End { error: Some(io::Error::other("unplugged")), report: None })).await.unwrap();
     let result = session.result.await.unwrap();
-    assert_eq!(result.snapshot.timing.samples, 5);
+    assert_eq!(result.measured.timing.samples, 5);
     assert_eq!(result.end.to_string(), "unplugged");
     assert!(matches!(*result.end, EndReason::SourceFailed(_)));
 }
@@ -147,12 +148,12 @@ async fn a_source_that_vanishes_without_an_end_is_an_error() {
     events.send(rows(5)).await.unwrap();
     drop(events);
     let result = session.result.await.unwrap();
-    assert_eq!(result.snapshot.timing.samples, 5);
+    assert_eq!(result.measured.timing.samples, 5);
     assert!(matches!(*result.end, EndReason::SourceFailed(_)));
 }
 
 #[tokio::test]
-async fn what_became_of_csv_lines_is_among_the_facts() {
+async fn the_counts_of_csv_lines_are_among_the_facts() {
     let (events, session) = session(Settings::default());
     let rejected = RejectedRows { reason: RejectedRow::Fields, count: 2, first_line: 7, first_text: "1,2".into() };
     let csv = CsvReport {
@@ -169,7 +170,7 @@ async fn what_became_of_csv_lines_is_among_the_facts() {
         absent: Vec::new(),
     };
     events.send(Event::End(End { error: None, report: Some(FileReport::Csv(csv)) })).await.unwrap();
-    let csv = session.result.await.unwrap().facts.csv.unwrap();
+    let csv = session.result.await.unwrap().measured.source.csv.unwrap();
     assert_eq!((csv.lines, csv.rows, csv.skipped_lines), (10, 7, 1));
     let [rejected] = &csv.rejected[..] else { panic!("{csv:?}") };
     assert_eq!((rejected.reason, rejected.count), (RejectedRow::Fields, 2));
@@ -178,19 +179,19 @@ async fn what_became_of_csv_lines_is_among_the_facts() {
 }
 
 #[tokio::test]
-async fn times_of_rows_that_count_since_1970_say_when_the_record_began() {
+async fn times_of_rows_since_1970_give_the_start_of_the_record() {
     let epoch_ns = 1_761_939_167_192_566_000;
     for (times, first_ns, expected) in [
         ("t:s", epoch_ns, Some(epoch_ns)),
         ("secs:s+nsecs:ns", epoch_ns, Some(epoch_ns)),
         ("t:s", 5_000_000_000, None),
-        // in a time zone that is not known
+        // in an unknown time zone
         ("date:iso", epoch_ns, None),
     ] {
         let (events, session) = session(Settings::default());
         let csv = CsvReport { times: Some(times.into()), first_stamp_ns: Some(first_ns), ..CsvReport::default() };
         events.send(Event::End(End { error: None, report: Some(FileReport::Csv(csv)) })).await.unwrap();
-        let recording = session.result.await.unwrap().facts.recording;
+        let recording = session.result.await.unwrap().measured.source.recording;
         assert_eq!(recording.and_then(|recording| recording.started_ns), expected, "{times}");
     }
 }
@@ -213,27 +214,27 @@ async fn the_warm_up_is_ended_and_the_measurement_started_over_by_command() {
     let Some(SessionEvent::StartedOver { after }) = over else { panic!("{over:?}") };
     assert_eq!(after, Duration::from_secs(7));
     events.send(rows(8)).await.unwrap();
-    // of a playback; there is none
+    // commands for a playback, which does not exist here
     for command in [Command::TogglePause, Command::Faster, Command::Slower] {
         session.commands.send(command).await.unwrap();
     }
     events.send(end()).await.unwrap();
     let result = session.result.await.unwrap();
-    let timing = result.snapshot.timing;
+    let timing = result.measured.timing;
     assert_eq!((timing.samples, timing.excluded), (8, 70));
     assert_eq!(result.excluded, Duration::from_secs(7));
     assert!(session.events.recv().await.is_none());
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_command_stops_it_with_what_came() {
+async fn a_command_stops_it_with_the_result_so_far() {
     let (events, mut session) = session(at_10_hz());
     events.send(rows(50)).await.unwrap();
     samples(&mut session, 50).await;
     session.commands.send(Command::Stop).await.unwrap();
     let result = session.result.await.unwrap();
     assert!(matches!(*result.end, EndReason::Stopped));
-    assert_eq!(result.snapshot.timing.samples, 50);
+    assert_eq!(result.measured.timing.samples, 50);
     assert!(events.is_closed());
 }
 
@@ -245,7 +246,7 @@ async fn without_a_link_there_is_nothing_to_mark() {
     assert!(matches!(told, Some(SessionEvent::Refused(CommandRefusal::NoMark))), "{told:?}");
 }
 
-/// What a link delivered, one after the other.
+/// The inputs of a link, in sequence.
 struct Script(VecDeque<StreamInput>);
 
 impl Source for Script {
@@ -259,22 +260,21 @@ async fn unsolicited_device_errors_are_warnings_to_the_end() {
     let read = |bytes: &[u8]| StreamInput::Chunk(Chunk { bytes: bytes.to_vec().into(), at_ns: None });
     let refused = LinkEventKind::UnsolicitedError { error: DeviceError::InvalidCommand };
     let (full, restarted) = (read(b"$VNERR,0B*03\r\n"), read(b"$VNERR,01*70\r\n"));
-    // the last but one answers a question of another moment
+    // the last but one answers a question from another time
     let answer = read(b"$VNERR,08*79\r\n");
     let link = StreamInput::Link(LinkEvent { at_ns: 0, kind: refused });
     let inputs = [read(LINE), full.clone(), full, restarted, link, answer, read(LINE)];
-    let snapshot = measured(Script(inputs.into()), ReadOptions::default(), Settings::default()).await.snapshot;
+    let snapshot = measured(Script(inputs.into()), ReadOptions::default(), Settings::default()).await.measured;
     let warnings: Vec<_> = (snapshot.warnings.iter())
-        .filter(|warning| matches!(warning.kind, WarningKind::LinkBudget | WarningKind::DeviceErrors))
-        .map(ToString::to_string)
+        .filter(|warning| warning.kind == WarningKind::LinkErrors)
+        .map(|warning| (warning.finding.clone(), warning.severity))
         .collect();
-    let [fault, refused, full] = &warnings[..] else { panic!("{warnings:?}") };
-    assert!(
-        fault.contains("unsolicited device error, 1 time: VNERR 01") && fault.contains("supply voltage"),
-        "{fault}"
-    );
-    assert!(refused.starts_with("device-errors: ") && refused.contains("another program"), "{refused}");
-    assert!(full.starts_with("link-budget: ") && full.contains("2 times") && full.contains("lower the output rate"));
+    let errors = [
+        (DeviceError::OutputBufferOverflow, 2, Severity::Problem),
+        (DeviceError::from_code(1), 1, Severity::Caution),
+        (DeviceError::InvalidCommand, 1, Severity::Caution),
+    ];
+    assert_eq!(warnings, errors.map(|(error, count, severity)| (Finding::DeviceError(error, count), severity)));
 }
 
 /// Lines of 1 Hz, each with the time of its read.
@@ -283,7 +283,7 @@ fn lines_of_1_hz(lines: i64) -> Script {
     Script((0..lines).map(|second| StreamInput::Chunk(chunk(second))).collect())
 }
 
-/// A source that stays open when all was delivered.
+/// A source that stays open after all its inputs.
 struct Open(Script);
 
 impl Source for Open {
@@ -296,15 +296,21 @@ impl Source for Open {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_time_asked_for_ends_lines_of_unknown_rate_live_and_in_a_replay() {
+async fn the_requested_time_ends_lines_of_unknown_rate_live_and_in_a_replay() {
     let settings = Settings { duration: Some(Duration::from_secs(5)), ..Settings::default() };
     let options = ReadOptions { line_by_line: true, ..ReadOptions::default() };
     let live = measured(Open(lines_of_1_hz(7)), options, settings.clone());
-    let live = time::timeout(Duration::from_secs(60), live).await.unwrap().snapshot;
-    assert_eq!((live.timing.samples, live.timing.excluded, live.timing.rate_hz), (5, 2, 1.0));
+    let live = time::timeout(Duration::from_secs(60), live).await.unwrap().measured;
+    assert_eq!((live.timing.samples, live.timing.excluded, live.timing.rate_hz), (5, 2, Some(1.0)));
     for lines in [7, 8, 600] {
-        let replay = measured(lines_of_1_hz(lines), options, settings.clone()).await.snapshot;
+        let replay = measured(lines_of_1_hz(lines), options, settings.clone()).await.measured;
         assert_eq!(replay.timing, live.timing, "{lines} lines recorded");
-        assert!(replay.channels.iter().zip(&live.channels).all(|(replay, live)| replay.moments == live.moments));
+        assert!(
+            replay
+                .channels
+                .iter()
+                .zip(&live.channels)
+                .all(|(replay, live)| replay.statistics.mean == live.statistics.mean)
+        );
     }
 }

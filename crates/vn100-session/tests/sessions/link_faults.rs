@@ -1,5 +1,5 @@
-//! Each fault of a link, on an emulated sensor and a clock in memory: what it costs at 40 and at
-//! 200 Hz, and that it costs nothing else.
+//! Each fault of a link, on an emulated sensor and a clock in memory: its cost at 40 and at 200 Hz,
+//! and no other cost.
 
 use std::{collections::VecDeque, io, time::Duration};
 
@@ -10,7 +10,7 @@ use vn100_protocol::stream::{Chunk, ReadOptions, StreamInput};
 use vn100_protocol::{Decoder, Item, Options, xor8};
 use vn100_sim::{Device, DeviceConfig, wire::Wire};
 
-/// Both rates, with a speed that carries them.
+/// Both rates, with a sufficient baud rate.
 const RATES: [(u32, u32); 2] = [(40, 115_200), (200, 921_600)];
 
 /// The sensor is up, and its port is opened.
@@ -20,15 +20,15 @@ const SECONDS: u64 = 12;
 
 const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 
-/// What came of the bytes of a link.
+/// The results for the bytes of a link.
 struct Measured {
     rows: Vec<Vec<i32>>,
     snapshot: Snapshot,
-    /// What the link delivered.
+    /// The bytes that the link delivered.
     bytes: Vec<u8>,
 }
 
-/// Reads of a link, one after the other.
+/// Reads of a link, in sequence.
 struct Reads(VecDeque<Chunk>);
 
 impl Source for Reads {
@@ -37,8 +37,8 @@ impl Source for Reads {
     }
 }
 
-/// Twelve seconds of a sensor at this rate whose link suffers that; read at once, or every so
-/// often.
+/// Twelve seconds of a sensor at this rate with these faults of the link; read at once, or at
+/// intervals.
 fn measured(plan: &str, rate: (u32, u32), every: Option<Duration>) -> Measured {
     measured_for(SECONDS, Settings::default(), plan, rate, every)
 }
@@ -91,8 +91,8 @@ fn measured_for(
     Measured { rows, snapshot: analysis.snapshot(), bytes }
 }
 
-/// How many of the lines that were sent did not come whole, from `$` to the last check digit. No
-/// two are alike, as noise is in them.
+/// The number of sent lines that did not arrive complete, from `$` to the last check digit. No two
+/// lines are equal, because they contain noise.
 fn struck(sent: &[u8], came: &[u8]) -> u64 {
     let (mut count, mut came) = (0, came);
     for line in sent.split(|byte| *byte == b'\n').filter_map(|line| line.strip_suffix(b"\r")) {
@@ -104,14 +104,14 @@ fn struck(sent: &[u8], came: &[u8]) -> u64 {
     count
 }
 
-/// A link that suffers this delivers all lines but so many, those that it damaged; gives what was
-/// measured of it.
+/// Checks that a link with this fault delivers all lines except the damaged ones; returns the
+/// measurement.
 fn assert_costs(plan: &str, rate: (u32, u32), lost: impl Fn(u64) -> bool) -> Measured {
     let clean = measured("", rate, None);
     let faulty = measured(plan, rate, None);
     let sent = clean.rows.len() as u64;
     assert!(sent.abs_diff(SECONDS * u64::from(rate.0)) <= 1, "{sent} lines at {rate:?}");
-    // what is handed out was sent, in its order: no value is corrupt, no line comes twice
+    // the samples were sent in this order: no value is corrupt, and no line occurs twice
     let mut all = clean.rows.iter();
     assert!(faulty.rows.iter().all(|row| all.any(|sent| sent == row)), "{plan} at {rate:?}: a row that was not sent");
     let cost = sent - faulty.rows.len() as u64;
@@ -171,7 +171,7 @@ fn lines_of_which_most_are_damaged_are_counted_where_the_rate_is_known() {
             let case = format!("{plan} for {seconds} s at {rate:?}: {timing:?} of {sent}");
             assert!(2 * timing.samples < sent, "{case}");
             assert_eq!(timing.missing_from, MissingFrom::Arrival, "{case}");
-            // those before the first good line, and behind the last one, nobody counts
+            // lines before the first good one and after the last one are not counted
             assert!((sent - 12..=sent).contains(&(timing.samples + timing.missing)), "{case}");
         }
     }
@@ -237,7 +237,7 @@ fn a_text_capture_cut_at_any_byte_gives_its_whole_lines() {
         decoder.push(&capture[..cut], |_| {});
         decoder.finish(|_| {});
         let tally = decoder.tally();
-        // whole is a line up to its last check digit
+        // a line is complete up to its last check digit
         let whole = (cut + 2) / LINE.len();
         assert_eq!((tally.samples, tally.bytes()), (whole as u64, cut as u64), "cut at {cut}");
     }

@@ -1,4 +1,4 @@
-//! Sessions of a live sensor, from its setting to the end of its recording, in virtual time.
+//! Sessions of a live sensor, from its configuration to the end of its recording, in virtual time.
 
 mod settings;
 mod wall_limits;
@@ -66,7 +66,7 @@ fn recording(folder: &TempDir) -> Option<RecordingSpec> {
     })
 }
 
-/// Why the recording ended, as it says itself.
+/// The recorded reason of the end.
 fn reason(path: &Path) -> String {
     let mut reader = RecordingReader::open(std::fs::File::open(path).unwrap()).unwrap();
     while reader.next_input().unwrap().is_some() {}
@@ -92,7 +92,7 @@ fn rate(rate_hz: u32) -> Option<OutputSettings> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_is_measured_for_the_time_asked_for() {
+async fn a_sensor_is_measured_for_the_requested_time() {
     let sensor = sensor();
     let conditions = BTreeMap::from([("place".to_owned(), "bench".to_owned())]);
     let mut session = Session::live(LiveSpec { settings: duration(3), conditions: conditions.clone(), ..of(&sensor) });
@@ -112,9 +112,12 @@ async fn a_sensor_is_measured_for_the_time_asked_for() {
     let state = session.state.clone();
     let (result, events) = ended(session).await;
     assert!(matches!(*result.end, EndReason::DurationReached), "{:?}", result.end);
-    assert_eq!(result.snapshot.timing.samples, 120);
-    assert_eq!((result.assessment.samples, result.excluded), (120, Duration::ZERO));
-    assert!(result.unmet.is_empty() && result.recording.is_none() && result.is_restored && result.facts.ended);
+    assert_eq!(result.measured.timing.samples, 120);
+    let assessed = result.measured.channels.iter().find_map(|channel| Some(channel.noise.as_ref()?.samples));
+    assert_eq!((assessed, result.excluded), (Some(120), Duration::ZERO));
+    assert!(
+        result.unmet.is_empty() && result.recording.is_none() && result.is_restored && result.measured.source.ended
+    );
     assert!(events.is_empty(), "{events:?}");
     let state = state.borrow().clone();
     assert!(matches!(&state.stage, Stage::Ended(reason) if Arc::ptr_eq(reason, &result.end)));
@@ -137,18 +140,18 @@ async fn a_session_is_stopped_by_a_command_or_by_its_token() {
         }
         let (result, _) = ended(session).await;
         assert!(matches!(*result.end, EndReason::Stopped));
-        assert!(result.snapshot.timing.samples > 50);
+        assert!(result.measured.timing.samples > 50);
         assert_eq!(stop.is_cancelled(), !by_command, "the session alone ends");
     }
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_that_is_not_heard_is_an_error_of_the_source() {
+async fn a_silent_sensor_is_an_error_of_the_source() {
     let sensor = sensor();
     sensor.world().plugged = false;
     let (result, _) = ended(Session::live(of(&sensor))).await;
     assert!(matches!(*result.end, EndReason::SourceFailed(_)), "{:?}", result.end);
-    assert_eq!(result.snapshot.timing.samples, 0);
+    assert_eq!(result.measured.timing.samples, 0);
 }
 
 #[tokio::test(start_paused = true)]
@@ -164,11 +167,11 @@ async fn the_link_and_its_loss_are_shown() {
     sensor.world().plugged = true;
     until(&mut session, |state| state.snapshot.link.connects == 2).await;
     session.commands.send(Command::Stop).await.unwrap();
-    assert!(ended(session).await.0.snapshot.timing.samples > 50);
+    assert!(ended(session).await.0.measured.timing.samples > 50);
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_recorded_can_be_replayed_to_the_same_end() {
+async fn a_recording_can_be_replayed_to_the_same_end() {
     let folder = TempDir::new().unwrap();
     let sensor = sensor();
     let conditions = BTreeMap::from([("place".to_owned(), "bench".to_owned())]);
@@ -182,13 +185,13 @@ async fn what_is_recorded_can_be_replayed_to_the_same_end() {
     assert_eq!(reason(&recording.path), "duration reached");
     let replay = Session::replay(ReplaySpec::of(recording.path)).result.await.unwrap();
     assert!(matches!(*replay.end, EndReason::DurationReached));
-    assert_eq!(replay.snapshot.timing.samples, result.snapshot.timing.samples);
-    assert!(replay.facts.recording.unwrap().started_ns.is_some());
-    assert_eq!((replay.facts.kind, replay.facts.meta), (Some("mcap"), Some(conditions)));
+    assert_eq!(replay.measured.timing.samples, result.measured.timing.samples);
+    assert!(replay.measured.source.recording.unwrap().started_ns.is_some());
+    assert_eq!((replay.measured.source.kind, replay.measured.source.meta), (Some("mcap"), Some(conditions)));
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_mark_lies_in_the_recording_where_it_was_made() {
+async fn a_mark_is_at_its_place_in_the_recording() {
     let folder = TempDir::new().unwrap();
     let sensor = sensor();
     let mut session = Session::live(LiveSpec { recording: recording(&folder), ..of(&sensor) });
@@ -214,7 +217,7 @@ async fn a_mark_lies_in_the_recording_where_it_was_made() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_was_excluded_by_command_is_noted_in_the_recording() {
+async fn time_excluded_by_command_is_noted_in_the_recording() {
     let folder = TempDir::new().unwrap();
     let sensor = sensor();
     let mut session = Session::live(LiveSpec { recording: recording(&folder), ..of(&sensor) });
@@ -231,14 +234,14 @@ async fn what_was_excluded_by_command_is_noted_in_the_recording() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_recording_is_continued_by_its_own_sensor_alone() {
+async fn a_recording_is_continued_only_by_its_own_sensor() {
     let folder = TempDir::new().unwrap();
     for (serial, resume, samples) in [("100", false, 120), ("200", true, 0), ("100", true, 120)] {
         let sensor = sensor();
         sensor.world().registers.insert(3, serial.into());
         let recording = recording(&folder).map(|recording| RecordingSpec { resume, ..recording });
         let (result, _) = ended(Session::live(LiveSpec { settings: duration(3), recording, ..of(&sensor) })).await;
-        assert_eq!(result.snapshot.timing.samples, samples, "{serial}: {}", result.end);
+        assert_eq!(result.measured.timing.samples, samples, "{serial}: {}", result.end);
     }
 }
 
@@ -280,8 +283,8 @@ async fn a_sensor_that_sends_another_message_ends_the_session() {
     assert!((5.0..7.0).contains(&waited.as_secs_f64()), "{waited:?}");
 }
 
-/// The slowest sends its first line a second after its output was resumed; until then it only
-/// replies.
+/// The slowest sensor sends its first line a second after its output was resumed; until then it
+/// only replies.
 #[tokio::test(start_paused = true)]
 async fn a_sensor_whose_output_was_paused_is_measured_at_any_rate() {
     for rate_hz in [1, 2, 40] {
@@ -291,10 +294,10 @@ async fn a_sensor_whose_output_was_paused_is_measured_at_any_rate() {
         sensor.world().streams = false;
         let settings = Settings { duration: Some(Duration::from_secs(5)), ..Settings::default() };
         let mut session = Session::live(LiveSpec { settings, ..of(&sensor) });
-        // the watchdog judges what is shown
+        // the watchdog judges the published state
         until(&mut session, |state| state.snapshot.timing.samples > 0).await;
         let (result, _) = ended(session).await;
-        let timing = &result.snapshot.timing;
+        let timing = &result.measured.timing;
         assert!(matches!(*result.end, EndReason::DurationReached), "{rate_hz} Hz: {:?}", result.end);
         assert_eq!(timing.samples, 5 * u64::from(rate_hz));
     }
@@ -334,7 +337,7 @@ async fn a_stream_is_measured_recorded_and_takes_no_commands() {
     }));
     let (result, _) = ended(Session::live(LiveSpec { recording: recording(&folder), ..spec(source) })).await;
     assert!(matches!(*result.end, EndReason::SourceEnded));
-    assert_eq!(result.snapshot.link.samples(), 50);
+    assert_eq!(result.measured.timing.samples, 50);
     assert_eq!(*seen.lock().unwrap(), (50, 1));
     let recording = result.recording.unwrap();
     assert_eq!(recording.bytes, 50 * LINE.len() as u64);
@@ -349,7 +352,7 @@ async fn a_stream_is_measured_recorded_and_takes_no_commands() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_temperature_is_read_between_the_lines_where_it_is_asked_for() {
+async fn the_temperature_is_read_between_the_lines_on_request() {
     for (asked, read) in [(true, true), (false, false)] {
         let sensor = sensor();
         let ended = ended(Session::live(LiveSpec { temperature: asked, settings: duration(25), ..of(&sensor) })).await;
@@ -368,7 +371,7 @@ async fn an_input_that_is_none_ends_the_session_at_once() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_source_is_opened_as_its_options_say() {
+async fn a_source_is_opened_according_to_its_options() {
     let sensor = sensor();
     let rejections = Arc::new(Mutex::new(0));
     let count = Arc::clone(&rejections);

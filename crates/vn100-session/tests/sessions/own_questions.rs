@@ -1,5 +1,5 @@
-//! Questions at speeds that are not the sensor's reach it as junk; what it says to that is not told
-//! as an answer to somebody else.
+//! Questions at other speeds than the sensor's reach it as junk; its errors about them are not
+//! reported as answers to another program.
 
 use std::{
     io,
@@ -16,34 +16,34 @@ use vn100_protocol::stream::{Chunk, Diagnostic, LinkEventKind, ReadOptions, Stre
 use vn100_protocol::{Register, xor8};
 use vn100_sim::{Device, DeviceConfig, wire::Wire};
 
-/// The sensor is up, and nobody has opened its port.
+/// The sensor is up, and its port has not been opened.
 const START: Duration = Duration::from_secs(2);
 
-/// The sensor changes its speed, and the port is gone for a moment.
+/// The sensor changes its speed, and the port disappears for a moment.
 const CHANGE: Duration = Duration::from_secs(8);
 
 fn speed(baud: u32) -> NonZeroU32 {
     baud.try_into().unwrap()
 }
 
-/// An emulated sensor behind a wire, on the paused clock.
+/// An emulated sensor on a wire, on the paused clock.
 #[derive(Clone)]
 struct Bench {
     wire: Arc<Mutex<Wire>>,
     start: Instant,
-    /// What one line at another speed is to the sensor.
+    /// One line at another speed, as the sensor receives it.
     junk: &'static [u8],
-    /// How many of those it looks at only when it hears the next line at its own speed: what it
-    /// says to them is heard then.
+    /// The number of such lines that it processes only with the next line at its own speed: its
+    /// errors about them arrive then.
     waiting: Arc<Mutex<u32>>,
     /// The speed of the port.
     baud: Arc<Mutex<u32>>,
-    /// Whether the port was gone for a moment, as it is once.
+    /// Whether the port has disappeared for a moment, which happens once.
     was_gone: Arc<Mutex<bool>>,
 }
 
 impl Bench {
-    /// A sensor that sends five lines a second at this speed.
+    /// A sensor that sends five lines per second at this speed.
     fn new(baud: u32, faults: &str, junk: &'static [u8]) -> Self {
         let mut wire =
             Wire::new(Device::new(DeviceConfig::default()), &faults.parse().unwrap(), 1, None, speed(115_200));
@@ -142,16 +142,16 @@ impl Connection for Bench {
     }
 }
 
-/// What a link told in so many seconds.
+/// The events of a link in this many seconds.
 #[derive(Default)]
 struct Told {
     counts: StreamCounts,
-    /// Errors that the sensor answered, in all.
+    /// The total number of errors that the sensor answered.
     errors: usize,
-    /// Refusals that are told as somebody else's.
+    /// Refusals that are reported as those of another program.
     foreign: usize,
     ups: usize,
-    /// How often the sensor told its rate.
+    /// The number of times that the sensor sent its rate.
     rates: usize,
 }
 
@@ -182,7 +182,7 @@ async fn told(bench: Bench, seconds: u64) -> Told {
 #[tokio::test(start_paused = true)]
 async fn what_the_baud_scan_provokes_is_not_reported_as_errors_of_another_program() {
     let mut provoked = 0;
-    // a wrong checksum; a command that there is not
+    // a wrong checksum; an unknown command
     for junk in [&b"$\xf8\r\n"[..], b"$VNJNK*XX\r\n"] {
         for first in BAUD_RATES {
             for then in BAUD_RATES.into_iter().filter(|then| *then != first) {

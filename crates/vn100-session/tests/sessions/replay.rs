@@ -23,7 +23,7 @@ use vn100_session::{
 
 const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 
-/// Twenty seconds at the rate that is assumed.
+/// Twenty seconds at the assumed rate.
 const SAMPLES: u64 = 800;
 
 fn capture(samples: u64) -> NamedTempFile {
@@ -63,9 +63,9 @@ async fn a_capture_is_measured_to_its_end() {
     let (state, mut seconds) = (session.state.clone(), session.seconds);
     let result = session.result.await.unwrap();
     assert!(matches!(*result.end, EndReason::SourceEnded) && result.excluded.is_zero());
-    assert_eq!((result.snapshot.timing.samples, seen.load(Ordering::Relaxed)), (SAMPLES, SAMPLES as usize));
-    assert_eq!(result.facts.name, file.path().file_name().unwrap().to_str().unwrap());
-    assert_eq!((result.facts.kind, result.facts.playback), (Some("text"), None));
+    assert_eq!((result.measured.timing.samples, seen.load(Ordering::Relaxed)), (SAMPLES, SAMPLES as usize));
+    assert_eq!(result.measured.source.name, file.path().file_name().unwrap().to_str().unwrap());
+    assert_eq!((result.measured.source.kind, result.measured.source.playback), (Some("text"), None));
     assert_eq!(state.borrow().stored_bytes_read, SAMPLES * LINE.len() as u64);
     assert!(seconds.recv().await.is_none(), "not asked for");
 }
@@ -83,7 +83,7 @@ async fn a_writer_of_samples_gets_each_sample_once_and_nothing_else() {
         assert!(batch.row_count() > 0);
         samples += batch.row_count() as u64;
     }
-    assert_eq!((samples, session.result.await.unwrap().snapshot.timing.samples), (SAMPLES, SAMPLES));
+    assert_eq!((samples, session.result.await.unwrap().measured.timing.samples), (SAMPLES, SAMPLES));
 }
 
 #[tokio::test]
@@ -96,17 +96,17 @@ async fn numbers_are_measured_at_the_rate_of_their_times_and_not_at_a_guess() {
     let even = ["0.0,1.0", "0.1,2.0", "0.2,1.5", "0.3,1.0", "0.4,2.5"];
     let result = measured(&even, Settings::default()).await;
     assert!(matches!(*result.end, EndReason::SourceEnded), "{:?}", result.end);
-    assert_eq!((result.snapshot.timing.samples, result.snapshot.timing.rate_hz), (5, 10.0));
+    assert_eq!((result.measured.timing.samples, result.measured.timing.rate_hz), (5, Some(10.0)));
     // one sample has no rate, and nothing is said of it that needs one
     let result = measured(&even[..1], Settings::default()).await;
     assert!(matches!(*result.end, EndReason::SourceEnded), "{:?}", result.end);
-    assert_eq!(result.snapshot.timing.samples, 1);
+    assert_eq!(result.measured.timing.samples, 1);
     let at_once = ["0.0,1.0", "0.0,2.0"];
     let result = measured(&at_once, Settings::default()).await;
     assert!(matches!(*result.end, EndReason::NotStarted(StartError::RateUnknown { .. })), "{:?}", result.end);
-    assert_eq!(result.snapshot.timing.samples, 0);
+    assert_eq!(result.measured.timing.samples, 0);
     let given = Settings { rate_hz: Some(20.0), ..Settings::default() };
-    assert_eq!(measured(&at_once, given).await.snapshot.timing.samples, 2);
+    assert_eq!(measured(&at_once, given).await.measured.timing.samples, 2);
 }
 
 #[tokio::test(start_paused = true)]
@@ -115,7 +115,7 @@ async fn every_second_brings_one_state_and_waits_until_it_is_taken() {
     let mut session = Session::replay(ReplaySpec { each_second: true, ..ReplaySpec::of(file.path()) });
     session.state.wait_for(|state| state.snapshot.timing.samples >= 200).await.unwrap();
     time::sleep(Duration::from_secs(10)).await;
-    // four wait, and the fifth for room
+    // four states wait, and the fifth waits for room
     assert_eq!(session.state.borrow().snapshot.timing.samples, 200);
     let mut taken = Vec::new();
     while let Some(state) = session.seconds.recv().await {
@@ -123,17 +123,17 @@ async fn every_second_brings_one_state_and_waits_until_it_is_taken() {
         taken.push(state.snapshot.timing.samples);
     }
     assert_eq!(taken, (1..=20).map(|second| 40 * second).collect::<Vec<_>>());
-    assert_eq!(session.result.await.unwrap().snapshot.timing.samples, SAMPLES);
+    assert_eq!(session.result.await.unwrap().measured.timing.samples, SAMPLES);
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_capture_that_cannot_be_opened_says_why() {
+async fn a_capture_that_cannot_be_opened_reports_the_reason() {
     let missing = Path::new("/nonexistent/night.vnymr");
     let result = Session::replay(ReplaySpec::of(missing)).result.await.unwrap();
     let EndReason::NotStarted(StartError::Capture(error)) = &*result.end else { panic!("{:?}", result.end) };
     assert!(matches!(error, OpenError::Io { .. }));
-    assert_eq!((result.facts.name.as_str(), result.facts.kind), ("night.vnymr", None));
-    assert_eq!(result.snapshot.timing.samples, 0);
+    assert_eq!((result.measured.source.name.as_str(), result.measured.source.kind), ("night.vnymr", None));
+    assert_eq!(result.measured.timing.samples, 0);
     // in a view it is shown until the view is closed
     let paced = ReplaySpec { speed: Some(Speed::Max), ..ReplaySpec::of(missing) };
     let stop = paced.stop.clone();
@@ -155,8 +155,8 @@ async fn once_stopped_no_capture_is_begun() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_stop_ends_a_capture_with_what_came() {
-    // several reads: what was read already is measured
+async fn a_stop_ends_a_capture_with_the_result_so_far() {
+    // several reads: samples that were read are measured
     let file = capture(10 * SAMPLES);
     let spec = ReplaySpec { each_second: true, ..ReplaySpec::of(file.path()) };
     let stop = spec.stop.clone();
@@ -167,7 +167,7 @@ async fn a_stop_ends_a_capture_with_what_came() {
     while session.seconds.recv().await.is_some() {}
     let result = session.result.await.unwrap();
     assert!(matches!(*result.end, EndReason::Stopped), "{:?}", result.end);
-    assert!(result.snapshot.timing.samples < 10 * SAMPLES);
+    assert!(result.measured.timing.samples < 10 * SAMPLES);
 }
 
 #[tokio::test(start_paused = true)]
@@ -186,12 +186,12 @@ async fn a_paced_replay_is_paused_and_resumed() {
     command(&session, Command::TogglePause).await;
     let began = time::Instant::now();
     until(&mut session, |playback, _| playback.samples >= paused.samples + 400).await;
-    // 400 samples at 40 Hz and twice the speed
+    // 400 samples at 40 Hz and double speed
     assert!((4.9..5.3).contains(&began.elapsed().as_secs_f64()), "{:?}", began.elapsed());
     command(&session, Command::Stop).await;
     let result = session.result.await.unwrap();
     assert!(matches!(*result.end, EndReason::Stopped));
-    assert!(result.snapshot.timing.samples < SAMPLES && !result.facts.playback.unwrap().at_end);
+    assert!(result.measured.timing.samples < SAMPLES && !result.measured.source.playback.unwrap().at_end);
 }
 
 #[tokio::test(start_paused = true)]
@@ -217,13 +217,13 @@ async fn at_its_end_a_replay_stays_until_it_is_stopped() {
     command(&session, Command::Stop).await;
     let result = session.result.await.unwrap();
     assert!(matches!(*result.end, EndReason::SourceEnded), "it had come to its end");
-    assert_eq!(result.snapshot.timing.samples, SAMPLES);
-    let playback = result.facts.playback.unwrap();
+    assert_eq!(result.measured.timing.samples, SAMPLES);
+    let playback = result.measured.source.playback.unwrap();
     assert_eq!((playback.samples, playback.total, playback.at_end), (SAMPLES, Some(SAMPLES), true));
 }
 
 #[tokio::test(start_paused = true)]
-async fn as_much_as_was_to_be_measured_is_the_end_too() {
+async fn the_requested_duration_is_an_end_as_well() {
     let file = capture(SAMPLES);
     let settings = Settings { duration: Some(Duration::from_secs(5)), ..Settings::default() };
     let mut session = Session::replay(ReplaySpec { speed: Some(Speed::Max), settings, ..ReplaySpec::of(file.path()) });
@@ -234,7 +234,7 @@ async fn as_much_as_was_to_be_measured_is_the_end_too() {
 }
 
 #[tokio::test]
-async fn the_end_of_a_recording_is_known_where_the_replay_ends_with_it() {
+async fn the_end_of_a_recording_is_known_if_the_replay_ends_with_it() {
     let metadata = [("measured.duration".to_owned(), "1s".to_owned())].into();
     let mut recording = RecordingWriter::new(Vec::new(), &metadata).unwrap();
     // far more than is read ahead
@@ -254,7 +254,7 @@ async fn the_end_of_a_recording_is_known_where_the_replay_ends_with_it() {
     };
     let end = replayed(None).await.unwrap();
     assert_eq!((end.complete, end.ended_ns, end.reason.as_deref()), (true, Some(990_000_000_000), Some("done")));
-    // whether the end was read ahead is chance, and counts for nothing
+    // reading the end ahead is a matter of timing, and has no effect
     for seconds in [1, 2, 900] {
         assert_eq!(replayed(Some(Duration::from_secs(seconds))).await, None);
     }
@@ -268,7 +268,7 @@ async fn a_replay_measures_the_frames_that_its_recording_names() {
         recording.write(&StreamInput::Chunk(Chunk { bytes: LINE.repeat(100).into(), at_ns: Some(0) })).unwrap();
         let file = NamedTempFile::with_suffix(".mcap").unwrap();
         fs::write(&file, recording.finish(None).unwrap()).unwrap();
-        Session::replay(ReplaySpec::of(file.path())).result.await.unwrap().snapshot.timing.samples
+        Session::replay(ReplaySpec::of(file.path())).result.await.unwrap().measured.timing.samples
     };
     assert_eq!((samples("sentences").await, samples("packets").await), (100, 0));
 }
@@ -286,7 +286,7 @@ async fn a_recording_whose_rate_changes_is_read_to_its_end() {
     let file = NamedTempFile::with_suffix(".mcap").unwrap();
     fs::write(&file, recording.finish(Some("done")).unwrap()).unwrap();
     let result = Session::replay(ReplaySpec::of(file.path())).result.await.unwrap();
-    let change = result.snapshot.rate_change.unwrap();
+    let change = result.measured.timing.rate_change.unwrap();
     assert_eq!((change.from_hz, change.to_hz), (40.0, 10.0));
     assert!(matches!(*result.end, EndReason::SourceEnded), "{:?}", result.end);
 }

@@ -1,4 +1,4 @@
-//! A live link that stands still for two seconds, from its bytes to the snapshot: no sample is told
+//! A live link that stalls for two seconds, from its bytes to the snapshot: no sample is counted as
 //! missing, and none is left out.
 
 use std::{io, time::Duration};
@@ -17,7 +17,7 @@ const STALL_AT: Duration = Duration::from_secs(9);
 const STALL: Duration = Duration::from_secs(2);
 const LINES_S: u32 = 15;
 
-/// A sensor that sends and answers nothing, since the start.
+/// A sensor that sends its output and answers no command, since the start.
 #[derive(Clone, Copy)]
 struct Sensor {
     start: Instant,
@@ -89,7 +89,7 @@ async fn a_stall_of_two_seconds_of_a_live_link_is_no_loss() {
                     analysis.take_link_event(&event);
                     if matches!(event.kind, LinkEventKind::Down { .. }) {
                         lost += 1;
-                        // all lines have come, and it would be opened for ever
+                        // all lines have come; without this the link would reopen the port forever
                         stop.cancel();
                     }
                 }

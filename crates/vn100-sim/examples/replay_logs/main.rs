@@ -1,4 +1,4 @@
-//! Writes the captures of the `replay-logs` folder; it is their recipe.
+//! Writes the captures of the `replay-logs` folder.
 //!
 //! `cargo run -p vn100-sim --example replay_logs -- replay-logs`
 
@@ -14,10 +14,10 @@ const RATE_HZ: u32 = 40;
 /// Runs of damaged lines in `gaps.vnymr`: first line (from 1), number of lines.
 const GAPS: [(usize, usize); 8] = [(200, 1), (333, 1), (600, 3), (777, 1), (1000, 40), (1500, 3), (1900, 1), (2200, 1)];
 
-/// Packets sent with each line of `binary-between.bin`: 200 Hz beside 40 Hz.
+/// Packets sent with each line of `binary-between.bin`: 200 Hz and 40 Hz.
 const PACKETS_PER_LINE: u64 = 5;
 
-/// Packets (from 0) of `binary-between.bin` whose payload holds what looks like a sentence.
+/// Packets (from 0) of `binary-between.bin` whose payload contains a text like a sentence.
 fn has_text(packet: u64) -> bool {
     packet % 40 == 7
 }

@@ -1,4 +1,4 @@
-//! Binary packets of the sensor, as they come between sentences.
+//! Binary packets of the sensor between sentences.
 
 /// ```text
 /// FA | groups 01 | fields 39 07 | payload, 104 bytes, little-endian | CRC-16, high byte first
@@ -58,7 +58,7 @@ fn push<const N: usize>(packet: &mut Vec<u8>, values: &[f32; N]) {
     packet.extend(values.iter().flat_map(|value| value.to_le_bytes()));
 }
 
-/// From Euler angles 3-2-1 in degrees; the scalar comes last.
+/// The quaternion of Euler angles 3-2-1 in degrees; the scalar comes last.
 fn quaternion(yaw_deg: f32, pitch_deg: f32, roll_deg: f32) -> [f32; 4] {
     let half = |angle_deg: f32| (angle_deg.to_radians() / 2.0).sin_cos();
     let ((sy, cy), (sp, cp), (sr, cr)) = (half(yaw_deg), half(pitch_deg), half(roll_deg));

@@ -1,4 +1,4 @@
-//! Binary output: registers 75 to 77 and the packets they ask for.
+//! Binary output: registers 75 to 77 and the packets that they request.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use vn100_protocol::{DeviceError, crc16};
 use super::{Firmware, command::check_count};
 use crate::sensor::{Deltas, SensorValues, single, transposed};
 
-/// The values one packet can carry.
+/// The values that a packet can carry.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PacketContents<'a> {
     pub(crate) measured: &'a SensorValues,
@@ -22,7 +22,7 @@ pub(crate) struct PacketContents<'a> {
 /// sent as zeros.
 ///
 /// The groups in the order of their bits: common, time, inertial, satellites, attitude. A packet
-/// with any other group is refused.
+/// with any other group is rejected.
 #[rustfmt::skip]
 const FIELD_BYTES: [[u32; 16]; 5] = [
     [8, 8, 8, 12, 16, 12, 24, 12, 12, 24, 20, 28, 2, 4, 8, 0],
@@ -37,14 +37,14 @@ const FIELD_BYTES: [[u32; 16]; 5] = [
 pub(crate) struct PacketOutput {
     /// 0 off, 1 first port, 2 second port, 3 both.
     mode: u32,
-    /// Ticks of 800 Hz from packet to packet; 0 only when asked.
+    /// Ticks of 800 Hz from packet to packet; 0 for packets only on request.
     divisor: u32,
     groups: u8,
     words: Vec<u16>,
 }
 
 impl PacketOutput {
-    /// As delivered: nothing is sent. With firmware 3 a poll gives the time, before it nothing.
+    /// Factory default: no packets. With firmware 3 a poll gives the time, with earlier firmware nothing.
     pub(crate) fn off(firmware: Firmware) -> Self {
         let (groups, words) = if firmware == Firmware::V3_1 { (1, vec![1]) } else { (0, Vec::new()) };
         Self { mode: 0, divisor: 0, groups, words }
@@ -82,7 +82,7 @@ impl PacketOutput {
         text
     }
 
-    /// Ticks from packet to packet on a port, when it sends any by itself.
+    /// Ticks from packet to packet on a port, if it sends any by itself.
     pub(crate) fn divisor_on(&self, port: usize) -> Option<u64> {
         (self.mode >> port & 1 == 1 && self.divisor > 0).then_some(u64::from(self.divisor))
     }
@@ -92,7 +92,7 @@ impl PacketOutput {
         self.divisor_on(port).map_or(0, |divisor| u64::from(self.packet_bytes()) * 800 * 800 / divisor)
     }
 
-    /// Whether it carries integrals since it was last sent.
+    /// Whether it carries integrals since its last packet.
     pub(crate) fn has_deltas(&self) -> bool {
         self.words().any(|(group, word)| match group {
             0 => word & 1 << 11 != 0,
@@ -107,7 +107,7 @@ impl PacketOutput {
         4 + payload
     }
 
-    /// Each group that is sent, with its fields.
+    /// The groups that are sent, with their fields.
     fn words(&self) -> impl Iterator<Item = (usize, u16)> + '_ {
         bits(u16::from(self.groups)).zip(self.words.iter().copied())
     }
@@ -122,7 +122,7 @@ impl PacketOutput {
             for bit in bits(word) {
                 let start = packet.len();
                 contents.append(group, bit, &mut packet);
-                // what a VN-100 cannot know
+                // fields that a VN-100 cannot measure
                 packet.resize(start + FIELD_BYTES[group][bit] as usize, 0);
             }
         }
@@ -137,7 +137,7 @@ fn bits(word: u16) -> impl Iterator<Item = usize> {
 }
 
 impl PacketContents<'_> {
-    /// Appends a field of one of the groups in `FIELD_BYTES`; nothing for one that is not known.
+    /// Appends a field of one of the groups in `FIELD_BYTES`; nothing for an unknown field.
     fn append(&self, group: usize, bit: usize, out: &mut Vec<u8>) {
         let Self { measured, deltas, .. } = self;
         let mut floats = |values: &[f32]| out.extend(values.iter().flat_map(|value| value.to_le_bytes()));
@@ -179,7 +179,7 @@ impl PacketContents<'_> {
             (4, 5) => floats(&measured.to_ned(measured.accel_m_s2)),
             (4, 6) => floats(&measured.linear_accel_body()),
             (4, 7) => floats(&measured.linear_accel_ned()),
-            // the uncertainty a level sensor settles at
+            // the final uncertainty of a level sensor
             (4, 8) => floats(&[1.0, 0.1, 0.1]),
             _ => {}
         }

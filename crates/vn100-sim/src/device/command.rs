@@ -1,23 +1,23 @@
-//! Commands on their way in: lines out of bytes, and the parts of a line.
+//! Incoming commands: lines from bytes, and the parts of a line.
 
 use std::cmp::Ordering;
 
 use vn100_protocol::{DeviceError, crc16, xor8};
 
-/// Bytes that a command can have.
+/// The longest command in bytes.
 pub(crate) const RECEIVE_BUFFER: usize = 256;
 
-/// Gathers the bytes of one command, however they are cut.
+/// Collects the bytes of one command, in pieces of any size.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct CommandBuffer {
-    /// From the `$` on; empty between commands.
+    /// The bytes from the `$` on; empty between commands.
     bytes: Vec<u8>,
     overflown: bool,
 }
 
 impl CommandBuffer {
-    /// Takes one byte; `Some` when it ends a command: its text between `$` and the line end, or why
-    /// there is none.
+    /// Takes one byte; `Some` when it ends a command: its text between `$` and the line end, or the
+    /// error in it.
     ///
     /// Bytes before a `$` are discarded; a `$` always begins a new command.
     pub(crate) fn push(&mut self, byte: u8) -> Option<Result<Vec<u8>, DeviceError>> {
@@ -52,8 +52,8 @@ impl CommandBuffer {
     }
 }
 
-/// The parts of a command whose check digits are right, from the text between `$` and the line end:
-/// the letters behind `VN`, and the parameters.
+/// The parts of a command with correct check digits, from the text between `$` and the line end:
+/// the letters after `VN`, and the parameters.
 pub(super) fn split(line: &[u8]) -> Result<(&str, Vec<&str>), DeviceError> {
     let star = line.iter().rposition(|byte| *byte == b'*').ok_or(DeviceError::InvalidChecksum)?;
     let (body, digits) = (&line[..star], &line[star + 1..]);
@@ -66,7 +66,7 @@ pub(super) fn split(line: &[u8]) -> Result<(&str, Vec<&str>), DeviceError> {
     Ok((name, parts.collect()))
 }
 
-/// Whether a command, or a register, has as many parameters as it should.
+/// Whether a command or a register has the expected number of parameters.
 pub(super) fn check_count(parameters: &[&str], expected: usize) -> Result<(), DeviceError> {
     match parameters.len().cmp(&expected) {
         Ordering::Less => Err(DeviceError::TooFewParameters),

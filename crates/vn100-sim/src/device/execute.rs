@@ -1,4 +1,4 @@
-//! What each command does.
+//! The effect of each command.
 
 use vn100_protocol::DeviceError;
 
@@ -11,7 +11,7 @@ use super::{
 };
 use crate::message::MESSAGES;
 
-/// The ports as commands name them.
+/// The names of the ports in commands.
 const PORTS: [&str; 2] = ["1", "2"];
 
 impl Device {
@@ -106,7 +106,7 @@ impl Device {
                 self.answer("VNWRG,33,0,0,0");
                 return Ok(());
             }
-            // the count continues at another pace
+            // the count continues at another rate
             32 => self.run.sync_out = SyncOut { count, since_tick: self.run.ticks },
             _ => {}
         }
@@ -118,7 +118,7 @@ impl Device {
         Ok(())
     }
 
-    /// Register 33 takes nothing but zeros.
+    /// Register 33 accepts only zeros.
     fn clear_sync_status(&mut self, parameters: &[&str]) -> Result<(), DeviceError> {
         check_count(parameters, 3)?;
         if parameters != ["0"; 3] {
@@ -134,13 +134,13 @@ impl Device {
     }
 }
 
-/// The number of a register, with or without leading zeros, and the parameters behind it.
+/// The number of a register, with or without leading zeros, and the parameters after it.
 fn register_number<'a, 'b>(parameters: &'a [&'b str]) -> Result<(u16, &'a [&'b str]), DeviceError> {
     let (number, rest) = parameters.split_first().ok_or(DeviceError::TooFewParameters)?;
     Ok((number.parse().map_err(|_| DeviceError::InvalidRegister)?, rest))
 }
 
-/// The place of the only parameter among those that are allowed.
+/// The place of the only parameter in the list of allowed values.
 fn one_of(parameters: &[&str], allowed: &[&str]) -> Result<usize, DeviceError> {
     check_count(parameters, 1)?;
     allowed.iter().position(|text| parameters == [*text]).ok_or(DeviceError::InvalidParameter)

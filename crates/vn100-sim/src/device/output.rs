@@ -1,4 +1,4 @@
-//! What the sensor sends, by itself and in answer, and how every sentence is closed.
+//! The output of the sensor, by itself and in replies, and the end of every sentence.
 
 use std::{fmt::Write, mem};
 
@@ -13,15 +13,14 @@ use crate::{
 /// The counter of SyncOut edges.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct SyncOut {
-    /// Its value when it was last set, and the tick at which it was.
+    /// The value at the last setting, and the tick of that setting.
     pub(super) count: u32,
     pub(super) since_tick: u64,
 }
 
 impl SyncOut {
-    /// Its value after a number of ticks: one edge a tick where register 32 asks for those of the
-    /// sensors, one in two ticks where it asks for those of the attitude, and fewer by what is
-    /// skipped.
+    /// The value after a number of ticks: one edge per tick if register 32 selects the sensors, one
+    /// in two ticks if it selects the attitude, and fewer by the skip factor.
     pub(super) fn count_at(&self, ticks: u64, registers: &Registers) -> u32 {
         let ticks_per_edge = match registers.whole(32, 4) {
             1 | 2 => 1,
@@ -36,10 +35,10 @@ impl SyncOut {
 }
 
 impl Device {
-    /// Takes all ticks up to a time, and queues what they send.
+    /// Executes all ticks up to a time, and queues their output.
     pub(super) fn run_until(&mut self, until_ns: u64) {
         let BootPhase::Running { since_ns } = self.phase else { return };
-        // behind the answer to a restart nothing is sent
+        // nothing is sent after the answer to a restart
         while self.run.restart_ns.is_none() && self.tick_ns(since_ns, self.run.ticks) <= until_ns {
             let tick = self.run.ticks;
             self.run.ticks += 1;
@@ -50,14 +49,14 @@ impl Device {
         }
     }
 
-    /// When a tick comes. A fast clock is early.
+    /// The time of a tick. A fast clock is early.
     pub(super) fn tick_ns(&self, since_ns: u64, tick: u64) -> u64 {
         let exact_ns = tick * 1_000_000_000 / TICK_HZ;
         let early_ns = exact_ns as f64 * self.config.clock_error_ppm * 1e-6;
         (since_ns + exact_ns).saturating_add_signed(-(early_ns as i64))
     }
 
-    /// The next tick that sends anything.
+    /// The next tick with output.
     pub(super) fn next_output_tick(&self) -> Option<u64> {
         if self.run.paused {
             return None;
@@ -67,14 +66,14 @@ impl Device {
         ticks_apart.map(|apart| self.run.ticks.next_multiple_of(apart)).min()
     }
 
-    /// The sentence that is sent by itself, and the ticks from one to the next.
+    /// The sentence that is sent by itself, and its interval in ticks.
     fn message(&self) -> Option<(&'static Message, u64)> {
         let port = self.registers.ports[PORT];
         let message = MESSAGES.iter().find(|message| message.code == port.message)?;
         Some((message, TICK_HZ.checked_div(u64::from(port.rate_hz))?))
     }
 
-    /// Packets come before the line of the same tick.
+    /// Sends packets before the line of the same tick.
     fn send_due(&mut self, tick: u64, at_ns: u64) {
         for index in 0..3 {
             let apart = self.registers.binary[index].divisor_on(PORT);
@@ -110,8 +109,8 @@ impl Device {
         })
     }
 
-    /// The time of this tick by the sensor's own clock, which runs from the start of the boot; the
-    /// same for all packets of the tick.
+    /// The time of this tick by the sensor's own clock, which runs from the start of the boot;
+    /// equal for all packets of the tick.
     fn device_ns(&mut self) -> u64 {
         let tick = self.run.ticks.saturating_sub(1);
         match self.run.device_time {
@@ -124,7 +123,7 @@ impl Device {
         }
     }
 
-    /// Integrals since the last output that had any; the same for all output of one tick.
+    /// Integrals since the last output with integrals; equal for all output of one tick.
     fn take_deltas(&mut self) -> Deltas {
         if self.run.deltas_tick != Some(self.run.ticks) {
             self.run.deltas_tick = Some(self.run.ticks);
@@ -133,7 +132,7 @@ impl Device {
         self.deltas
     }
 
-    /// Register 33, but for its number.
+    /// The contents of register 33, without its number.
     pub(super) fn sync_status(&self) -> String {
         format!("0,0,{}", self.sync_out_count())
     }
@@ -142,12 +141,12 @@ impl Device {
         self.run.sync_out.count_at(self.run.ticks, &self.registers)
     }
 
-    /// Count and status behind the values, as register 30 asks.
+    /// Count and status after the values, as selected in register 30.
     fn print_suffix(&self, body: &mut String) {
         let count = match self.registers.whole(30, 0) {
             0 => None,
             3 => Some(self.sync_out_count()),
-            // nothing is wired to SyncIn, and there is no satellite receiver
+            // nothing is connected to SyncIn, and there is no satellite receiver
             _ => Some(0),
         };
         if let Some(count) = count {
@@ -166,11 +165,11 @@ impl Device {
         check.sentence(body).into_bytes()
     }
 
-    /// Queues a whole message, or drops it and reports that.
+    /// Queues a whole message, or drops it and reports the loss.
     pub(super) fn send(&mut self, at_ns: u64, message: Vec<u8>) {
         if !self.uart.send(at_ns, message) && self.registers.whole(30, 6) > 0 {
             let error = self.closed(&error_body(DeviceError::OutputBufferOverflow));
-            // where that does not fit either, it is dropped silently
+            // if the report does not fit either, it is dropped silently
             _ = self.uart.send(at_ns, error);
         }
     }
@@ -180,8 +179,8 @@ impl Device {
         self.send(self.now_ns, line);
     }
 
-    /// Reports an error, as ErrorMode asks: not at all, by a sentence, or by a sentence after
-    /// which the lines stop.
+    /// Reports an error, according to ErrorMode: not at all, by a sentence, or by a sentence that
+    /// also stops the lines.
     pub(super) fn report(&mut self, code: DeviceError) {
         let mode = self.registers.whole(30, 6);
         if mode > 0 {

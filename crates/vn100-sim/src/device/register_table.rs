@@ -1,4 +1,4 @@
-//! Every register with settings: its fields, what they may hold, and what they hold on delivery.
+//! Every register with settings: its fields, their allowed values, and their factory defaults.
 
 /// The firmware version of an emulated sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -21,7 +21,7 @@ impl Firmware {
             .find(|firmware| firmware.version().strip_suffix(".0.0") == Some(version))
     }
 
-    /// As register 4 holds it.
+    /// The version in register 4.
     pub(crate) const fn version(self) -> &'static str {
         match self {
             Self::V2_0 => "2.0.0.0",
@@ -31,14 +31,14 @@ impl Firmware {
     }
 }
 
-/// What a field may hold.
+/// The allowed values of a field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Field {
     /// Printable text without `$ , *`, at most this long.
     Text(usize),
-    /// A whole number in a range, both ends included.
+    /// An integer in a range, both ends included.
     Whole(u32, u32),
-    /// One of some whole numbers.
+    /// One of several integers.
     OneOf(&'static [u32]),
     /// A finite number, at most this large, printed as short as its value allows.
     Real(f32),
@@ -46,7 +46,6 @@ pub(crate) enum Field {
     Rate,
 }
 
-/// One register.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RegisterRow {
     pub(crate) number: u16,
@@ -64,7 +63,7 @@ const UP_TO_3: Field = Whole(0, 3);
 const UP_TO_4: Field = Whole(0, 4);
 const U16: Field = Whole(0, 65_535);
 const U32: Field = Whole(0, u32::MAX);
-/// The maker states no longest window; this is as long as a reading at 0.8 Hz needs.
+/// The maker states no longest window; this length suffices for a reading at 0.8 Hz.
 const WINDOW: Field = Whole(0, 1000);
 const ANY: Field = Real(f32::MAX);
 const CALIBRATION: &[Field] = &[ANY; 12];
@@ -78,11 +77,11 @@ const fn read_only(number: u16, fields: &'static [Field], default: &'static str)
     RegisterRow { number, read_only: true, fields, default }
 }
 
-/// All registers with settings but those that are kept by port (5, 6, 7), hold masks (75 to 77), or
-/// are counted (33).
+/// All registers with settings, except those that are kept per port (5, 6, 7), contain masks (75 to
+/// 77), or are counted (33).
 ///
-/// Ranges the maker does not state are as wide as the named values of the field. Register 83 has no
-/// agreed defaults: all zero but the distance that makes it compute anew.
+/// Ranges that the maker does not state are as wide as the named values of the field. Register 83
+/// has no agreed defaults: all are zero except the distance for a new computation.
 pub(crate) const ROWS: &[RegisterRow] = &[
     writable(0, &[Text(20)], ""),
     read_only(1, &[Text(24)], "VN-100S-CR"),
@@ -90,7 +89,7 @@ pub(crate) const ROWS: &[RegisterRow] = &[
     writable(21, &[ANY; 6], "1,0,1.8,0,0,-9.793746"),
     writable(23, CALIBRATION, NO_CALIBRATION),
     writable(25, CALIBRATION, NO_CALIBRATION),
-    // its being orthonormal is checked apart
+    // orthonormality is checked separately
     writable(26, &[Real(1.0); 9], "1,0,0,0,1,0,0,0,1"),
     writable(30, &[UP_TO_4, UP_TO_2, UP_TO_4, UP_TO_2, OneOf(&[1, 3]), OneOf(&[0, 1, 3]), UP_TO_2], "0,0,0,0,1,0,1"),
     writable(

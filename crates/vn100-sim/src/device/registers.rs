@@ -14,7 +14,7 @@ use crate::{
     sensor::{Processing, TriadCalibration},
 };
 
-/// The largest departure from an orthonormal matrix that register 26 takes.
+/// The largest deviation from an orthonormal matrix that register 26 accepts.
 const ORTHONORMAL_WITHIN: f64 = 1e-5;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -65,7 +65,7 @@ impl Registers {
 
     /// The settings as a read would print them; `None` if no such register is kept here.
     ///
-    /// `port` is the port the command names, or came in on.
+    /// `port` is the port that the command names, or on which it arrived.
     pub(crate) fn print(&self, number: u16, port: usize) -> Option<String> {
         let port = &self.ports[port];
         Some(match number {
@@ -79,7 +79,7 @@ impl Registers {
         })
     }
 
-    /// Takes new settings, or leaves all as it was.
+    /// Accepts new settings, or leaves all unchanged.
     pub(crate) fn write(&mut self, number: u16, parameters: &[&str], port: usize) -> Result<(), DeviceError> {
         match number {
             3 | 4 => return Err(DeviceError::Unauthorized),
@@ -137,7 +137,7 @@ impl Registers {
             .iter()
             .find(|message| message.code == settings.message)
             .map_or(0, |message| message.usual_bytes * settings.rate_hz);
-        // in units of bytes a second times 800, as 800/divisor need not be whole
+        // in units of bytes per second times 800, because 800/divisor need not be an integer
         let packets: u64 = self.binary.iter().map(|output| output.bytes_per_800_s(port)).sum();
         u64::from(lines) * 800 + packets <= u64::from(settings.baud) / 10 * 800
     }
@@ -146,7 +146,7 @@ impl Registers {
         self.values.insert(43, bias_rad_s.map(|bias| Value::Rate(bias as f32)).to_vec());
     }
 
-    /// A whole number of a register, by the index of its field; 0 if there is none.
+    /// An integer of a register, by the index of its field; 0 if there is none.
     pub(crate) fn whole(&self, number: u16, field: usize) -> u32 {
         match self.values.get(&number).and_then(|values| values.get(field)) {
             Some(Value::Whole(value)) => *value,
@@ -154,8 +154,8 @@ impl Registers {
         }
     }
 
-    /// Windows, calibrations and the rotation of the frame. The rotation is that of `started_with`:
-    /// it takes effect at start-up.
+    /// Windows, calibrations and the rotation of the frame. The rotation is that of `started_with`,
+    /// because it takes effect at start-up.
     pub(crate) fn processing(&self, started_with: &Self) -> Processing {
         let real =
             |registers: &Self, number| registers.values.get(&number).map(|values| reals(values)).unwrap_or_default();

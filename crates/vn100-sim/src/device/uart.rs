@@ -1,4 +1,4 @@
-//! The transmit side of the serial line: a buffer of 2048 bytes, sent at ten bits a byte.
+//! The transmit side of the serial line: a buffer of 2048 bytes, sent at ten bits per byte.
 
 use std::{collections::VecDeque, time::Duration};
 
@@ -16,7 +16,7 @@ const NS_PER_S: u64 = 1_000_000_000;
 /// A byte that has left the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SentByte {
-    /// When the last bit of the byte was on the line, since power-up.
+    /// The time when the last bit of the byte was on the line, since power-up.
     pub at: Duration,
     /// The byte.
     pub byte: u8,
@@ -24,7 +24,7 @@ pub struct SentByte {
     pub baud: u32,
 }
 
-/// Bytes sent without a pause between them, at one rate.
+/// Bytes sent without a pause between them, at the same rate.
 #[derive(Debug, Clone)]
 struct Burst {
     start_ns: u64,
@@ -35,16 +35,16 @@ struct Burst {
 }
 
 impl Burst {
-    /// When the first `count` bytes are on the line.
+    /// The time when the first `count` bytes are on the line.
     fn end_ns(&self, count: usize) -> u64 {
         self.start_ns + count as u64 * BITS_PER_BYTE * NS_PER_S / u64::from(self.baud)
     }
 
-    /// How many bytes are on the line at a time.
+    /// The number of bytes on the line by a time.
     fn sent(&self, now_ns: u64) -> usize {
         let elapsed_ns = now_ns.saturating_sub(self.start_ns);
         let mut count = (elapsed_ns / BITS_PER_BYTE * u64::from(self.baud) / NS_PER_S) as usize;
-        // rounded down above: at most one byte short
+        // rounded down above, so at most one byte short
         while count < self.bytes.len() && self.end_ns(count + 1) <= now_ns {
             count += 1;
         }
@@ -52,10 +52,10 @@ impl Burst {
     }
 }
 
-/// Messages on their way out.
+/// The messages to be sent.
 #[derive(Debug, Clone)]
 pub(crate) struct Uart {
-    /// The rate of the messages to come.
+    /// The rate of the next messages.
     pub(crate) baud: u32,
     bursts: VecDeque<Burst>,
 }
@@ -77,7 +77,7 @@ impl Uart {
         true
     }
 
-    /// When everything that waits is sent; 0 when nothing does.
+    /// The time when all pending bytes are sent; 0 if there are none.
     pub(crate) fn idle_ns(&self) -> u64 {
         self.bursts.back().map_or(0, |burst| burst.end_ns(burst.bytes.len()))
     }
@@ -98,7 +98,7 @@ impl Uart {
         }
     }
 
-    /// When the next piece is on the line.
+    /// The time when the next piece is on the line.
     pub(crate) fn next_piece_ns(&self) -> Option<u64> {
         let burst = self.bursts.front()?;
         Some(burst.end_ns((burst.taken + PIECE_BYTES).min(burst.bytes.len())))

@@ -7,10 +7,10 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Bytes, Fault, FaultPlan};
 
-/// Old bytes at the beginning of a session: less than a line.
+/// Old bytes at the beginning of a session: fewer than a line has.
 const STALE_BYTES: usize = 40;
 
-/// The most bytes that a splice takes from the second line; it takes one at least.
+/// The most bytes that a splice takes from the second line; it takes at least one.
 const SPLICED_BYTES: u8 = 60;
 
 /// The bit that a bad session inverts, as seen on a real host.
@@ -36,7 +36,7 @@ pub enum PlugEvent {
     },
 }
 
-/// Where in a splice the stream is.
+/// The position of the stream in a splice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Splice {
     /// Bytes are lost up to the end of the line.
@@ -45,12 +45,12 @@ enum Splice {
     SecondLine(u8),
 }
 
-/// A plan on its way. Equal plans, seeds and bytes give equal results.
+/// A plan in execution. Equal plans, seeds and bytes give equal results.
 #[derive(Debug, Clone)]
 pub(crate) struct Injector {
-    /// Faults of bytes; those that have happened are taken out.
+    /// Faults of bytes; those that have happened are removed.
     faults: Vec<Fault>,
-    /// In order of time.
+    /// Events in order of time.
     events: VecDeque<(Duration, ScheduledEvent)>,
     splice: Option<Splice>,
     bad_session: bool,
@@ -96,7 +96,7 @@ impl Injector {
         self.events.pop_front()
     }
 
-    /// The port is opened: the old bytes that come first.
+    /// The port is opened: returns the old bytes that come first.
     pub(crate) fn open(&mut self) -> Vec<u8> {
         self.bad_session = false;
         let mut stale = Vec::new();
@@ -110,7 +110,7 @@ impl Injector {
         stale
     }
 
-    /// What becomes of a byte: when it is forwarded and as what; `None` when it is lost.
+    /// The forwarded byte, with its time; `None` if it is lost.
     pub(crate) fn pass(&mut self, at: Duration, byte: u8) -> Option<(Duration, u8)> {
         let mut byte = byte;
         let mut lost = false;

@@ -1,4 +1,4 @@
-//! Tests of the components: each reads at the truth it was given, alone and in the sum.
+//! Tests of the components: each has its true value, alone and in the sum.
 
 use std::{
     collections::HashSet,
@@ -9,7 +9,7 @@ use rand::Rng;
 
 use super::*;
 
-/// Standard deviations a test may be off by; the seeds are fixed, so that it never fails by chance.
+/// Tolerance of a test in standard deviations; the seeds are fixed, so it never fails by chance.
 const SIGMAS: f64 = 4.5;
 
 fn stream(noise: &NoiseTruth, rate_hz: u32, seed: u64) -> ChannelStream {
@@ -38,14 +38,14 @@ fn mean_avar(records: &[Vec<f64>], m: usize) -> f64 {
 }
 
 fn assert_within(found: f64, expected: f64, edf: f64, what: &str) {
-    // a chi-square of edf degrees of freedom varies by sqrt(2/edf) of itself
+    // a chi-square with edf degrees of freedom varies by sqrt(2/edf) of itself
     let tolerance = SIGMAS * (2.0 / edf).sqrt();
     let relative = found / expected - 1.0;
     assert!(relative.abs() < tolerance, "{what}: {relative} of the truth, allowed {tolerance}");
 }
 
 #[test]
-fn white_reads_n_over_sqrt_tau() {
+fn white_is_n_over_sqrt_tau() {
     let noise = NoiseTruth { white_density: 2e-3, ..NoiseTruth::default() };
     let n = 1 << 18;
     let record = samples(&noise, 40, 1, n);
@@ -57,7 +57,7 @@ fn white_reads_n_over_sqrt_tau() {
 }
 
 #[test]
-fn walk_reads_k_sqrt_tau_over_3() {
+fn walk_is_k_sqrt_tau_over_3() {
     let noise = NoiseTruth { random_walk: 1e-3, ..NoiseTruth::default() };
     let n = 1 << 14;
     let records: Vec<_> = (0..32).map(|seed| samples(&noise, 40, seed, n)).collect();
@@ -86,7 +86,7 @@ fn flicker_is_flat_from_a_minute_to_a_day() {
 }
 
 #[test]
-fn ramp_reads_r_tau_over_sqrt_2() {
+fn ramp_is_r_tau_over_sqrt_2() {
     let noise = NoiseTruth { mean: 5.0, ramp: 1e-3, ..NoiseTruth::default() };
     let record = samples(&noise, 40, 1, 4096);
     assert_eq!(record[0], 5.0);

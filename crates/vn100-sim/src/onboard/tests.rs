@@ -1,9 +1,9 @@
-//! Tests of the window: correlation between neighbours, and the density the output shows.
+//! Tests of the window: correlation between neighbours, and the density of the output.
 
 use super::*;
 use rand::SeedableRng;
 
-/// Standard deviations a test may be off by; the seeds are fixed, so that it never fails by chance.
+/// Tolerance of a test in standard deviations; the seeds are fixed, so it never fails by chance.
 const SIGMAS: f64 = 4.5;
 
 fn white(window: AveragingWindow, rate_hz: u32, samples: usize) -> Vec<f64> {
@@ -25,8 +25,8 @@ fn autocorrelation(values: &[f64], lag: usize) -> f64 {
     products(lag) / products(0)
 }
 
-/// Density read at m = 64 from disjoint pairs of neighbouring means, and the relative standard
-/// deviation of it: the squares of n independent differences vary by sqrt(2/n), their root by half.
+/// Density at m = 64 from disjoint pairs of neighbouring means, and its relative standard
+/// deviation: the squares of n independent differences vary by sqrt(2/n), their root by half.
 fn apparent_density(values: &[f64], rate_hz: f64) -> (f64, f64) {
     let m = 64;
     let means: Vec<f64> = values.chunks_exact(m).map(|block| block.iter().sum::<f64>() / m as f64).collect();
@@ -43,7 +43,7 @@ fn boxcar_correlates_neighbours() {
         [(800, 4, [0.75, 0.5, 0.25, 0.0, 0.0]), (200, 4, [0.0; 5]), (200, 20, [0.8, 0.6, 0.4, 0.2, 0.0])]
     {
         let values = white(boxcar(samples), rate_hz, n);
-        // Bartlett: far from lag 0 the variance is (1 + 2 sum of squared correlations)/n, nearer less
+        // Bartlett: far from lag 0 the variance is (1 + 2 sum of squared correlations)/n, near it less
         let squares: f64 = expected.iter().map(|r: &f64| r * r).sum();
         let tolerance = SIGMAS * ((1.0 + 2.0 * squares) / n as f64).sqrt();
         for (lag, expected) in (1..).zip(expected) {
@@ -54,7 +54,7 @@ fn boxcar_correlates_neighbours() {
     }
 }
 
-/// One second of a real sensor with firmware 3.1, at the window as delivered.
+/// One second of a real sensor with firmware 3.1, with the factory default of the window.
 #[test]
 fn neighbours_are_correlated_as_in_a_real_sensor() {
     for (window, measured) in [
@@ -64,7 +64,7 @@ fn neighbours_are_correlated_as_in_a_real_sensor() {
         let values = white(window, 800, 400_000);
         for (lag, measured) in (1..).zip(measured) {
             let found = autocorrelation(&values, lag);
-            // one standard deviation of what 800 such samples show
+            // one standard deviation of 800 such samples
             assert!((found - measured).abs() < 0.066, "{window:?}, lag {lag}: {found}, measured {measured}");
         }
     }
@@ -96,7 +96,7 @@ fn density_rises_by_aliasing() {
 fn output_faster_than_the_refresh_repeats() {
     let values = white(AveragingWindow::MAG_DEFAULT, 800, 3200);
     let changes = values.windows(2).filter(|pair| pair[0] != pair[1]).count();
-    // 5 refreshes in 16 samples: 1000 in all, of which the first or the last may fall outside
+    // 5 refreshes in 16 samples: 1000 in total, but the first or the last may fall outside
     assert!((999..=1000).contains(&changes), "{changes}");
 }
 

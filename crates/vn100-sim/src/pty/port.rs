@@ -1,5 +1,5 @@
-//! One pseudo-terminal, from the side of the sensor; what it does not take at once, and the
-//! symbolic link to it.
+//! One pseudo-terminal, from the side of the sensor; its pending bytes, and the symbolic link to
+//! it.
 
 use std::{
     collections::VecDeque,
@@ -26,7 +26,6 @@ use super::PtyError;
 
 const SLAVE_FLAGS: OpenptFlags = OpenptFlags::RDWR.union(OpenptFlags::NOCTTY).union(OpenptFlags::CLOEXEC);
 
-/// What a host has done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum HostChange {
     Opened,
@@ -39,18 +38,18 @@ pub(super) enum HostChange {
 #[derive(Debug)]
 pub(super) struct PseudoTerminal {
     master: OwnedFd,
-    /// Our own hold on the side of the host. Without it the port reads as hung up until the first
-    /// host comes, and how much a host has not read yet would be unknown.
+    /// Our own open handle of the host's side. Without it the port would be reported as hung up
+    /// until the first host comes, and the number of unread bytes would be unknown.
     slave: Option<OwnedFd>,
-    /// Reports openings and closings; `None` when our hold is gone, from when on a hang-up reports
-    /// the end.
+    /// Reports openings and closings; `None` after our handle is closed: from then on a hang-up
+    /// reports the end.
     watch: Option<OwnedFd>,
     pub(super) path: PathBuf,
     host_is_there: bool,
 }
 
 impl PseudoTerminal {
-    /// Raw, and left at a rate, as by an earlier program.
+    /// A raw terminal at this baud rate, as left by an earlier program.
     pub(super) fn new(baud: NonZeroU32) -> io::Result<Self> {
         let master = openpt(SLAVE_FLAGS)?;
         grantpt(&master)?;
@@ -58,7 +57,7 @@ impl PseudoTerminal {
         fcntl_setfl(&master, OFlags::NONBLOCK)?;
         let path = PathBuf::from(OsStr::from_bytes(ptsname(&master, Vec::new())?.as_bytes()));
         let slave = ioctl_tiocgptpeer(&master, SLAVE_FLAGS)?;
-        // before any byte is written: a cooked terminal would send it back
+        // before any byte is written: a cooked terminal would echo it
         let mut settings = tcgetattr(&slave)?;
         settings.make_raw();
         settings.set_speed(baud.get())?;
@@ -68,8 +67,8 @@ impl PseudoTerminal {
         Ok(Self { master, slave: Some(slave), watch: Some(watch), path, host_is_there: false })
     }
 
-    /// Sleeps until a host does something, there is room if that is `for_room`, `waker` is
-    /// readable, or the time is over.
+    /// Sleeps until a host acts, there is room (with `for_room`), `waker` is readable, or the time
+    /// is over.
     pub(super) fn wait(&self, waker: &OwnedFd, for_room: bool, timeout: &Timespec) -> io::Result<()> {
         let events = if for_room { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN };
         let mut fds = vec![PollFd::new(waker, PollFlags::IN), PollFd::new(&self.master, events)];
@@ -84,7 +83,7 @@ impl PseudoTerminal {
         let (closed, open) = self.read_watch()?;
         let before = self.host_is_there;
         if closed {
-            // only without a hold of our own does the port show whether others have one; from here on it shows their end
+            // only without our own handle does the port show whether others have one; from here on it shows their end
             self.watch = None;
             self.slave = None;
         }
@@ -128,7 +127,7 @@ impl PseudoTerminal {
         }
     }
 
-    /// The rate the host has set; `None` for a rate of zero, which hangs up a telephone.
+    /// The rate that the host has set; `None` for a rate of zero, which hangs up a telephone.
     pub(super) fn host_baud(&self) -> io::Result<Option<NonZeroU32>> {
         Ok(NonZeroU32::new(tcgetattr(&self.master)?.output_speed()))
     }
@@ -139,7 +138,7 @@ impl PseudoTerminal {
         loop {
             match read(&self.master, &mut piece) {
                 Ok(0) | Err(Errno::AGAIN) => return Ok(bytes),
-                // hung up: there is nothing more
+                // hung up: there are no more bytes
                 Err(Errno::IO) => return Ok(bytes),
                 Ok(count) => bytes.extend(&piece[..count]),
                 Err(Errno::INTR) => {}
@@ -148,7 +147,7 @@ impl PseudoTerminal {
         }
     }
 
-    /// Gives bytes to the host; returns how many there was room for.
+    /// Writes bytes for the host; returns the number for which there was room.
     pub(super) fn write(&self, bytes: &[u8]) -> io::Result<usize> {
         let mut written = 0;
         while written < bytes.len() {
@@ -162,7 +161,7 @@ impl PseudoTerminal {
         Ok(written)
     }
 
-    /// Bytes the host has not read; 0 if a host with exclusive access lets no one ask.
+    /// Bytes that the host has not read; 0 if a host with exclusive access prevents the query.
     pub(super) fn unread(&self) -> io::Result<u64> {
         match &self.slave {
             Some(slave) => Ok(ioctl_fionread(slave)?),
@@ -174,18 +173,18 @@ impl PseudoTerminal {
     }
 }
 
-/// A terminal takes some 4 KiB at once, and two seconds of stream that a stall delayed are 48 KiB
-/// at 200 Hz.
+/// A terminal holds some 4 KiB, and a stall that delays two seconds of stream causes 48 KiB at 200
+/// Hz.
 const ROOM: usize = 64 * 1024;
 
-/// The bytes that the terminal did not take at once, in order.
+/// The bytes that the terminal did not accept at once, in order.
 #[derive(Debug, Default)]
 pub(super) struct Outbox {
     waiting: VecDeque<u8>,
 }
 
 impl Outbox {
-    /// Queues bytes, and returns how many did not fit and are lost.
+    /// Queues bytes, and returns the number of bytes that did not fit and are lost.
     pub(super) fn push(&mut self, bytes: &[u8]) -> usize {
         let taken = bytes.len().min(ROOM - self.waiting.len());
         self.waiting.extend(&bytes[..taken]);
@@ -220,7 +219,7 @@ pub(super) struct SymbolicLink {
 impl SymbolicLink {
     /// Creates the link, or changes the target of the existing one.
     pub(super) fn make(path: &Path, target: &Path) -> Result<Self, PtyError> {
-        // if it has a target, that may be another sensor
+        // if it has a target, it may belong to another sensor
         if fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink())
             && let Ok(leads_to) = fs::canonicalize(path)
         {
@@ -230,8 +229,7 @@ impl SymbolicLink {
         Ok(Self { path: path.to_owned() })
     }
 
-    /// Changes the target. A program that opens the path meanwhile finds the one or the
-    /// other target.
+    /// Changes the target. A program that opens the path meanwhile finds either target.
     pub(super) fn turn(&self, target: &Path) -> Result<(), PtyError> {
         lead(&self.path, target)
     }
@@ -271,7 +269,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_burst_comes_whole_as_far_as_there_is_room_for_it() -> io::Result<()> {
+    fn a_burst_arrives_as_far_as_there_is_room_for_it() -> io::Result<()> {
         let port = PseudoTerminal::new(NonZeroU32::MIN)?;
         let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().try_into().unwrap();
         let mut host = OpenOptions::new().read(true).write(true).custom_flags(flags).open(&port.path)?;
@@ -311,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_turns_and_goes() -> io::Result<()> {
+    fn a_link_changes_its_target_and_is_removed() -> io::Result<()> {
         let folder = tempfile::tempdir()?;
         let path = folder.path().join("sensor");
         let link = SymbolicLink::make(&path, Path::new("one")).unwrap();
@@ -324,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_left_behind_is_turned_and_a_file_is_not() -> io::Result<()> {
+    fn a_remaining_link_is_changed_and_a_file_is_not() -> io::Result<()> {
         let folder = tempfile::tempdir()?;
         let path = folder.path().join("sensor");
         symlink("dead", &path)?;
@@ -340,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_that_leads_somewhere_is_not_taken_away() -> io::Result<()> {
+    fn a_link_with_a_target_is_not_replaced() -> io::Result<()> {
         let folder = tempfile::tempdir()?;
         let (path, port) = (folder.path().join("sensor"), folder.path().join("port"));
         fs::write(&port, "")?;

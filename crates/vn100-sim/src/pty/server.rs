@@ -23,19 +23,19 @@ use super::{
 };
 use crate::{device::Device, fault::PlugEvent, wire::Wire};
 
-/// How long a host that still reads is waited for at the end.
+/// The longest wait at the end for a host that still reads.
 const LINGER: Duration = Duration::from_secs(1);
 
-/// How often to check whether the host has read all, and how often in a row nothing must be left:
-/// the machine hands bytes over in steps, and late where it is busy.
+/// The interval for checking whether the host has read all bytes, and the number of consecutive
+/// checks without pending bytes: the machine passes bytes on in steps, and late if it is busy.
 const LINGER_STEP: Timespec = Timespec { tv_sec: 0, tv_nsec: 2_000_000 };
 const LINGER_LOOKS: u32 = 25;
 
-/// How long a port whose host has left can still be opened: a host that looked up its name just
-/// before finds a sensor there, and not a name that leads nowhere.
+/// The time during which a port whose host has left can still be opened: a host that looked up its
+/// name just before finds a sensor there, and not a dangling name.
 const FORMER_KEPT: Duration = Duration::from_secs(2);
 
-/// How often to check whether a host has opened it.
+/// The interval for checking whether a host has opened it.
 const FORMER_CHECK: Duration = Duration::from_millis(10);
 
 /// A sensor that is connected until this handle is dropped or stopped.
@@ -69,7 +69,7 @@ impl Shared {
 /// Connects a sensor and switches it on.
 ///
 /// # Errors
-/// [`PtyError`] when the machine has no pseudo-terminal left, or the link cannot be made.
+/// [`PtyError`] if the machine has no pseudo-terminal left, or the link cannot be made.
 pub fn serve(device: Device, options: PtyOptions) -> Result<PtySensor, PtyError> {
     let waker = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK).map_err(open_error)?;
     let shared = Arc::new(Shared { stop: AtomicBool::new(false), waker, state: Mutex::default() });
@@ -104,10 +104,10 @@ impl PtySensor {
         self.shared.state().stats
     }
 
-    /// Unplugs the sensor once the host has read what was sent to it, or after a second.
+    /// Unplugs the sensor once the host has read all bytes sent to it, or after a second.
     ///
     /// # Errors
-    /// [`PtyError`] when the thread of the sensor had ended before.
+    /// [`PtyError`] if the thread of the sensor had ended before.
     pub fn stop(mut self) -> Result<PtyStats, PtyError> {
         self.end()?;
         Ok(self.stats())
@@ -135,7 +135,7 @@ struct Server {
     wire: Wire,
     /// `None` while it is unplugged.
     port: Option<PseudoTerminal>,
-    /// The port before this one, and until when it is kept.
+    /// The port before this one, and the end of its time.
     former: Option<(PseudoTerminal, Duration)>,
     outbox: Outbox,
     link: Option<SymbolicLink>,
@@ -213,7 +213,8 @@ impl Server {
             }
             let written = port.read().map_err(PtyError::Open)?;
             if !written.is_empty() {
-                // who has written has opened: else the wire would drop the replies as if no host were there
+                // a host that has written has opened the port: otherwise the wire would drop the replies as
+                // if no host were there
                 self.follow_host(now)?;
                 self.wire.write(&written, now);
             }
@@ -222,7 +223,7 @@ impl Server {
         self.give(&bytes)
     }
 
-    /// Hands bytes to the host, behind those that wait for room.
+    /// Writes bytes for the host, after the pending ones.
     fn give(&mut self, bytes: &[u8]) -> Result<(), PtyError> {
         let Some(port) = &self.port else { return Ok(()) };
         let dropped = self.outbox.push(bytes);
@@ -233,7 +234,7 @@ impl Server {
         Ok(())
     }
 
-    /// The host has closed the port: bytes that wait for room are dropped.
+    /// The host has closed the port: pending bytes are dropped.
     fn hang_up(&mut self, now: Duration) {
         self.wire.close(now);
         self.shared.state().stats.bytes_unread += self.outbox.clear() as u64;
@@ -254,7 +255,7 @@ impl Server {
         Ok(())
     }
 
-    /// A host has left: the next one finds a fresh port.
+    /// A host has left: the next one finds a new port.
     fn replace_port(&mut self, now: Duration) -> Result<(), PtyError> {
         let fresh = PseudoTerminal::new(host_baud(self.wire.device())).map_err(PtyError::Open)?;
         self.lead_to(&fresh.path)?;
@@ -262,7 +263,7 @@ impl Server {
         self.follow_former(now)
     }
 
-    /// Returns to the port before this one where a host has opened that.
+    /// Returns to the port before this one if a host has opened that one.
     fn follow_former(&mut self, now: Duration) -> Result<(), PtyError> {
         let Some((mut former, until)) = self.former.take() else { return Ok(()) };
         if former.host_change().map_err(PtyError::Open)? == Some(HostChange::Opened) {
@@ -293,7 +294,7 @@ impl Server {
         }
     }
 
-    /// What a host has not read is lost when the port goes.
+    /// Waits for the host, because bytes that it has not read are lost when the port is removed.
     fn linger(mut self) -> Result<(), PtyError> {
         let since = Instant::now();
         let mut empty = 0;
@@ -306,7 +307,7 @@ impl Server {
             if left || empty > LINGER_LOOKS || since.elapsed() > LINGER {
                 break;
             }
-            // the waker is readable now: only the time is waited for
+            // the waker is readable now, so this waits only for the time
             poll(&mut [], Some(&LINGER_STEP)).map_err(open_error)?;
         }
         self.shared.state().stats.bytes_unread += self.outbox.clear() as u64;

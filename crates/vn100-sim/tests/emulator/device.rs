@@ -1,4 +1,4 @@
-//! The emulated sensor on a clock that the test turns.
+//! The emulated sensor on a clock that the test controls.
 
 mod bench;
 mod commands;

@@ -1,10 +1,10 @@
-//! The profiles as captures: pinned first lines, and the published record they stand for.
+//! The profiles as captures: pinned first lines, and the published record that they represent.
 
 use std::num::NonZeroU32;
 
 use vn100_sim::{Generator, Message, Profile, noise::ChannelStream, write_capture};
 
-/// Everybody's captures change with these lines: do not renew them without a reason worth that.
+/// The captures of all users change with these lines: do not update them without an important reason.
 #[test]
 fn first_lines_are_pinned() {
     for (profile, rate_hz, lines) in [
@@ -37,7 +37,7 @@ fn first_lines_are_pinned() {
 
 #[test]
 fn ten_minutes_of_lab3_have_the_published_means_and_deviations() {
-    // as printed with the record: mean, standard deviation
+    // mean and standard deviation, as printed with the record
     let published = [
         (52.339768, 0.051601),
         (0.272679, 0.006165),
@@ -60,17 +60,17 @@ fn ten_minutes_of_lab3_have_the_published_means_and_deviations() {
         let found_mean = values.clone().sum::<f64>() / n as f64;
         let found_variance = values.map(|value| (value - found_mean).powi(2)).sum::<f64>() / n as f64;
         let noise = Profile::lab3().channels[channel].noise;
-        // a walk's mean over T has the deviation K·sqrt(T/3); the flicker in its state at the start is 2.6 B
+        // a walk's mean over T has the deviation K·sqrt(T/3); the flicker in its initial state has 2.6 B
         let slow = noise.random_walk * 200.0_f64.sqrt() + 2.6 * noise.bias_instability;
         let tolerance = 4.5 * (deviation / (n as f64).sqrt() + slow);
         assert!((found_mean - mean).abs() < tolerance, "channel {channel}: mean {found_mean}");
-        // 2 % of the recipe, 4.5 sigma of the sample
+        // 2 % for the profile, 4.5 sigma for the sample
         let relative = found_variance.sqrt() / deviation - 1.0;
         assert!(relative.abs() < 0.02 + 4.5 / (2.0 * n as f64).sqrt(), "channel {channel}: {relative}");
     }
 }
 
-/// Minimum over octaves of the fully overlapping Allan deviation, over 0.664.
+/// Minimum over octaves of the fully overlapping Allan deviation, divided by 0.664.
 fn bias_reading(values: &[f64]) -> f64 {
     let mut sums = vec![0.0];
     for value in values {
@@ -88,8 +88,8 @@ fn bias_reading(values: &[f64]) -> f64 {
     minimum / 0.664
 }
 
-/// The published 0.830 deg/h of gyro y and 0.0356 mg of accelerometer y come out of this truth,
-/// though it has no flicker, or a third of that.
+/// The published 0.830 deg/h of gyro y and 0.0356 mg of accelerometer y result from this truth,
+/// although it has no flicker, or a third of these values.
 #[test]
 fn five_hours_of_lab3_give_the_published_bias_readings() {
     for (channel, published) in [(10, 0.830 / 206_264.806), (7, 0.0356 / 101.971621)] {
@@ -102,7 +102,7 @@ fn five_hours_of_lab3_give_the_published_bias_readings() {
         };
         let mut readings: Vec<f64> = (1..=9).map(reading).collect();
         readings.sort_by(f64::total_cmp);
-        // single readings of the gyro spread by a third, the median of nine by an eighth
+        // single readings of the gyro vary by a third, the median of nine by an eighth
         let relative = readings[4] / published - 1.0;
         assert!(relative.abs() < 0.25, "channel {channel}: {relative}");
     }

@@ -23,10 +23,10 @@ use vn100_sim::{
     pty::{PtyOptions, PtySensor, serve},
 };
 
-/// Far more than anything here takes.
+/// Far longer than any step of these tests.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// A sensor that has been on for two seconds, behind a link of its own.
+/// A sensor that has been on for two seconds, with a link of its own.
 fn connected(faults: &str) -> (TempDir, PathBuf, PtySensor) {
     let folder = tempfile::tempdir().unwrap();
     let link = folder.path().join("sensor");
@@ -63,7 +63,7 @@ impl Host {
         tcsetattr(&self.port, OptionalActions::Now, &settings).unwrap();
     }
 
-    /// Reads until enough has come; an error when the port is hung up.
+    /// Reads until enough has come; an error if the port is hung up.
     fn read_until(&mut self, enough: impl Fn(&[u8]) -> bool) -> io::Result<()> {
         let since = Instant::now();
         while !enough(&self.read) {
@@ -107,7 +107,7 @@ fn a_program_that_opens_the_link_reads_lines_and_is_answered() {
     let mut host = Host::open(&link);
     host.read_until(|read| valid_sentences(read) >= 3).unwrap();
     host.ask("VNRRG,01", "$VNRRG,01,VN-100S-CR*35\r\n");
-    // the terminal changes no byte and sends none back
+    // the terminal changes no byte and echoes none
     assert!(!host.read.windows(2).any(|pair| pair == b"\n\n"));
     let stats = sensor.stop().unwrap();
     assert_eq!(stats.openings, 1);
@@ -115,7 +115,7 @@ fn a_program_that_opens_the_link_reads_lines_and_is_answered() {
 }
 
 #[test]
-fn whoever_comes_next_finds_a_fresh_port_without_old_bytes() {
+fn the_next_host_finds_a_new_port_without_old_bytes() {
     let (_folder, link, sensor) = connected("");
     let mut target = fs::read_link(&link).unwrap();
     for openings in 1..=3 {
@@ -129,7 +129,7 @@ fn whoever_comes_next_finds_a_fresh_port_without_old_bytes() {
 }
 
 #[test]
-fn a_host_that_is_killed_leaves_nothing_behind() {
+fn a_host_that_is_killed_leaves_no_state() {
     let (_folder, link, sensor) = connected("");
     let target = fs::read_link(&link).unwrap();
     let script = "exec 3<>\"$0\"; read -r line <&3; kill -9 $$";
@@ -142,14 +142,14 @@ fn a_host_that_is_killed_leaves_nothing_behind() {
 }
 
 #[test]
-fn a_host_that_comes_back_at_once_is_served() {
+fn a_host_that_returns_at_once_is_served() {
     let (_folder, link, _sensor) = connected("");
     for _ in 0..50 {
         Host::open(&link).ask("VNRRG,04", "$VNRRG,04,3.1.0.0*77\r\n");
     }
 }
 
-/// As a program does on a busy machine: what the link led to is opened later.
+/// As on a busy machine, the program opens the former target of the link later.
 #[test]
 fn a_host_that_looked_up_the_former_port_is_served_there() {
     let (_folder, link, sensor) = connected("");
@@ -162,7 +162,7 @@ fn a_host_that_looked_up_the_former_port_is_served_there() {
 }
 
 #[test]
-fn a_host_at_another_rate_reads_junk_and_is_not_heard() {
+fn a_host_at_another_rate_reads_junk_and_gets_no_reply() {
     let (_folder, link, _sensor) = connected("");
     let mut host = Host::open(&link);
     host.set_baud(57_600);
@@ -174,7 +174,7 @@ fn a_host_at_another_rate_reads_junk_and_is_not_heard() {
 }
 
 #[test]
-fn an_unplugged_sensor_takes_its_port_along_and_comes_back() {
+fn an_unplugged_sensor_removes_its_port_and_returns() {
     let (folder, link, _sensor) = connected("unplug@2.2s+200ms:other");
     let mut host = Host::open(&link);
     host.read_until(|_| false).unwrap_err();
@@ -186,16 +186,16 @@ fn an_unplugged_sensor_takes_its_port_along_and_comes_back() {
 }
 
 #[test]
-fn bytes_that_nobody_reads_are_dropped_and_counted() {
+fn bytes_that_are_not_read_are_dropped_and_counted() {
     let (_folder, link, sensor) = connected("");
     let mut host = Host::open(&link);
     host.ask("VNWRG,06,0", "$VNWRG,06,0*6C\r\n");
     host.ask("VNWRG,05,921600", "$VNWRG,05,921600*53\r\n");
     host.set_baud(921_600);
-    // 46 000 bytes a second
+    // 46 000 bytes per second
     host.ask("VNWRG,75,1,1,01,0601", "$VNWRG,75,1,1,01,0601*");
     wait_until(|| sensor.stats().bytes_dropped > 0);
-    // who reads again is in touch again
+    // a host that reads again is served again
     let more = host.read.len() + 50_000;
     host.read_until(|read| read.len() > more).unwrap();
     host.ask("VNWRG,75,0,1,01,0601", "$VNWRG,75,0,1,01,0601*");
@@ -219,7 +219,7 @@ fn a_sensor_that_is_stopped_waits_for_its_reader() {
 }
 
 #[test]
-fn a_file_in_place_of_the_link_is_left_alone() {
+fn a_file_in_place_of_the_link_is_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let link = folder.path().join("sensor");
     fs::write(&link, "precious").unwrap();

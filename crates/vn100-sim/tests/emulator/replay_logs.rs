@@ -1,4 +1,4 @@
-//! The captures that ship with the project are what their recipe writes.
+//! The captures of the project equal the output of the example that writes them.
 
 #[path = "../../examples/replay_logs/main.rs"]
 #[allow(dead_code, reason = "the recipe's own main")]
@@ -7,7 +7,7 @@ mod recipe;
 use std::{fs, path::Path};
 
 #[test]
-fn captures_are_what_the_recipe_writes() {
+fn captures_equal_the_output_of_the_example() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../replay-logs");
     for recipe::Log { name, bytes } in recipe::logs().unwrap() {
         let shipped = fs::read(folder.join(name)).unwrap();

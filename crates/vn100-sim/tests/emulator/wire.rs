@@ -1,4 +1,4 @@
-//! Sensor, cable and adapter on a clock that the test turns, with faults.
+//! Sensor, cable and adapter on a clock that the test controls, with faults.
 
 use std::{num::NonZeroU32, time::Duration};
 
@@ -23,7 +23,7 @@ fn opened(plan: &str) -> Wire {
     wire
 }
 
-/// What the host reads from one time to another, polled whenever the wire asks for it.
+/// The bytes that the host reads in an interval, polled whenever the wire requests it.
 fn read(wire: &mut Wire, from: Duration, until: Duration) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut now = from;
@@ -129,7 +129,7 @@ fn an_unplugged_sensor_boots_when_it_is_back() {
     assert_eq!(wire.poll_plug(Duration::from_millis(2999)), None);
     assert_eq!(wire.poll_plug(seconds(3)), Some(PlugEvent::Unplugged));
     assert_eq!(wire.poll(seconds(4)), b"");
-    // nobody hears
+    // no host receives it
     wire.write(b"$VNWRG,06,0*6C\r\n", seconds(4));
     assert!(wire.next_wakeup(Duration::from_millis(6500)) == seconds(7));
     assert_eq!(wire.poll_plug(seconds(30)), Some(PlugEvent::Replugged { other_name: true }));
@@ -170,7 +170,7 @@ fn a_line_at_another_rate_is_junk_in_both_directions() {
 #[test]
 fn a_port_that_is_opened_may_begin_with_old_bytes() {
     let mut wire = wire_with("stale", 1, None);
-    // what was sent before the first opening is old as well
+    // bytes sent before the first opening are old as well
     assert_eq!(wire.open(START).len(), 40);
     let session = read(&mut wire, START, START + Duration::from_millis(110));
     wire.close(seconds(3));
@@ -227,7 +227,7 @@ fn equal_seeds_give_equal_faults() {
 }
 
 #[test]
-fn nothing_is_kept_for_a_host_that_is_not_there() {
+fn nothing_is_kept_for_an_absent_host() {
     let mut wire = wire_with("stall@3s+60s", 1, None);
     assert_eq!(wire.poll(seconds(60)), b"");
     assert_eq!(wire.next_wakeup(seconds(60)), seconds(61));

@@ -82,7 +82,7 @@ fn legend(theme: Theme, source: &SourceView, plot: &AllanPlot, whole: bool) -> L
     if plot.sheet.is_some() {
         spans.push(Span::styled(format!(" {SHEET} data sheet "), theme.faint()));
     }
-    if let Some(next) = next_octave(&source.snapshot).filter(|_| !source.is_over()) {
+    if let Some(next) = next_octave(&source.result).filter(|_| !source.is_over()) {
         let (tau, when) = (tau(next.tau_s), next.when());
         let when = if whole { when } else { when.replace(" without a gap", " gapless") };
         spans.push(Span::styled(theme.spelled(format!(" next: τ {tau} s {when}")), theme.faint()));

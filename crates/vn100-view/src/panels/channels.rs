@@ -12,12 +12,9 @@ use ratatui::{
         canvas::{Canvas, Line as Stroke, Points},
     },
 };
+use vn100_analysis::{ChannelResult, History, HistoryColumn};
 use vn100_protocol::Quantity;
-use vn100_report::{
-    History, HistoryColumn,
-    numbers::plain::time,
-    units::{ChannelValues, fitted},
-};
+use vn100_report::numbers::plain::{fitted, time};
 
 use crate::{
     scene::{Scene, framed},
@@ -32,7 +29,7 @@ pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_
     let inner = framed(frame, area, scene, Panel::Statistics, "Statistics".into());
     let chosen = scene.state.channel(source);
     // the places of names, units and numbers; what is left belongs to the bars
-    let longest = source.values.iter().map(|channel| channel.name.len()).max().unwrap_or(0) as u16;
+    let longest = source.result.channels.iter().map(|channel| channel.name.len()).max().unwrap_or(0) as u16;
     let name = longest.clamp(8, if inner.width >= 100 { 24 } else { 11 });
     let widths = if inner.width >= 66 { [name, 6, 11, 10, 9, 9] } else { [name, 5, 10, 9, 8, 8] };
     let fixed = widths.iter().sum::<u16>() + widths.len() as u16;
@@ -42,12 +39,14 @@ pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_
         .map(|(axis, channel)| (channel, axis))
         .collect();
     // what was asked for between the lines is no axis
-    let mut polled: Vec<usize> = (axes.len()..source.values.len()).collect();
-    polled.sort_by_key(|place| !matches!(source.values[*place].quantity, Quantity::Temperature | Quantity::Pressure));
+    let mut polled: Vec<usize> = (axes.len()..source.result.channels.len()).collect();
+    polled.sort_by_key(|place| {
+        !matches!(source.result.channels[*place].quantity, Quantity::Temperature | Quantity::Pressure)
+    });
     let placed: Vec<(usize, usize)> =
         axes.into_iter().chain(polled.into_iter().map(|place| (place, usize::MAX))).collect();
     let rows = placed.into_iter().map(|(place, axis)| {
-        let channel = &source.values[place];
+        let channel = &source.result.channels[place];
         let unit = ShownUnit::of(channel, scene.state.units);
         let number = |value: Option<f64>, decimals: usize, column: usize| {
             let text = value.map_or("-".into(), |value| fitted(value * unit.factor, decimals, widths[column].into()));
@@ -58,10 +57,10 @@ pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_
         let row = Row::new(vec![
             Line::from(Span::styled(channel.name.clone(), scene.theme.axis(axis))),
             Line::raw(scene.theme.spelled(unit.name.as_str())),
-            number(channel.mean, finer, 2),
-            number(channel.std, finer, 3),
-            number(channel.min, unit.decimals, 4),
-            number(channel.max, unit.decimals, 5),
+            number(channel.statistics.mean, finer, 2),
+            number(channel.statistics.std, finer, 3),
+            number(channel.statistics.min, unit.decimals, 4),
+            number(channel.statistics.max, unit.decimals, 5),
             Line::from(Span::styled(source.sparkline(place, usize::from(bars)), scene.theme.axis(axis))),
         ]);
         if Some(place) == chosen { row.style(scene.theme.chosen()) } else { row }
@@ -90,7 +89,7 @@ pub(crate) const SIGNAL_WIDTH: u16 = 44;
 pub(crate) fn draw_signal(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let source = scene.source;
     let Some((group, place)) = scene.state.group(source).zip(scene.state.channel(source)) else { return };
-    let channel = &source.values[place];
+    let channel = &source.result.channels[place];
     let unit = ShownUnit::of(channel, scene.state.units);
     let title = scene.theme.spelled(format!("Signal of {}, {}", channel.name, unit.name));
     let inner = framed(frame, area, scene, Panel::Signal, title);
@@ -109,14 +108,14 @@ fn parts(area: Rect) -> [Rect; 3] {
 }
 
 /// Columns for the values of a channel at the left of a chart, the same above and below each other.
-fn values_width(channel: &ChannelValues, unit: &ShownUnit) -> u16 {
+fn values_width(channel: &ChannelResult, unit: &ShownUnit) -> u16 {
     let width =
         |value: Option<f64>| value.map_or(0, |value| format!("{:.*}", unit.decimals, value * unit.factor).len());
-    width(channel.min).max(width(channel.max)) as u16 + 1
+    width(channel.statistics.min).max(width(channel.statistics.max)) as u16 + 1
 }
 
 fn draw_history(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, place: usize, unit: &ShownUnit, color: Color) {
-    let (source, channel) = (scene.source, &scene.source.values[place]);
+    let (source, channel) = (scene.source, &scene.source.result.channels[place]);
     let (decimals, labels) = (unit.decimals, values_width(channel, unit));
     let [title, chart, below] = parts(area);
     let chart = Rect { x: chart.x + labels, width: chart.width.saturating_sub(labels), ..chart };
@@ -182,15 +181,15 @@ fn draw_histogram(
     frame: &mut Frame<'_>,
     area: Rect,
     scene: Scene<'_>,
-    channel: &ChannelValues,
+    channel: &ChannelResult,
     unit: &ShownUnit,
     color: Color,
 ) {
     let labels = values_width(channel, unit);
     let [title, chart, below] = parts(area);
     let chart = Rect { x: chart.x + labels, width: chart.width.saturating_sub(labels), ..chart };
-    let Some(bars) = &channel.bars else { return };
-    let shape = match (channel.skewness, channel.excess_kurtosis) {
+    let Some(bars) = &channel.statistics.histogram else { return };
+    let shape = match (channel.statistics.skewness, channel.statistics.excess_kurtosis) {
         (Some(skewness), Some(kurtosis)) => format!("; skewness {skewness:.2}, excess kurtosis {kurtosis:.2}"),
         _ => String::new(),
     };
@@ -209,7 +208,7 @@ fn draw_histogram(
     frame.render_widget(label(end).right_aligned(), scale);
     let total: u64 = bars.counts.iter().sum();
     let normal = |x: f64| {
-        let (mean, std) = (channel.mean?, channel.std.filter(|std| *std > 0.0)?);
+        let (mean, std) = (channel.statistics.mean?, channel.statistics.std.filter(|std| *std > 0.0)?);
         let density = (-0.5 * ((x - mean) / std).powi(2)).exp() / (std * std::f64::consts::TAU.sqrt());
         Some((x, density * bars.width * total as f64))
     };
@@ -249,9 +248,9 @@ fn draw_histogram(
 const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
 impl SourceView {
-    /// The latest `most_slots` in at most `columns`, see [`History::of`].
+    /// The latest `most_slots` in at most `columns`, see [`History`].
     pub(crate) fn history(&self, channel: usize, columns: usize, most_slots: usize) -> Option<History> {
-        History::of(&self.snapshot, channel, columns, most_slots)
+        self.result.history(channel, columns, most_slots)
     }
 
     /// The means of the last minutes as bars, between the lowest and the highest of them.

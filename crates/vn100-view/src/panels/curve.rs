@@ -2,8 +2,7 @@
 //! logarithmic axes around them.
 
 use imu_noise::{Deviation, Term};
-use vn100_analysis::letter;
-use vn100_report::units::{ChannelValues, Point};
+use vn100_analysis::{ChannelResult, Point, letter};
 
 use crate::{
     panels::{model_line::ModelLine, sheet},
@@ -41,14 +40,14 @@ pub(crate) const REFERENCE: &str = "R";
 
 impl AllanPlot {
     pub(crate) fn new(state: &ViewState, source: &SourceView, group: &ChannelGroup) -> Self {
-        let unit = ShownUnit::of(&source.values[group.channels[0]], state.units);
+        let unit = ShownUnit::of(&source.result.channels[group.channels[0]], state.units);
         let factor = unit.factor;
-        let deviation = source.snapshot.deviation;
+        let deviation = source.result.deviation();
         let axes = group.channels.iter().enumerate();
         let curves = axes.filter(|(axis, _)| state.is_shown(*axis));
         let curves = curves.map(|(axis, place)| {
-            let channel = &source.values[*place];
-            let points = channel.deviations.iter().map(|point| point.times(factor)).collect();
+            let channel = &source.result.channels[*place];
+            let points = channel.allan.points.iter().map(|point| point.times(factor)).collect();
             let alone = state.axes != ShownAxes::All;
             let model = if alone { model(source, channel, factor) } else { Vec::new() };
             let reference = source.reference.as_ref().filter(|reference| reference.deviation == deviation);
@@ -102,11 +101,11 @@ impl AllanPlot {
 }
 
 /// The estimated parts of the noise over the averaging times of the fit, and the whole solution.
-fn model(source: &SourceView, channel: &ChannelValues, factor: f64) -> Vec<ModelLine> {
-    let Some((noise, quality)) = channel.noise.as_ref().and_then(|noise| Some((noise, noise.fit.quality?))) else {
+fn model(source: &SourceView, channel: &ChannelResult, factor: f64) -> Vec<ModelLine> {
+    let Some((noise, quality)) = channel.noise.as_ref().and_then(|noise| Some((noise, noise.fit?))) else {
         return Vec::new();
     };
-    let shape = source.snapshot.shape();
+    let shape = source.result.shape();
     let (first, last) = (quality.tau_min_s / shape.interval_s, quality.tau_max_s / shape.interval_s);
     let steps = ((last / first).log2() * f64::from(MODEL_STEPS)).round().max(0.0) as u32;
     let along = |step: u32| (first * (f64::from(step) / f64::from(MODEL_STEPS)).exp2()).round() as u64;
@@ -115,13 +114,12 @@ fn model(source: &SourceView, channel: &ChannelValues, factor: f64) -> Vec<Model
     let terms = [Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
     let mut lines = Vec::new();
     for term in terms {
-        // what the fit holds of the stream, whether it is the sensor's or not
-        let Some(amplitude) = noise.fit.parameter(term).and_then(|parameter| parameter.value) else { continue };
+        let Some(amplitude) = noise.parameter(term).and_then(|parameter| parameter.value) else { continue };
         let variances: Vec<f64> = factors.iter().map(|m| term.variance(amplitude, *m, &shape)).collect();
         lines
             .push(ModelLine { term: Some(letter(term)), points: line(&factors, &variances, shape.interval_s, factor) });
     }
-    let whole = channel.octaves.iter().filter_map(|point| Some((point.tau_s, point.fitted? * factor)));
+    let whole = channel.octaves().iter().filter_map(|point| Some((point.tau_s, point.fitted? * factor)));
     lines.push(ModelLine { term: None, points: whole.collect() });
     lines
 }

@@ -9,12 +9,12 @@ use ratatui::{
     text::{Line, Span},
     widgets::Paragraph,
 };
-use vn100_analysis::{Plan, PlaybackFacts, RateFrom};
+use vn100_analysis::{Plan, PlaybackFacts, RateFrom, SourceResult};
 use vn100_driver::{LinkState, Up};
 use vn100_protocol::Quantity;
 use vn100_report::{
     health::{self, playback_word, rate_from_word, up_word},
-    names::rejected_lines,
+    names::{missing_text, outages, rejected_lines},
     numbers::plain::{clock, digits, digits_trimmed, grouped, ppm, time},
     printable,
 };
@@ -62,8 +62,7 @@ pub(crate) fn goal_lines(scene: Scene<'_>, width: u16) -> Vec<Line<'static>> {
     if source.goals.is_none() {
         return Vec::new();
     }
-    let link = source.link.as_ref().map(|link| link_facts(link).status);
-    let goals = source.goals.texts(&source.snapshot, &source.assessment, source.now, link);
+    let goals = source.goals.texts(&source.result, source.now);
     let width = usize::from(width);
     let goals: Vec<String> = goals.into_iter().map(|goal| scene.theme.spelled(goal)).collect();
     let together = format!(" goal: {}", goals.join("   "));
@@ -140,14 +139,14 @@ fn first(scene: Scene<'_>, width: usize) -> Line<'static> {
         let (word, style) = link_word(source, theme);
         let word = if detail <= Detail::Little { word.trim_end_matches(" baud").to_owned() } else { word };
         parts.add(word, style);
-        if let Some(layout) = &source.snapshot.layout {
-            let nature = match layout.compensated {
+        if let Some(message) = &source.result.source.message {
+            let nature = match source.result.source.compensated {
                 _ if detail <= Detail::Little => "",
                 Some(true) => "compensated",
                 Some(false) => "uncompensated",
                 None => "compensation unknown",
             };
-            parts.add(format!("{} {nature}", layout.message).trim_end(), Style::new());
+            parts.add(format!("{message} {nature}").trim_end(), Style::new());
         }
         parts.add(format!("elapsed {}", clock(source.elapsed)), Style::new());
         if scene.state.frozen {
@@ -161,31 +160,32 @@ fn first(scene: Scene<'_>, width: usize) -> Line<'static> {
 }
 
 fn second(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
-    let (snapshot, timing) = (&source.snapshot, &source.snapshot.timing);
+    let timing = &source.result.timing;
     let mut parts = Parts::new();
-    match timing.rate_from {
-        RateFrom::Assumed if timing.samples == 0 => parts.add("rate unknown", theme.faint()),
-        from => {
+    match timing.rate_hz.zip(timing.rate_from) {
+        None => parts.add("rate unknown", theme.faint()),
+        Some((_, RateFrom::Assumed)) if timing.samples == 0 => parts.add("rate unknown", theme.faint()),
+        Some((rate_hz, from)) => {
             let is_assumed = from == RateFrom::Assumed;
             let source = if detail == Detail::Least && !is_assumed { "" } else { rate_from_word(from) };
-            let rate = format!("rate {} Hz {source}", digits_trimmed(timing.rate_hz, 6));
+            let rate = format!("rate {} Hz {source}", digits_trimmed(rate_hz, 6));
             parts.add(rate.trim_end(), if is_assumed { theme.warning() } else { Style::new() });
         }
     }
-    if let Some(change) = snapshot.rate_change {
+    if let Some(change) = timing.rate_change {
         parts.add(format!("now {} Hz", digits_trimmed(change.to_hz, 6)), theme.warning());
     }
-    let measured = snapshot.arrivals.and_then(|arrivals| arrivals.measured_hz.zip(arrivals.offset_ppm));
+    let measured = timing.measured_hz.zip(timing.offset_ppm);
     if let Some((hz, offset_ppm)) = measured {
         match detail {
             Detail::All => parts.add(format!("measured {hz:.3} Hz ({})", ppm(offset_ppm)), Style::new()),
             Detail::Some => parts.add(format!("measured {hz:.3} Hz"), Style::new()),
             // the previous rate
-            Detail::Little | Detail::Least if snapshot.rate_change.is_some() => {}
+            Detail::Little | Detail::Least if timing.rate_change.is_some() => {}
             Detail::Little | Detail::Least => parts.add(format!("clock {}", ppm(offset_ppm)), Style::new()),
         }
     }
-    if let Some(arrivals) = snapshot.arrivals.and_then(|arrivals| arrivals.arrivals) {
+    if let Some(arrivals) = timing.arrivals {
         let [median, most, max] =
             [arrivals.p50_us, arrivals.p99_us, arrivals.max_us].map(|us| digits(us as f64 / 1e3, 3));
         let text = match detail {
@@ -196,7 +196,7 @@ fn second(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
         };
         parts.add(text, Style::new());
     }
-    if let Some(load) = source.line_load() {
+    if let Some(load) = health::line_load(&source.result) {
         let style = if load > Plan::MOST_LOAD { theme.warning() } else { Style::new() };
         let text = if detail <= Detail::Little { "baud" } else { "of the baud rate" };
         let load = 100.0 * load;
@@ -207,7 +207,7 @@ fn second(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
 }
 
 fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
-    let (snapshot, timing) = (&source.snapshot, &source.snapshot.timing);
+    let SourceResult { timing, link, .. } = &source.result;
     let mut parts = Parts::new();
     let counted = |count: u64| if count > 0 { theme.warning() } else { Style::new() };
     let has_failed = source.recording.as_ref().is_some_and(|recording| recording.error.is_some());
@@ -217,31 +217,27 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     }
     let time = match detail {
         Detail::Little | Detail::Least => String::new(),
-        Detail::Some | Detail::All => format!(" in {}", time(timing.duration_s())),
+        Detail::Some | Detail::All => format!(" in {}", time(timing.duration_s)),
     };
     parts.add(format!("{} samples{time}", grouped(timing.samples)), Style::new());
-    let tally = &snapshot.link.tally;
-    let rejected = if detail <= Detail::Little { grouped(tally.rejected.total()) } else { rejected_lines(tally) };
-    parts.add(format!("rejected {rejected}"), counted(tally.rejected.total()));
-    if tally.damaged_packets > 0 {
-        parts.add(format!("damaged packets {}", grouped(tally.damaged_packets)), theme.warning());
+    let rejected = if detail <= Detail::Little { grouped(link.rejected.total()) } else { rejected_lines(link) };
+    parts.add(format!("rejected {rejected}"), counted(link.rejected.total()));
+    if link.damaged_packets > 0 {
+        parts.add(format!("damaged packets {}", grouped(link.damaged_packets)), theme.warning());
     }
     let gaps_shown = timing.gaps > 0 && detail == Detail::All;
     let gaps = if gaps_shown { in_gaps(timing.gaps) } else { String::new() };
-    parts.add(format!("dropped {}{gaps}", grouped(timing.missing)), counted(timing.missing));
+    parts.add(format!("dropped {}{gaps}", missing_text(timing)), counted(timing.missing_at_least));
     if timing.excluded > 0 {
-        let changed = snapshot.rate_change.is_some();
+        let changed = timing.rate_change.is_some();
         let style = if changed { theme.warning() } else { Style::new() };
         parts.add(format!("excluded {}", grouped(timing.excluded)), style);
     }
-    let reconnects = snapshot.link.connects.saturating_sub(1);
-    if reconnects > 0 {
-        let source = if snapshot.outages.times > 0 && detail == Detail::All {
-            format!("link {}", snapshot.outages)
-        } else {
-            format!("reconnected {reconnects}")
-        };
-        parts.add(source, theme.warning());
+    if link.reconnects > 0 {
+        let outages = outages(link).filter(|_| detail == Detail::All);
+        let text =
+            outages.map_or_else(|| format!("reconnected {}", link.reconnects), |outages| format!("link {outages}"));
+        parts.add(text, theme.warning());
     }
     match &source.recording {
         Some(_) if has_failed => {}
@@ -254,8 +250,8 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
         None if source.playback.is_none() => parts.add("not recorded", theme.faint()),
         None => {}
     }
-    let temperature = source.values.iter().find(|channel| channel.quantity == Quantity::Temperature);
-    if let Some(mean) = temperature.and_then(|channel| channel.mean).filter(|_| detail > Detail::Little) {
+    let temperature = source.result.channels.iter().find(|channel| channel.quantity == Quantity::Temperature);
+    if let Some(mean) = temperature.and_then(|channel| channel.statistics.mean).filter(|_| detail > Detail::Little) {
         parts.add(theme.spelled(format!("{mean:.1} °C")), Style::new());
     }
     parts.line()

@@ -8,7 +8,7 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Block, Borders, Paragraph},
 };
-use vn100_analysis::{Severity, sensor_of};
+use vn100_analysis::{Severity, SourceResult, sensor_of};
 use vn100_protocol::Quantity;
 use vn100_report::numbers::plain::{digits, grouped};
 
@@ -114,7 +114,7 @@ fn row(scene: Scene<'_>, place: usize, columns: &Columns) -> Line<'static> {
         Span::styled(format!("{:<width$}", shortened(word, columns.state - 1), width = columns.state), style),
     ];
     if columns.has_samples {
-        spans.push(Span::raw(format!("{:>SAMPLES$}", grouped(source.snapshot.timing.samples))));
+        spans.push(Span::raw(format!("{:>SAMPLES$}", grouped(source.result.timing.samples))));
     }
     let warned = if lost > 0 { theme.warning() } else { Style::new() };
     spans.push(Span::styled(format!("{:>LOST$}", grouped(lost)), warned));
@@ -139,16 +139,16 @@ fn finding(scene: Scene<'_>, source: &SourceView) -> Option<(String, Style)> {
     }
     let warning = source.warnings.first().filter(|warning| warning.severity != Severity::Note)?;
     let style = if warning.severity == Severity::Problem { theme.error() } else { theme.warning() };
-    Some((theme.spelled(format!("! {}", warning.title())), style))
+    Some((theme.spelled(format!("! {}", vn100_report::warnings::title(warning))), style))
 }
 
 fn lost(source: &SourceView) -> u64 {
-    let tally = &source.snapshot.link.tally;
-    tally.rejected.total() + tally.damaged_packets + source.snapshot.timing.missing
+    let SourceResult { timing, link, .. } = &source.result;
+    link.rejected.total() + link.damaged_packets + timing.missing_at_least
 }
 
 /// N of the noisiest axis, in SI units.
 fn worst_white(source: &SourceView, quantity: Quantity) -> Option<f64> {
-    let axes = source.values.iter().filter(|channel| channel.quantity == quantity);
+    let axes = source.result.channels.iter().filter(|channel| channel.quantity == quantity);
     axes.filter_map(|channel| channel.noise.as_ref()?.parameter(Term::White)?.value).reduce(f64::max)
 }

@@ -8,12 +8,11 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Paragraph, Wrap},
 };
-use vn100_analysis::{DetectableRrw, LongTauValidity, Onboard, Severity, letter, sensor_of};
+use vn100_analysis::{ChannelResult, DetectableRrw, LongTauValidity, Onboard, Severity, letter, sensor_of};
 use vn100_protocol::Quantity;
 use vn100_report::{
-    names::{TERMS, names_of, parameter_names, verdict_name},
+    names::{TERMS, names_of, parameter_names, short_verdict},
     numbers::plain::{digits, spread, tau, time, widest_spread},
-    units::ChannelValues,
 };
 
 use crate::{
@@ -37,7 +36,7 @@ pub(crate) const WIDTH: u16 = (LABEL + 3 * COLUMN) as u16 + 2;
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let source = scene.source;
     let Some(group) = scene.state.group(source) else { return };
-    let level = 100.0 * source.assessment.confidence;
+    let level = 100.0 * source.result.confidence;
     let title = format!("Noise of the {}, {level:.0} % intervals", names_of(group.quantity).short);
     let inner = framed(frame, area, scene, Panel::Parameters, title);
     let beside = usize::from(inner.width) >= LONG_LABEL + 3 * COLUMN;
@@ -86,7 +85,8 @@ pub(crate) fn summary(scene: Scene<'_>, group: &ChannelGroup, width: u16) -> Vec
     let unit_name = Span::raw(theme.spelled(format!("  {}", shown_unit(unit))));
     let values = |interval: fn(f64, f64, f64) -> String| -> Vec<Span<'static>> {
         let value = |(axis, place): (usize, &usize)| {
-            let white = scene.source.values[*place].noise.as_ref().and_then(|noise| noise.parameter(Term::White));
+            let white =
+                scene.source.result.channels[*place].noise.as_ref().and_then(|noise| noise.parameter(Term::White));
             let text = white.map_or("-".to_owned(), |white| match (white.value, white.lower, white.upper) {
                 (Some(value), Some(lower), Some(upper)) => {
                     theme.spelled(format!("{} {}", digits(value * unit.factor, 3), interval(value, lower, upper)))
@@ -119,7 +119,7 @@ pub(crate) fn summary(scene: Scene<'_>, group: &ChannelGroup, width: u16) -> Vec
 
 fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize, width: usize) -> Vec<(Need, Line<'static>)> {
     let Scene { source, theme, .. } = scene;
-    let axes: Vec<&ChannelValues> = group.channels.iter().map(|place| &source.values[*place]).collect();
+    let axes: Vec<&ChannelResult> = group.channels.iter().map(|place| &source.result.channels[*place]).collect();
     let Some(sensor) = sensor_of(group.quantity) else {
         return without_parameters(group.quantity).map(|text| (Need::Value, Line::raw(text))).into();
     };
@@ -203,8 +203,8 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize, width: us
         if let Some(judged) = sheet::verdicts(source, group, term) {
             let mut spans = vec![Span::raw(format!(" {:<width$}", "verdict", width = label_columns - 1))];
             spans.extend(judged.iter().map(|figure| {
-                let (word, style) = figure.map_or(("-", Style::new()), |figure| {
-                    (verdict_name(figure.verdict), sheet::verdict_style(theme, figure.verdict))
+                let (word, style) = figure.map_or(("-".into(), Style::new()), |figure| {
+                    (short_verdict(figure), sheet::verdict_style(theme, figure.verdict))
                 });
                 Span::styled(format!("{word:>COLUMN$}"), style)
             }));
@@ -219,8 +219,8 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, label_columns: usize, width: us
         }
     }
     let quality = |of: fn(&imu_noise::FitQuality) -> String| {
-        let cell = |axis: &&ChannelValues| {
-            let quality = axis.noise.as_ref().and_then(|noise| noise.fit.quality);
+        let cell = |axis: &&ChannelResult| {
+            let quality = axis.noise.as_ref().and_then(|noise| noise.fit);
             quality.map_or("-".into(), |quality| of(&quality))
         };
         axes.iter().map(cell).collect::<Vec<_>>()
@@ -268,21 +268,21 @@ fn without_parameters(quantity: Quantity) -> [&'static str; 3] {
 
 /// N of the sensor itself in SI units, and its factor in the stream; `None` for 1 or unknown.
 fn own_white(source: &SourceView, place: usize) -> Option<(f64, f64)> {
-    let factor = source.assessment.channels.get(place)?.onboard?.window.white_factor();
-    let white = source.values[place].noise.as_ref()?.parameter(Term::White)?.value?;
+    let factor = source.result.channels.get(place)?.onboard?.window.white_factor();
+    let white = source.result.channels[place].noise.as_ref()?.parameter(Term::White)?.value?;
     (factor > 1.0 + Onboard::UNCERTAINTY).then(|| (white / factor, factor))
 }
 
-fn seen_later(axes: &[&ChannelValues], factor: f64) -> Option<String> {
-    let later = axes.iter().filter_map(|axis| axis.noise.as_ref()?.detectable_rrw);
+fn seen_later(axes: &[&ChannelResult], factor: f64) -> Option<String> {
+    let later = axes.iter().filter_map(|axis| axis.noise.as_ref()?.rate_random_walk_seen_later);
     let least = later.map(|later| later.at_least).reduce(f64::max)?;
     Some(format!("K ≥ {} detectable with {} more", digits(least * factor, 2), time(DetectableRrw::MORE_S)))
 }
 
 /// Why the numbers are not, or not quite, those of the sensor.
-fn doubts(source: &SourceView, axes: &[&ChannelValues]) -> Vec<String> {
+fn doubts(source: &SourceView, axes: &[&ChannelResult]) -> Vec<String> {
     let mut doubts = Vec::new();
-    if source.assessment.motion.is_some() {
+    if source.result.motion.is_some() {
         doubts.push("! the sensor was moved: this is its motion, not its noise".to_owned());
     }
     let long_taus = axes.first().and_then(|axis| axis.noise.as_ref()).map(|noise| noise.long_taus);
@@ -317,7 +317,7 @@ const EARLY_S: f64 = 60.0;
 fn status(source: &SourceView, status: Status) -> &'static str {
     match status {
         Status::Estimated | Status::Bounded => "-",
-        Status::NotObservable if !source.is_over() && source.snapshot.timing.duration_s() < EARLY_S => "not yet",
+        Status::NotObservable if !source.is_over() && source.result.timing.duration_s < EARLY_S => "not yet",
         Status::NotObservable => "not observable",
         Status::NotMeasurable => "not measurable",
         Status::Moved => "sensor moved",

@@ -5,7 +5,7 @@ use imu_noise::{Claim, Convention, Term, Verdict};
 use ratatui::style::Style;
 use vn100_analysis::{DatasheetFigure, FigureVerdict};
 use vn100_report::{
-    names::undecided_by,
+    names::decided_by,
     numbers::plain::{digits, digits_trimmed},
 };
 
@@ -22,38 +22,32 @@ pub(crate) fn verdicts<'a>(
     group: &ChannelGroup,
     term: Term,
 ) -> Option<Vec<Option<&'a FigureVerdict>>> {
-    let verdicts = source.verdicts.as_ref()?;
-    let of = |place: &usize| verdicts.channels.get(*place)?.iter().find(|figure| figure.figure.term == term);
+    let channels = &source.result.channels;
+    let of = |place: &usize| channels.get(*place)?.verdicts().iter().find(|figure| figure.figure.term == term);
     let judged: Vec<_> = group.channels.iter().map(of).collect();
     judged.iter().any(Option::is_some).then_some(judged)
 }
 
-/// Green for what meets the sheet, red for what does not; the word says the same.
-pub(crate) fn verdict_style(theme: Theme, verdict: Verdict) -> Style {
+/// Green for what meets a limit, red for what does not; the word says the same.
+pub(crate) fn verdict_style(theme: Theme, verdict: Option<Verdict>) -> Style {
     match verdict {
-        Verdict::Pass | Verdict::Typical | Verdict::BelowTypical => theme.good(),
-        Verdict::Fail => theme.error(),
-        Verdict::AboveTypical => theme.warning(),
-        Verdict::Inconclusive | Verdict::Consistent | Verdict::Undecided | Verdict::NotComparable => Style::new(),
+        Some(Verdict::Pass) => theme.good(),
+        Some(Verdict::Fail) => theme.error(),
+        Some(Verdict::Undecided | Verdict::NotComparable) | None => Style::new(),
     }
 }
 
-/// What the sheet says, what that is in this stream, and why nothing can be decided where it
-/// cannot.
+/// What the sheet says, what that is in this stream, and what would decide an open verdict.
 pub(crate) fn explanation(judged: &[Option<&FigureVerdict>], unit: Convention) -> Vec<String> {
     let Some(first) = judged.iter().flatten().next() else { return Vec::new() };
     let mut texts = vec![format!(" data sheet: {} {}", claimed(&first.figure, unit), shown_unit(unit))];
-    let factor = first.stream.factor;
-    if first.figure.term == Term::White && (factor - 1.0).abs() > 0.01 && first.verdict != Verdict::NotComparable {
+    if first.expected != first.figure.claim.ends() && first.verdict != Some(Verdict::NotComparable) {
         let (low, high) = first.expected;
         let [low, high] = [low, high].map(|end| digits(end * unit.factor, 2));
-        let effect = if factor > 1.0 { "aliasing" } else { "averaging" };
-        texts.push(format!(" in this stream {low} to {high}: {effect} ×{factor:.2}"));
+        texts.push(format!(" in this stream {low} to {high}"));
     }
-    let is_open = |figure: &&FigureVerdict| matches!(figure.verdict, Verdict::Consistent | Verdict::Undecided);
-    if let Some(open) = judged.iter().flatten().copied().find(is_open) {
-        texts.extend(undecided_by(open).map(|why| format!(" undecidable: {why}")));
-    }
+    let open = judged.iter().flatten().find_map(|figure| figure.decided_by);
+    texts.extend(open.map(|by| format!(" undecided: {} would decide", decided_by(by))));
     texts
 }
 
@@ -72,10 +66,10 @@ pub(crate) const SHEET: &str = "S";
 /// The deviation of a sensor at its data sheet in this stream, over these averaging times: that of
 /// the white noise, and the floor of the bias instability where it is higher.
 pub(crate) fn line(source: &SourceView, group: &ChannelGroup, taus: &[f64], factor: f64) -> Option<ModelLine> {
-    let shape = source.snapshot.shape();
+    let shape = source.result.shape();
     let figure = |term| {
         let judged = verdicts(source, group, term)?;
-        judged.into_iter().flatten().find(|figure| figure.verdict != Verdict::NotComparable)
+        judged.into_iter().flatten().find(|figure| figure.verdict != Some(Verdict::NotComparable))
     };
     let white = figure(Term::White).map(|figure| (figure.expected.0 * figure.expected.1).sqrt())?;
     let bias = figure(Term::BiasInstability).map(|figure| (figure.expected.1, figure.figure.is_minimum));

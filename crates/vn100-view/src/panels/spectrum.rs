@@ -11,7 +11,8 @@ use ratatui::{
         canvas::{Canvas, Line as Stroke},
     },
 };
-use vn100_report::{names::names_of, numbers::plain::digits, units::ChannelValues};
+use vn100_analysis::ChannelResult;
+use vn100_report::{names::names_of, numbers::plain::digits};
 
 use crate::{
     panels::{
@@ -28,12 +29,12 @@ use crate::{
 /// An axis of the sensor that is drawn.
 struct Series<'a> {
     axis: usize,
-    channel: &'a ChannelValues,
+    channel: &'a ChannelResult,
 }
 
 fn series<'a>(scene: Scene<'a>, group: &ChannelGroup) -> Vec<Series<'a>> {
     let shown = |(axis, place): (usize, &usize)| {
-        scene.state.is_shown(axis).then(|| Series { axis, channel: &scene.source.values[*place] })
+        scene.state.is_shown(axis).then(|| Series { axis, channel: &scene.source.result.channels[*place] })
     };
     group.channels.iter().enumerate().filter_map(shown).collect()
 }
@@ -41,7 +42,7 @@ fn series<'a>(scene: Scene<'a>, group: &ChannelGroup) -> Vec<Series<'a>> {
 /// Draws it in the frame of the panel of curves.
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let Some(group) = scene.state.group(scene.source) else { return };
-    let unit = ShownUnit::of(&scene.source.values[group.channels[0]], scene.state.units);
+    let unit = ShownUnit::of(&scene.source.result.channels[group.channels[0]], scene.state.units);
     let (name, series) = (names_of(group.quantity).short, series(scene, &group));
     let title = scene.theme.spelled(format!("Spectrum of the {name}, {}/√Hz one-sided", unit.name));
     let inner = framed(frame, area, scene, Panel::Allan, title);
@@ -59,8 +60,7 @@ fn of_axis(theme: Theme, series: &Series<'_>, text: &str) -> Line<'static> {
 
 fn spectral_peaks(theme: Theme, all: &[Series<'_>], unit: &ShownUnit) -> Vec<Line<'static>> {
     let of = |series: &Series<'_>| {
-        let lines = series.channel.signal.as_ref().map_or(&[][..], |signal| &signal.disturbed.lines);
-        let mut lines: Vec<_> = lines.iter().collect();
+        let mut lines: Vec<_> = series.channel.lines().iter().collect();
         lines.sort_by(|a, b| b.share_of_variance.total_cmp(&a.share_of_variance));
         let peak = |line: &&imu_noise::SpectralLine| {
             let (hz, amplitude) = (digits(line.frequency_hz, 3), digits(line.amplitude * unit.factor, 2));
@@ -75,9 +75,8 @@ fn spectral_peaks(theme: Theme, all: &[Series<'_>], unit: &ShownUnit) -> Vec<Lin
 fn draw_spectrum(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, all: &[Series<'_>], unit: &ShownUnit) {
     let theme = scene.theme;
     let density = |series: &Series<'_>| -> Vec<(f64, f64)> {
-        let density = series.channel.signal.as_ref().and_then(|signal| signal.density.as_ref());
-        let points = density.map_or(&[][..], |density| &density.points);
-        points.iter().map(|point| (point.frequency_hz, point.density_unit2_hz.sqrt() * unit.factor)).collect()
+        let points = series.channel.spectrum.iter().flat_map(|spectrum| spectrum.points());
+        points.map(|(frequency_hz, density)| (frequency_hz, density.sqrt() * unit.factor)).collect()
     };
     let curves: Vec<(usize, Vec<(f64, f64)>)> = all.iter().map(|series| (series.axis, density(series))).collect();
     let points = || curves.iter().flat_map(|(_, points)| points);

@@ -16,23 +16,23 @@ use crate::{
 
 pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let source = scene.source;
-    let warm_up = warm_up(&source.snapshot);
+    let warm_up = warm_up(&source.result.timing);
     let (what, why) = match (&source.phase, &source.link, &warm_up) {
         (SourcePhase::Measuring, None | Some(LinkState::Up(_)), Some(passed)) => {
             (format!("Warm-up excluded: {passed}."), vec!["The measurement begins after it; w begins it now."])
         }
         _ => waiting_for(source),
     };
-    let tally = &source.snapshot.link.tally;
+    let link = &source.result.link;
     let mut lines = vec![Line::raw(what).style(scene.theme.warning()), Line::raw("")];
     lines.extend(why.into_iter().map(|line| Line::raw(format!("- {line}"))));
     lines.push(Line::raw(""));
     lines.push(Line::raw(format!(
         "So far {} bytes, {} valid sentences, {} packets, {} rejected.",
-        grouped(source.snapshot.link.bytes()),
-        grouped(tally.valid_sentences()),
-        grouped(tally.packets),
-        grouped(tally.rejected.total() + tally.measured_packets.rejected + tally.damaged_packets)
+        grouped(source.result.link.bytes),
+        grouped(link.frames),
+        grouped(link.binary_packets),
+        grouped(link.rejected.total() + link.rejected_packets + link.damaged_packets)
     )));
     let block = Block::new()
         .borders(Borders::ALL)
@@ -46,7 +46,7 @@ pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) 
 fn waiting_for(source: &SourceView) -> (String, Vec<&str>) {
     let name = &source.name;
     if let (SourcePhase::Measuring, None | Some(LinkState::Up(_)), Some(lines)) =
-        (&source.phase, &source.link, source.snapshot.rows_pending())
+        (&source.phase, &source.link, source.result.timing.rows_pending)
     {
         return pending(name, lines);
     }
@@ -63,7 +63,7 @@ fn waiting_for(source: &SourceView) -> (String, Vec<&str>) {
             vec!["A stream may begin in the middle of a sentence: the first whole one counts."],
         ),
         (SourcePhase::Measuring, Some(link)) => match link {
-            LinkState::Opening if source.origin.kind == Some("tcp") => (
+            LinkState::Opening if source.result.source.kind == Some("tcp") => (
                 format!("Opening {name}."),
                 vec![
                     "The server may be off, in another network, or behind a firewall.",

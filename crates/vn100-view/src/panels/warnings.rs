@@ -8,8 +8,11 @@ use ratatui::{
     text::Line,
     widgets::Paragraph,
 };
-use vn100_analysis::{Severity, Warning};
-use vn100_report::{names::rejected_lines, numbers::plain::grouped};
+use vn100_analysis::{Severity, SourceResult, Warning};
+use vn100_report::{
+    names::{missing_text, rejected_lines},
+    numbers::plain::grouped,
+};
 
 use crate::{
     scene::{Scene, framed},
@@ -17,7 +20,7 @@ use crate::{
     state::Panel,
     theme::Theme,
 };
-use vn100_report::words::remedy_words;
+use vn100_report::{remedies::remedy_words, warnings};
 
 /// The lines at the top of the screen, as far as there is room.
 pub(crate) struct TopLines {
@@ -42,7 +45,8 @@ impl TopLines {
             textwrap::wrap(&title(fault), width).into_iter().map(Into::into).collect::<Vec<String>>()
         });
         let warnings = source.warnings.iter().filter(|warning| warning.severity != Severity::Note);
-        let warnings = warnings.map(|warning| (theme.spelled(warning.title()), of_severity(theme, warning.severity)));
+        let warnings =
+            warnings.map(|warning| (theme.spelled(warnings::title(warning)), of_severity(theme, warning.severity)));
         let is_note = |warning: &&Warning| warning.severity == Severity::Note;
         let notices: Vec<&Warning> = source.warnings.iter().filter(is_note).collect();
         Self {
@@ -80,7 +84,7 @@ impl TopLines {
         }
         lines.extend(self.notices.map(|text| Line::styled(text, theme.faint())));
         if lines.is_empty() {
-            let text = if source.snapshot.timing.samples > 0 { " no warnings" } else { " no warnings yet" };
+            let text = if source.result.timing.samples > 0 { " no warnings" } else { " no warnings yet" };
             lines.push(Line::styled(text, theme.faint()));
         }
         frame.render_widget(Paragraph::new(lines), area);
@@ -118,18 +122,16 @@ fn names<'a>(texts: impl Iterator<Item = &'a str>) -> String {
 /// What was lost so far: rejected sentences by kind, damaged packets, dropped samples, reconnects;
 /// none that is 0.
 fn lost(source: &SourceView) -> Vec<String> {
-    let (timing, link) = (&source.snapshot.timing, &source.snapshot.link);
-    let rejected = link.tally.rejected.total();
-    let reconnects = link.connects.saturating_sub(1);
-    let damaged = link.tally.damaged_packets;
+    let SourceResult { timing, link, .. } = &source.result;
+    let (rejected, reconnects, damaged) = (link.rejected.total(), link.reconnects, link.damaged_packets);
     let other = [
         (damaged, format!("damaged packets {}", grouped(damaged))),
-        (timing.missing, format!("dropped {}{}", grouped(timing.missing), in_gaps(timing.gaps))),
+        (timing.missing_at_least, format!("dropped {}{}", missing_text(timing), in_gaps(timing.gaps))),
         (reconnects, format!("reconnected {reconnects}")),
         (timing.excluded, format!("excluded {}", grouped(timing.excluded))),
     ];
     let other: Vec<String> = other.into_iter().filter(|(count, _)| *count > 0).map(|(_, text)| text).collect();
-    let rejected = (rejected > 0).then(|| format!("rejected {}", rejected_lines(&link.tally)));
+    let rejected = (rejected > 0).then(|| format!("rejected {}", rejected_lines(link)));
     rejected.into_iter().chain((!other.is_empty()).then(|| other.join("  "))).collect()
 }
 
@@ -156,7 +158,7 @@ fn findings(scene: Scene<'_>) -> Vec<Finding> {
     };
     let warning = |warning: &Warning| Finding {
         name: format!("{} {}", warning.kind.name(), warning.channels.join(" ")),
-        text: warning.in_words(remedy_words),
+        text: warnings::in_words(warning, remedy_words),
         severity: warning.severity.name(),
         style: of_severity(theme, warning.severity),
     };

@@ -1,14 +1,12 @@
 //! What colours mean, and that nothing is lost without them.
 
-use std::sync::Arc;
-
 use imu_noise::Verdict;
 use ratatui::{
     buffer::Buffer,
     style::{Color, Modifier},
 };
+use vn100_analysis::Point;
 use vn100_driver::LinkState;
-use vn100_report::units::Point;
 
 use super::{damaged, drawn, measured, one};
 use crate::{
@@ -62,7 +60,7 @@ fn good_is_green_and_broken_vermilion() {
     // the first one too
     let lost = |missing| {
         let mut source = measured();
-        Arc::make_mut(&mut source.snapshot).timing.missing = missing;
+        (source.result.timing.missing, source.result.timing.missing_at_least) = (Some(missing), missing);
         style_of(&show(source), &format!("dropped {missing}")).0
     };
     assert_eq!((lost(0), lost(1)), (Color::Reset, warning));
@@ -86,20 +84,14 @@ fn an_axis_has_its_colour_and_its_sign_everywhere() {
 #[test]
 fn verdicts_have_the_colour_of_what_they_mean() {
     let mut source = measured();
-    let channels = source.verdicts.as_ref().unwrap().channels.len();
     let state = ViewState { panel: Panel::Parameters, expanded: true, ..one() };
-    let [good, error, warning] =
-        [theme(Colours::Dark).good(), theme(Colours::Dark).error(), theme(Colours::Dark).warning()];
     let expected = [
-        (Verdict::Pass, "pass", good),
-        (Verdict::Fail, "fail", error),
-        (Verdict::AboveTypical, "above typical", warning),
-        (Verdict::Typical, "within typical", good),
+        (Some(Verdict::Pass), "pass", theme(Colours::Dark).good()),
+        (Some(Verdict::Fail), "FAIL", theme(Colours::Dark).error()),
     ];
-    let gyro: Vec<usize> = (0..channels).filter(|place| source.values[*place].name.starts_with("gyro")).collect();
     for (verdict, word, style) in expected {
-        for place in &gyro {
-            source.verdicts.as_mut().unwrap().channels[*place].iter_mut().for_each(|figure| figure.verdict = verdict);
+        for channel in source.result.channels.iter_mut().filter(|channel| channel.name.starts_with("gyro")) {
+            channel.verdict.iter_mut().flatten().for_each(|figure| figure.verdict = verdict);
         }
         let buffer = drawn(&state, std::slice::from_ref(&source), theme(Colours::Dark), SIZE);
         assert_eq!(style_of(&buffer, word).0, Theme::colour_of(style), "{word}");
@@ -111,21 +103,21 @@ fn verdicts_have_the_colour_of_what_they_mean() {
 #[test]
 fn curves_on_each_other_hide_no_sign() {
     let mut source = measured();
-    let [first, others @ ..] = &mut source.values[..] else { panic!("no channels") };
+    let [first, others @ ..] = &mut source.result.channels[..] else { panic!("no channels") };
     // in the order of the stream the magnetometer and the accelerometer come before
-    let curve = first.deviations.clone();
+    let curve = first.allan.points.clone();
     let octaves = curve.len();
-    others.iter_mut().for_each(|channel| channel.deviations.clone_from(&curve));
+    others.iter_mut().for_each(|channel| channel.allan.points.clone_from(&curve));
     let buffer = drawn(&one(), std::slice::from_ref(&source), theme(Colours::None), SIZE);
     let signs = |sign: &str| buffer.content.iter().filter(|cell| cell.symbol() == sign).count();
     // once more in the legend, once where the cursor is read out, and the first in the head
     let [discs, triangles, diamonds] = ["●", "▲", "◆"].map(signs);
     assert_eq!([discs - 3, triangles - 2, diamonds - 2], [octaves; 3], "side by side");
     // twice the octaves have no room for that
-    for channel in &mut source.values {
-        let longest = channel.deviations[octaves - 1];
+    for channel in &mut source.result.channels {
+        let longest = channel.allan.points[octaves - 1];
         let longer = (1..=octaves as i32).map(|octave| Point { tau_s: longest.tau_s * 2_f64.powi(octave), ..longest });
-        channel.deviations.extend(longer);
+        channel.allan.points.extend(longer);
     }
     let crowded = drawn(&one(), &[source], theme(Colours::None), SIZE);
     let signs = |sign: &str| crowded.content.iter().filter(|cell| cell.symbol() == sign).count();

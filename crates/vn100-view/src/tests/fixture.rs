@@ -7,7 +7,10 @@ use std::{
 };
 
 use vn100_analysis::timebase::{Arrivals, NominalRate, TimebaseSummary};
-use vn100_analysis::{Analysis, Assessment, RateFrom, Settings, Snapshot, SourceFacts};
+use vn100_analysis::{
+    Analysis, Assessment, LinkFacts, LinkStatus, MissingFrom, Parts, RateFrom, Settings, Snapshot, SourceFacts,
+    SourceResult,
+};
 use vn100_capture::RecordingState;
 use vn100_driver::{LinkState, Up};
 use vn100_protocol::stream::{Batch, Mark, MarkKind, StreamCounts};
@@ -21,10 +24,16 @@ const SAMPLES: usize = 20_000;
 /// A source of which nothing is known.
 pub(super) fn nothing() -> SourceView {
     let snapshot = Analysis::new(Settings::default()).snapshot();
-    let assessment = Assessment::new(&snapshot, 0.95);
-    let origin = SourceFacts { name: "/dev/ttyUSB0".into(), kind: Some("serial"), ..SourceFacts::default() };
-    let source = SourceView::new("/dev/ttyUSB0".into(), origin, Arc::new(snapshot), Arc::new(assessment));
+    let facts = SourceFacts { name: "/dev/ttyUSB0".into(), kind: Some("serial"), ..SourceFacts::default() };
+    let source = SourceView::new("/dev/ttyUSB0".into(), result(facts, snapshot, 0.95));
     SourceView { elapsed: Duration::from_secs(2), ..source }
+}
+
+/// The result of a snapshot with intervals of this level.
+pub(super) fn result(facts: SourceFacts, snapshot: Snapshot, confidence: f64) -> SourceResult {
+    let snapshot = Arc::new(snapshot);
+    let assessment = Arc::new(Assessment::new(&snapshot, confidence));
+    SourceResult::new(facts, snapshot, assessment, Parts::All)
 }
 
 /// A link at 115200 baud.
@@ -88,7 +97,7 @@ fn settings() -> Settings {
 }
 
 fn source(mut snapshot: Snapshot) -> SourceView {
-    snapshot.timing.rate_from = RateFrom::Device;
+    (snapshot.timing.rate_from, snapshot.timing.missing_from) = (RateFrom::Device, MissingFrom::Arrival);
     snapshot.arrivals = Some(TimebaseSummary {
         samples: SAMPLES as u64,
         backwards: 0,
@@ -108,8 +117,6 @@ fn source(mut snapshot: Snapshot) -> SourceView {
             samples_together: 1.0,
         }),
     });
-    let assessment = Assessment::new(&snapshot, 0.95);
-    let verdicts = Evaluation::new(None, Asked::default()).unwrap().verdicts(&snapshot, &assessment);
     let recording = RecordingState {
         path: PathBuf::from("bench/flight.mcap"),
         bytes: 2_512_345,
@@ -118,12 +125,14 @@ fn source(mut snapshot: Snapshot) -> SourceView {
         ended: false,
     };
     let mut source = nothing();
-    source.show(Arc::new(snapshot), Arc::new(assessment));
+    let link = Some(LinkFacts { status: LinkStatus::Connected, baud: Some(115_200), ..LinkFacts::default() });
+    let mut result = result(SourceFacts { link, ..source.result.source.clone() }, snapshot, 0.95);
+    Evaluation::new(None, Asked::default()).unwrap().judge(&mut result);
+    source.show(result);
     SourceView {
         phase: SourcePhase::Measuring,
         link: Some(up()),
         recording: Some(recording),
-        verdicts,
         elapsed: Duration::from_secs(503),
         ..source
     }

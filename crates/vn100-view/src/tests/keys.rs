@@ -1,7 +1,6 @@
 //! What keys do.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use vn100_analysis::Assessment;
 use vn100_session::{Command, Playback, Speed};
 
 use super::{PLAIN, SIZES, damaged, drawn, measured, nothing, one, text};
@@ -78,8 +77,8 @@ fn the_help_has_pages_and_closes() {
 fn the_help_gives_the_confidence_of_the_intervals() {
     let source = measured();
     for (confidence, shown) in [(0.68, " 68 % confidence"), (0.95, " 95 % confidence"), (0.995, " 99.5 % confidence")] {
-        let assessment = Assessment::new(&source.snapshot, confidence);
-        let sources = [SourceView { assessment: assessment.into(), ..source.clone() }];
+        let mut sources = [source.clone()];
+        sources[0].result.confidence = confidence;
         let screen = text(&drawn(&ViewState { help: Some(0), ..one() }, &sources, PLAIN, (120, 40)));
         assert!(screen.contains(shown), "{shown}\n{screen}");
     }
@@ -120,7 +119,7 @@ fn the_plot_is_chosen() {
 #[test]
 fn the_cursor_stays_on_the_curve() {
     let sources = [measured()];
-    let octaves = &sources[0].values[0].deviations;
+    let octaves = &sources[0].result.channels[0].allan.points;
     let cursor = |keys| pressed(keys, &sources).0.octave(octaves);
     let known = octaves.iter().filter(|octave| octave.is_known()).count();
     assert!(known < octaves.len(), "the longest is known by too few averages");

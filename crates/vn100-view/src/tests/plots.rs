@@ -24,10 +24,10 @@ fn the_spectrum_in_place_of_the_deviation() {
 /// An earlier record with one and a half of the noise.
 fn with_reference() -> SourceView {
     let mut earlier = measured();
-    for channel in &mut earlier.values {
-        channel.deviations.iter_mut().for_each(|point| *point = point.times(1.5));
+    for channel in &mut earlier.result.channels {
+        channel.allan.points.iter_mut().for_each(|point| *point = point.times(1.5));
     }
-    let reference = Reference::of("bench-monday.mcap".into(), &earlier.values, earlier.snapshot.deviation);
+    let reference = Reference::of("bench-monday.mcap".into(), &earlier.result);
     SourceView { reference: Some(Arc::new(reference)), ..measured() }
 }
 
@@ -67,7 +67,7 @@ async fn a_reference_is_measured_from_its_file() {
     let settings = vn100_analysis::Settings { rate_hz: Some(40.0), ..Default::default() };
     let reference = Reference::measure(file, settings.clone(), &stop).await.unwrap().unwrap();
     assert_eq!(reference.name, "still.vnymr");
-    let gyro = measured().values.into_iter().find(|channel| channel.name == "gyro_y").unwrap();
+    let gyro = measured().result.channels.into_iter().find(|channel| channel.name == "gyro_y").unwrap();
     assert!(reference.curve(&gyro).unwrap().len() > 8);
     std::fs::write(folder.path().join("empty"), "nothing\n").unwrap();
     let refused = Reference::measure(folder.path().join("empty"), settings, &stop).await.unwrap();

@@ -2,7 +2,7 @@
 //! again with `VN100_WRITE_STILLS=1 cargo test -p vn100-view stills`; otherwise the picture kept must be
 //! the one that is drawn.
 
-use std::{env, fmt::Write, fs, io::Cursor, path::Path, sync::Arc, time::Duration};
+use std::{env, fmt::Write, fs, io::Cursor, path::Path, time::Duration};
 
 use ratatui::{
     buffer::{Buffer, Cell},
@@ -10,7 +10,7 @@ use ratatui::{
     style::{Color, Modifier},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::{Assessment, Settings, SourceFacts};
+use vn100_analysis::{Settings, SourceFacts};
 use vn100_capture::{Capture, CaptureOptions};
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Asked, Evaluation};
@@ -61,21 +61,20 @@ fn replayed(samples: u64) -> SourceView {
     write_capture(&mut capture, &mut generator, Message::named("VNIMU").unwrap(), samples).unwrap();
     let settings = Settings { rate_hz: Some(RATE_HZ.into()), recent: true, ..Settings::default() };
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-    let snapshot = runtime.block_on(async {
+    let measured = runtime.block_on(async {
         let capture = Capture::from_reader(Cursor::new(capture), &CaptureOptions::default()).unwrap();
         let events = capture.read(ReadOptions::default(), CancellationToken::new()).unwrap();
-        Session::of_events(SourceFacts::default(), events, settings).result.await.unwrap().snapshot
+        Session::of_events(SourceFacts::default(), events, settings).result.await.unwrap().measured
     });
-    assert_eq!(snapshot.timing.samples, samples);
-    let assessment = Assessment::new(&snapshot, 0.95);
-    let verdicts = Evaluation::new(None, Asked::default()).unwrap().verdicts(&snapshot, &assessment);
+    assert_eq!(measured.timing.samples, samples);
+    let mut result = measured.exact();
+    Evaluation::new(None, Asked::default()).unwrap().judge(&mut result);
     let (total, speed) = (Some(SAMPLES), Speed::Times(10.0));
     let mut source = nothing();
-    source.show(snapshot, Arc::new(assessment));
+    source.show(result);
     SourceView {
         name: "emulated-2h.vnimu".into(),
         phase: SourcePhase::Measuring,
-        verdicts,
         elapsed: Duration::from_secs_f64(samples as f64 / f64::from(RATE_HZ) / 10.0),
         playback: Some(Playback { samples, total, speed, paused: false, at_end: samples == SAMPLES }),
         ..source

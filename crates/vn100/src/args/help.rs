@@ -44,14 +44,14 @@ const PROGRAM: CommandHelp = CommandHelp {
         ("an emulated sensor, for one minute", "attach sim -d 60"),
         ("the sensor on a serial port, in the live view", "attach /dev/ttyUSB0"),
         ("the noise of a recorded capture", "replay capture.mcap"),
-        ("what a code of the results means", "explain decimated-stream"),
+        ("what a code of the results means", "explain vibration-line"),
     ],
     exit_status: OF_MEASUREMENT,
     files: &[RECORDING, SIDECAR],
     see_also: &[],
 };
 
-const COMMANDS: [CommandHelp; 16] = [
+const COMMANDS: [CommandHelp; 17] = [
     CommandHelp {
         name: "attach",
         examples: &[
@@ -162,6 +162,16 @@ const COMMANDS: [CommandHelp; 16] = [
         see_also: &["replay", "compare"],
     },
     CommandHelp {
+        name: "export",
+        examples: &[
+            ("a VN-100 of 40 Hz for Kalibr", "export --datasheet vn-100 --to kalibr -r 40 -w 4"),
+            ("an MPU-9250 behind its low-pass filter", "export --datasheet mpu-9250 --to vins -r 200 -w all"),
+        ],
+        exit_status: OFFLINE,
+        files: &[DATASHEET],
+        see_also: &["report", "explain"],
+    },
+    CommandHelp {
         name: "sim",
         examples: &[
             ("an emulated sensor on a port with a fixed name", "sim --link /tmp/vn100"),
@@ -175,7 +185,7 @@ const COMMANDS: [CommandHelp; 16] = [
         name: "explain",
         examples: &[
             ("all codes, by group", "explain"),
-            ("a kind of warning", "explain decimated-stream"),
+            ("a kind of warning", "explain vibration-line"),
             ("a parameter", "explain ARW"),
         ],
         exit_status: OFFLINE,

@@ -53,9 +53,9 @@ impl ResultArgs {
 /// What the lines of a measurement under way hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Ndjson {
-    /// All of vn100.analysis/1 that is known so far
+    /// All of vn100.analysis/2 that is known so far
     Whole,
-    /// vn100.progress/1, less than 2 KB: samples, standard deviations, N, warnings, targets
+    /// vn100.progress/2, less than 2 KB: samples, standard deviations, N, warnings, targets
     Thin,
 }
 

@@ -20,8 +20,9 @@ use tokio::{
     task::{self, JoinHandle},
 };
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::Completion;
 use vn100_capture::{RecordingPart, captures_below, file_stamp, joined_parts};
-use vn100_report::{ArchiveRow, ArchivedFile, Completion, Evaluation, is_export};
+use vn100_report::{ArchiveRow, ArchivedFile, Evaluation, is_export};
 use vn100_session::{EndReason, ReplaySpec, Session, StartError};
 
 use self::rows_file::{RowForm, RowsFile};
@@ -196,9 +197,9 @@ async fn measure_one(capture: ArchivedCapture, job: Arc<Job>) -> Result<Found> {
         let result = Session::replay(spec).result.await.context(FAULT)?;
         is_stopped |= matches!(*result.end, EndReason::Stopped | EndReason::NotStarted(StartError::Stopped));
         let mut measured = evaluated_replay(result, &job.evaluation, false).await?;
-        errors.extend(measured.facts.error.iter().map(|error| with_folder(error, &name)));
+        errors.extend(measured.source.error.iter().map(|error| with_folder(error, &name)));
         completion = completion.max(measured.completion);
-        measured.facts.name = name;
+        measured.source.name = name;
         recordings.push(measured);
     }
     let rows = ArchiveRow::of_file(&file, &recordings);

@@ -10,10 +10,10 @@ use tokio::{
     time::{self, Instant, sleep_until},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::Settings;
+use vn100_analysis::{Completion, Settings, SourceResult};
 use vn100_driver::list_ports;
 use vn100_protocol::stream::ReadOptions;
-use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
+use vn100_report::{Evaluation, goals::Goals};
 use vn100_session::{
     EndReason, LiveSource, LiveSpec, RecordingSpec, SampleTap, Session, SessionResult, SourceState, Stage, StartError,
 };
@@ -129,7 +129,7 @@ async fn attach_all(
         let asked = measure_options(&job.args.measure, None);
         server = Some(watched.asked(&asked).show(sessions, &goals, &job.settings, &job.evaluation, say)?);
     }
-    let sources: Vec<JoinHandle<Result<Measured>>> =
+    let sources: Vec<JoinHandle<Result<SourceResult>>> =
         prepared.into_iter().map(|prepared| task::spawn(attach_one(prepared, Arc::clone(&job)))).collect();
     let mut writer = ResultWriter::new(job.format.clone());
     if let Some(messages) = messages {
@@ -150,7 +150,7 @@ async fn attach_all(
         let mut written = Ok(());
         for source in sources {
             let measured = source.await.context(FAULT).and_then(|measured| measured);
-            written = written.and(measured.and_then(|measured| job.status.suspend(|| writer.write(&measured))));
+            written = written.and(measured.and_then(|measured| job.status.suspend(|| writer.write(measured))));
             if written.is_err() {
                 // the other sources end properly: recordings complete, settings restored
                 stop.cancel();
@@ -244,12 +244,12 @@ impl Job {
     }
 }
 
-async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<Measured> {
+async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<SourceResult> {
     let Prepared { session, writer: samples, stop } = prepared;
     let mut written = Ok(());
     let result = follow(session, &job, &stop, &mut written).await?;
     let was_opened = match &*result.end {
-        EndReason::NotStarted(StartError::StreamInput(_)) => result.facts.kind.is_some(),
+        EndReason::NotStarted(StartError::StreamInput(_)) => result.measured.source.kind.is_some(),
         EndReason::NotStarted(error) => matches!(error, StartError::Live(_)),
         _ => true,
     };
@@ -258,13 +258,10 @@ async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<Measured> {
         samples.finish(&mut measured).await;
     }
     unless_closed(written)?;
-    let snapshot = &measured.snapshot;
-    if job.args.temperature
-        && snapshot.register_channels.is_empty()
-        && snapshot.timing.duration_s() > TEMPERATURE_EXPECTED_S
-    {
+    let is_polled = measured.channels.iter().any(|channel| !channel.is_streamed());
+    if job.args.temperature && !is_polled && measured.timing.duration_s > TEMPERATURE_EXPECTED_S {
         let why = "the sensor does not reply, or its baud rate leaves no room between sentences";
-        job.status.report(&format!("{}: no temperature received: {why}", measured.facts.name));
+        job.status.report(&format!("{}: no temperature received: {why}", measured.source.name));
     }
     match job.format.lines() {
         Some(form) if was_opened => {

@@ -9,19 +9,24 @@ use std::{
 use anyhow::Result;
 use imu_noise::Term;
 use vn100_analysis::{
-    Chance, ChannelMeans, Comparison, DEFAULT_CONFIDENCE, OctaveTest, Population, Ranking, SameSamples, sensor_of,
+    Chance, ChannelMeans, Comparison, Completion, DEFAULT_CONFIDENCE, OctaveTest, Population, Ranking, SameSamples,
+    SourceResult, sensor_of,
 };
 use vn100_capture::Capture;
-use vn100_protocol::{Quantity, Register};
+use vn100_protocol::Quantity;
 use vn100_report::{
-    ComparisonDocument, Completion, Measured,
+    ComparisonDocument,
     names::{folding, names_of, recommendation, untested},
     numbers::plain::{counted, four_digits, short},
     printable, run_name,
-    units::tests_by_channel,
+    summary::rate_text,
+    tests_by_channel,
 };
 
-use vn100_report::words::remedy_words;
+use vn100_report::{
+    remedies::remedy_words,
+    warnings::{caveat_in_words, headline, in_words},
+};
 
 use crate::{
     args::CompareArgs,
@@ -34,7 +39,7 @@ use crate::{
 
 pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
     let evaluation = evaluation(&args.files.measure)?;
-    let mut all: Vec<Measured> = Vec::new();
+    let mut all: Vec<SourceResult> = Vec::new();
     let inputs = inputs(&args.files);
     if let [FileStream { path, options, .. }] = &*inputs
         && (path == Path::new("-") || Capture::open(path, options).is_ok())
@@ -44,11 +49,11 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
         return Ok(Completion::NotGiven);
     }
     measure_files(&args.files, &inputs, evaluation, Outputs::default(), |measured| {
-        measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
+        measured.source.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         all.push(measured);
         Ok(())
     })?;
-    let records: Vec<_> = all.iter().map(Measured::compared).collect();
+    let records: Vec<_> = all.iter().map(SourceResult::compared).collect();
     let confidence = args.files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE);
     let comparison = Comparison::of(&records, args.stayed_on, confidence);
     let populations = comparison.populations(&records, &units(&inputs, &all, &args.sensor));
@@ -62,9 +67,9 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
 
 /// The sensor of each recording: as the user calls it, its serial number, or the folder of the
 /// file.
-fn units(inputs: &[FileStream], all: &[Measured], given: &[String]) -> Vec<String> {
-    let unit = |(number, (input, measured)): (usize, (&FileStream, &Measured))| {
-        let serial = measured.snapshot.registers.get(&Register::SERIAL_NUMBER.0).map(|serial| serial.trim().to_owned());
+fn units(inputs: &[FileStream], all: &[SourceResult], given: &[String]) -> Vec<String> {
+    let unit = |(number, (input, measured)): (usize, (&FileStream, &SourceResult))| {
+        let serial = measured.source.device.as_ref().and_then(|device| device.serial_number.clone());
         let named = given.get(number).or(given.last().filter(|_| given.len() == 1)).cloned();
         let folder = || input.path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
         named.or(serial).unwrap_or_else(|| folder().display().to_string())
@@ -74,7 +79,7 @@ fn units(inputs: &[FileStream], all: &[Measured], given: &[String]) -> Vec<Strin
 
 fn write_comparison(
     out: &mut String,
-    all: &[Measured],
+    all: &[SourceResult],
     comparison: &Comparison,
     populations: &[Population],
 ) -> fmt::Result {
@@ -83,18 +88,16 @@ fn write_comparison(
     }
     writeln!(out, "{}, {} % confidence", counted(all.len() as u64, "run"), short(100.0 * comparison.confidence))?;
     for (number, measured) in all.iter().enumerate() {
-        let timing = &measured.snapshot.timing;
-        let held = match &measured.snapshot.layout {
-            Some(layout) => {
-                format!("{}, {} s at {} Hz", layout.message, short(timing.duration_s()), short(timing.rate_hz))
-            }
+        let timing = &measured.timing;
+        let held = match &measured.source.message {
+            Some(message) => format!("{message}, {} s at {}", short(timing.duration_s), rate_text(timing)),
             None => "nothing to compare".into(),
         };
-        let line = format!("{}  {}: {held}", run_name(number), printable(&measured.facts.name));
+        let line = format!("{}  {}: {held}", run_name(number), printable(&measured.source.name));
         writeln!(out, "{}", fill(&line, "  ", "         "))?;
     }
     for caveat in &comparison.caveats {
-        let text = format!("{}: {}", caveat.kind.name(), printable(&caveat.text.in_words(remedy_words)));
+        let text = format!("{}: {}", caveat.kind.name(), printable(&caveat_in_words(caveat, remedy_words)));
         writeln!(out, "{}", fill(&text, "! ", "  "))?;
     }
     for ranking in &comparison.rankings {
@@ -107,7 +110,7 @@ fn write_comparison(
 }
 
 /// The answer: which runs are the same, whether N and means differ, and which run to use.
-fn conclusion(all: &[Measured], comparison: &Comparison) -> String {
+fn conclusion(all: &[SourceResult], comparison: &Comparison) -> String {
     let is_whole = |part: f64| part >= SameSamples::WHOLE;
     let same =
         comparison.same_samples.iter().filter(|same| is_whole(same.shared.of_first) && is_whole(same.shared.of_second));
@@ -278,8 +281,8 @@ fn write_disturbances(out: &mut String, comparison: &Comparison) -> fmt::Result 
         let warning = &disturbance.warning;
         // what a kind means and what to do is said once
         let said = match explained.contains(&warning.kind) {
-            true => warning.headline.clone(),
-            false => warning.in_words(remedy_words),
+            true => headline(warning),
+            false => in_words(warning, remedy_words),
         };
         explained.push(warning.kind);
         let text = format!("{}  {channels}: {said}", run_name(disturbance.record));

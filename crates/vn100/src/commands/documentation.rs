@@ -6,7 +6,8 @@ use std::{fs::File, io::Write, path::Path};
 use anyhow::{Context, Result};
 use clap::{Arg, ArgAction, Command, CommandFactory};
 use clap_mangen::Man;
-use vn100_report::{ANALYSIS_SCHEMA, Completion, PROGRESS_SCHEMA};
+use vn100_analysis::Completion;
+use vn100_report::{analysis_schema, progress_schema};
 
 use crate::{
     args::{Args, CommandHelp, CompletionsArgs, DescribedDocument, ENVIRONMENT, ManArgs, SchemaArgs, help_of},
@@ -16,10 +17,11 @@ use crate::{
 const PROGRAM: &str = "vn100";
 
 pub(crate) fn schema(args: &SchemaArgs) -> Result<Completion> {
-    print(match args.document {
-        DescribedDocument::Analysis => ANALYSIS_SCHEMA,
-        DescribedDocument::Progress => PROGRESS_SCHEMA,
-    })?;
+    let schema = match args.document {
+        DescribedDocument::Analysis => analysis_schema(),
+        DescribedDocument::Progress => progress_schema(),
+    };
+    print(&(serde_json::to_string_pretty(&schema)? + "\n"))?;
     Ok(Completion::Complete)
 }
 

@@ -3,12 +3,10 @@
 use std::fmt::{self, Write};
 
 use anyhow::Result;
-use vn100_report::{
-    Completion,
-    glossary::{Explanation, explain as explained, glossary},
-};
+use vn100_analysis::Completion;
+use vn100_report::glossary::{Explanation, explain as explained, glossary};
 
-use vn100_report::words::remedy_words;
+use vn100_report::remedies::remedy_words;
 
 use crate::{
     args::ExplainArgs,
@@ -48,10 +46,10 @@ fn write_explanations(out: &mut String, found: &[Explanation]) -> fmt::Result {
         if place > 0 {
             writeln!(out)?;
         }
-        let Explanation { group, code, aliases, title, meaning, why, advice, source } = entry;
+        let Explanation { group, code, aliases, title, meaning, why, source, .. } = entry;
         let title = if title == code { String::new() } else { format!(": {title}") };
         writeln!(out, "{}", fill(&format!("{code}{title} [{group}]"), "", "  "))?;
-        let advice = advice.in_words(remedy_words);
+        let advice = entry.advice(remedy_words);
         let also = aliases.join(", ");
         for (label, text) in
             [("meaning", &**meaning), ("matters", why), ("what to do", &*advice), ("also", &*also), ("source", source)]
@@ -81,7 +79,7 @@ mod tests {
 
     #[test]
     fn a_misspelt_code_has_a_suggestion() {
-        assert_eq!(similar("decimated"), Some("decimated-stream"));
+        assert_eq!(similar("compensated"), Some("compensated-stream"));
         assert_eq!(similar("angel random walk"), Some("Angle Random Walk"));
         assert_eq!(similar("zzz"), None);
     }

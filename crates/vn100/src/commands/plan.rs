@@ -5,11 +5,11 @@ use std::fmt::{self, Write};
 use anyhow::Result;
 use imu_noise::{BoxcarWindow, Sensor};
 use vn100_analysis::{
-    Datasheet, DatasheetFigure, Given, Known, Onboard, Plan, PlannedMessage, SENSORS, TakenAt, TakenFrom, Want,
-    axes_name, letter,
+    Completion, Datasheet, DatasheetFigure, Given, Known, Onboard, Plan, PlannedMessage, SENSORS, TakenAt, TakenFrom,
+    Want, axes_name, letter,
 };
 use vn100_protocol::{BaudRate, PACKET_MESSAGES, PacketMessage};
-use vn100_report::{Completion, PlanCommands, PlanDocument, numbers::plain::span, printable, vn100_datasheet};
+use vn100_report::{PlanCommands, PlanDocument, numbers::plain::span, printable, vn100_datasheet};
 
 use crate::{
     args::{Fixed, PlanArgs},
@@ -336,7 +336,7 @@ mod tests {
                 "gyro N <= 0.21 deg/sqrt(h)",
                 "(0.8 times the limit, because the data sheet's figure lies too near to the",
             ),
-            ("gyro N <= 0.5 deg/sqrt(h)", "gyro N 6.109e-5 rad/s/sqrt(Hz) (the data sheet's figure); nearer"),
+            ("gyro N <= 0.5 deg/sqrt(h)", "gyro N 5.818e-5 rad/s/sqrt(Hz) (the data sheet's figure); nearer"),
             ("gyro K <= 1 deg/h^1.5", "(0.8 times the limit, because the data sheet has no figure)"),
             // 0.8 times 0.04 mg, not times 0.04 mg over 0.664
             ("accel B <= 0.04 mg", "if it is accel B 3.138e-4 m/s^2 (0.8 times the limit"),

@@ -4,8 +4,9 @@ use std::{borrow::Cow, fmt::Write, path::Path};
 
 use anyhow::Result;
 use serde::Serialize;
+use vn100_analysis::Completion;
 use vn100_driver::{PortEntry, UsbAdapter, list_ports, other_program_on};
-use vn100_report::{Completion, printable};
+use vn100_report::printable;
 
 use crate::{
     args::PortsArgs,

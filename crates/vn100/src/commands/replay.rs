@@ -19,8 +19,8 @@ use tokio::{
     time,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::{Goal, Settings};
-use vn100_report::{Completion, Evaluation, Measured, goals::Goals};
+use vn100_analysis::{Completion, Goal, Settings, SourceResult};
+use vn100_report::{Evaluation, goals::Goals};
 use vn100_session::{ReplaySpec, Session, SessionResult, Speed};
 
 use vn100_view::{MessageQueue, SourceMonitor, View};
@@ -58,7 +58,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
     let evaluation = evaluation(&files.measure)?;
     let mut writer = ResultWriter::new(args.result.format());
     let outputs = Outputs { printed: args.result.ndjson, samples: args.result.samples.clone() };
-    unless_closed(measure_files(files, &inputs, evaluation, outputs, |measured| writer.write(&measured)))?;
+    unless_closed(measure_files(files, &inputs, evaluation, outputs, |measured| writer.write(measured)))?;
     writer.finish()
 }
 
@@ -100,7 +100,7 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
         None => None,
     };
     let follow = |session| task::spawn(follow_paced(session, messages.clone(), Arc::clone(&evaluation)));
-    let results: Vec<JoinHandle<Result<Measured>>> = sessions.into_iter().map(follow).collect();
+    let results: Vec<JoinHandle<Result<SourceResult>>> = sessions.into_iter().map(follow).collect();
     let mut writer = ResultWriter::new(args.result.format());
     match messages {
         Some(messages) => {
@@ -108,7 +108,7 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
             let view = View::show(monitors, messages, evaluation, view_options.unwrap_or_default(), stop)?;
             unless_closed(writer.write_shown(view.until(all_of(results), || all_stop.cancel(), report).await))?;
         }
-        None => unless_closed(all_of(results).await?.iter().try_for_each(|measured| writer.write(measured)))?,
+        None => unless_closed(all_of(results).await?.into_iter().try_for_each(|measured| writer.write(measured)))?,
     }
     drop(server);
     writer.finish()
@@ -126,7 +126,7 @@ async fn follow_paced(
     mut session: Session,
     messages: Option<MessageQueue>,
     evaluation: Arc<Evaluation>,
-) -> Result<Measured> {
+) -> Result<SourceResult> {
     let name = session.state.borrow().name().to_owned();
     let event = |event| words::event(&name, event).into_iter().for_each(|text| said(messages.as_ref(), text));
     let mut is_at_end = messages.is_some();
@@ -164,7 +164,7 @@ pub(crate) fn measure_files(
     inputs: &[FileStream],
     evaluation: Evaluation,
     outputs: Outputs,
-    take: impl FnMut(Measured) -> Result<()>,
+    take: impl FnMut(SourceResult) -> Result<()>,
 ) -> Result<()> {
     let work = async |log| measure_all(args, inputs, evaluation, outputs, log, take).await;
     run_logged(&mut Builder::new_multi_thread(), &args.log, work)
@@ -176,7 +176,7 @@ async fn measure_all(
     evaluation: Evaluation,
     outputs: Outputs,
     log: Entries,
-    mut take: impl FnMut(Measured) -> Result<()>,
+    mut take: impl FnMut(SourceResult) -> Result<()>,
 ) -> Result<()> {
     let Outputs { printed, samples } = outputs;
     let job = Arc::new(Job {
@@ -194,7 +194,7 @@ async fn measure_all(
         printed,
     });
     let stop = stop_on_interrupt(HangUp::Stops)?;
-    let mut files: Vec<JoinHandle<Result<Measured>>> = Vec::new();
+    let mut files: Vec<JoinHandle<Result<SourceResult>>> = Vec::new();
     for input in inputs {
         let spec = replay_spec(args, input.clone(), &log, &stop);
         let writer = samples.as_deref().map(|path| SampleWriter::start(path, stop.clone())).transpose()?;
@@ -228,7 +228,7 @@ struct Job {
     printed: Option<Ndjson>,
 }
 
-async fn measure_one(spec: ReplaySpec, samples: Option<SampleWriter>, job: Arc<Job>) -> Result<Measured> {
+async fn measure_one(spec: ReplaySpec, samples: Option<SampleWriter>, job: Arc<Job>) -> Result<SourceResult> {
     let _turn = job.turns.acquire().await?;
     let goals = spec.settings.until.clone();
     let result = follow(Session::replay(spec), &job, &goals).await?;

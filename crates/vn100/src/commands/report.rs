@@ -17,11 +17,11 @@ use std::{
 
 use anyhow::{Context, Result, anyhow, bail};
 use sha2::{Digest, Sha256};
-use vn100_analysis::{DEFAULT_CONFIDENCE, FileFacts};
+use vn100_analysis::{Completion, DEFAULT_CONFIDENCE, FileFacts, SourceResult};
 use vn100_report::html::{PageOptions, write_page};
-use vn100_report::{Completion, DEFAULT_KALIBR_SPAN_S, Measured, Record, figure::Figures, run_name, run_prefix};
+use vn100_report::{DEFAULT_SPAN_S, figure::Figures, run_name, run_prefix};
 
-use vn100_report::words::remedy_words;
+use vn100_report::remedies::page_words;
 
 use crate::{
     args::ReportArgs,
@@ -34,6 +34,7 @@ use crate::{
     watched::PROGRAM,
 };
 use exports::Exports;
+pub(super) use exports::not_written;
 
 pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     let files = &args.files;
@@ -43,50 +44,49 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     }
     let inputs = inputs(files);
     let exports = Exports::new(args, &inputs, &output)?;
-    let mut all: Vec<Measured> = Vec::new();
+    let mut records: Vec<SourceResult> = Vec::new();
     let evaluation = evaluation(&files.measure)?;
     let stored = thread::scope(|scope| {
         // a checksum takes as long as reading the file once more: beside the measurement
         let stored = scope.spawn(|| inputs.iter().map(capture_of).collect::<Vec<_>>());
-        measure_files(files, &inputs, evaluation, Outputs::default(), |measured| {
-            if let Some(error) = &measured.facts.error {
+        measure_files(files, &inputs, evaluation.clone(), Outputs::default(), |measured| {
+            if let Some(error) = &measured.source.error {
                 complain(error);
             }
-            all.push(measured);
+            records.push(measured);
             Ok(())
         })?;
         stored.join().map_err(|_| anyhow!("internal error: the checksums stopped"))
     })?;
-    for (measured, stored) in all.iter_mut().zip(stored) {
-        measured.facts.file = stored;
+    for (measured, stored) in records.iter_mut().zip(stored) {
+        measured.source.file = stored;
     }
-    let records: Vec<Record<'_>> = all.iter().map(Record::new).collect();
     let names: Vec<String> = (0..records.len()).map(run_name).collect();
     let prefix = |number| if records.len() > 1 { run_prefix(number) } else { String::new() };
     let figures =
         records.iter().enumerate().map(|(number, record)| Figures::of(record, &prefix(number))).collect::<Vec<_>>();
     let together = if records.len() > 1 { Figures::together(&records, &names) } else { Figures::default() };
     // of a capture of which nothing was read there is nothing to say on a page
-    let is_read = records.iter().any(|record| record.measured.snapshot.link.bytes() > 0);
+    let is_read = records.iter().any(|record| record.link.bytes > 0);
     if let Some(path) = output.page().filter(|_| is_read) {
         let options = PageOptions {
             confidence: files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE),
             asked: &option_text(args),
-            words: remedy_words,
+            words: page_words,
             program: PROGRAM,
-            kalibr_span_s: args.kalibr_span.as_secs_f64(),
+            span_s: args.span.as_secs_f64(),
         };
         output.write(path, |file| Ok(write_page(file, &records, &figures, &together, options)?))?;
         print_written(path)?;
     }
-    let exported = exports.write(&records, &figures, &together);
+    let exported = exports.write(&records, &figures, &together, &evaluation);
     if let Some(page) = output.page().filter(|_| args.open && is_read)
         && let Err(error) = open(page)
     {
         // the page is there, and any browser shows it
         complain(&format!("no browser could be opened ({error:#}); the report is in {}", page.display()));
     }
-    Ok(all.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete).max(exported))
+    Ok(records.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete).max(exported))
 }
 
 /// A file that was written is the result of this command.
@@ -130,8 +130,8 @@ fn option_text(args: &ReportArgs) -> String {
     let mut asked = measure_options(&files.measure, files.taus.as_ref());
     asked.add("topic", files.topic.clone());
     asked.add("window", files.window.map(|window| window.to_string()));
-    let span = Some(args.kalibr_span).filter(|span| span.as_secs_f64() != DEFAULT_KALIBR_SPAN_S);
-    asked.add("kalibr-span", span.map(length));
+    let span = Some(args.span).filter(|span| span.as_secs_f64() != DEFAULT_SPAN_S);
+    asked.add("span", span.map(length));
     asked.text()
 }
 

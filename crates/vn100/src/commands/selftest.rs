@@ -4,8 +4,8 @@ use std::fmt::{self, Write};
 
 use anyhow::Result;
 use serde::Serialize;
+use vn100_analysis::Completion;
 use vn100_analysis::{SelfTestCheck, SelfTestSuite, self_test};
-use vn100_report::Completion;
 
 use crate::{
     args::SelftestArgs,

@@ -7,13 +7,14 @@ use anyhow::{Result, bail};
 use serde::Serialize;
 use tokio::runtime::Builder;
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::Completion;
 use vn100_driver::{CommandError, Configured, LinkHandle, OutputSettings};
 use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, ImuFilter, LineForm, LinkLoad, MEASUREMENTS_PER_S, MESSAGES,
     PACKET_MESSAGES, ProtocolControl, Register, RegisterContents, RegisterFields, RegisterValue, RequestFailure,
     stream::ReadOptions,
 };
-use vn100_report::{Completion, printable};
+use vn100_report::printable;
 
 use crate::{
     args::{ConfigureArgs, InfoArgs, LinkArgs, SourceName},

@@ -9,9 +9,9 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use tokio::{runtime::Runtime, task, time};
+use vn100_analysis::Completion;
 use vn100_capture::RecordingWriter;
 use vn100_protocol::stream::Chunk;
-use vn100_report::Completion;
 use vn100_sim::{
     Generator, PacketStream,
     capture::write_next,

@@ -11,14 +11,17 @@ use std::{
 
 use axum::body::Bytes;
 use tokio::{sync::watch, time::Instant};
-use vn100_analysis::{Assessment, Snapshot, SourceFacts};
+use vn100_analysis::{Assessment, Parts, SourceFacts, SourceResult};
 use vn100_report::html::{
     LiveStage, PagePart, PageSource, live_page, now_part, result_parts, signal_part, sources_part, write_page,
 };
-use vn100_report::words::{end, remedy_words};
 use vn100_report::{
-    Document, Evaluation, Measured, MeasuredSource, MetricsForm, Record, figure::Figures, goals::Goals, json_line,
-    metrics_text, run_name, run_prefix,
+    Document, Evaluation, MeasuredSource, MetricsForm, figure::Figures, goals::Goals, json_line, metrics_text,
+    run_name, run_prefix,
+};
+use vn100_report::{
+    remedies::{page_words, remedy_words},
+    words::end,
 };
 use vn100_session::{SourceState, Stage};
 
@@ -199,10 +202,11 @@ impl Drawer {
         let (sources, evaluation) = (&self.sources, &self.evaluation);
         self.documents.get(now, PAGE_LASTS, || {
             let document = |source: &SourceDrawer| {
-                let measured = source.measured(evaluation);
-                let document = Document::new(&measured, measured.facts.ended, remedy_words);
+                let is_over = source.state.borrow().facts().ended;
+                let parts = if is_over { Parts::All } else { Parts::WithoutSignals };
+                let result = evaluation.complete(result_of(&source.state.borrow().clone(), parts));
                 // numbers and texts alone are serialised
-                serde_json::to_string(&document).unwrap_or_default()
+                serde_json::to_string(&Document::new(&result, remedy_words)).unwrap_or_default()
             };
             let documents: Vec<String> = sources.iter().map(document).collect();
             json_line(&if let [only] = &documents[..] { only.clone() } else { format!("[{}]", documents.join(",")) })
@@ -214,8 +218,8 @@ impl Drawer {
         let (sources, evaluation) = (&self.sources, &self.evaluation);
         let options = self.report_settings.options();
         self.report.get(now, REPORT_LASTS, || {
-            let all: Vec<Measured> = sources.iter().map(|source| source.measured(evaluation)).collect();
-            let records: Vec<Record<'_>> = all.iter().map(Record::new).collect();
+            let result = |source: &SourceDrawer| result_of(&source.state.borrow().clone(), Parts::All);
+            let records: Vec<SourceResult> = sources.iter().map(|source| evaluation.complete(result(source))).collect();
             let is_alone = records.len() == 1;
             let prefix = |place| if is_alone { String::new() } else { run_prefix(place) };
             let figures: Vec<Figures> =
@@ -238,14 +242,10 @@ impl Drawer {
             MetricsForm::OpenMetrics => &mut self.open_metrics,
         };
         kept.get(now, PAGE_LASTS, || {
-            let seen: Vec<_> = sources.iter().map(|source| source.numbers(now)).collect();
+            let result = |source: &SourceDrawer| result_of(&source.state.borrow().clone(), Parts::WithoutSignals);
+            let seen: Vec<_> = sources.iter().map(|source| (result(source), source.last_sample_age(now))).collect();
             let sources: Vec<MeasuredSource<'_>> = (seen.iter())
-                .map(|(facts, snapshot, assessment, last_sample_age)| MeasuredSource {
-                    facts,
-                    snapshot,
-                    assessment,
-                    last_sample_age: *last_sample_age,
-                })
+                .map(|(result, last_sample_age)| MeasuredSource { result, last_sample_age: *last_sample_age })
                 .collect();
             metrics_text(&sources, form)
         })
@@ -287,9 +287,7 @@ struct Results {
 
 /// What one look at a source has found.
 struct Seen {
-    facts: SourceFacts,
-    snapshot: Arc<Snapshot>,
-    assessment: Arc<Assessment>,
+    result: SourceResult,
     stage: Stage,
     silent: Option<Duration>,
 }
@@ -297,15 +295,13 @@ struct Seen {
 impl Seen {
     fn live<'a>(&'a self, goals: &'a Goals, elapsed: Duration) -> PageSource<'a> {
         PageSource {
-            facts: &self.facts,
-            snapshot: &self.snapshot,
-            assessment: &self.assessment,
+            result: &self.result,
             goals,
             elapsed,
             stage: match self.stage {
                 Stage::Preparing => LiveStage::Preparing,
                 Stage::Measuring | Stage::Finishing => LiveStage::Measuring,
-                Stage::Ended(_) => LiveStage::Ended(self.facts.error.as_deref()),
+                Stage::Ended(_) => LiveStage::Ended(self.result.source.error.as_deref()),
             },
             silent: self.silent,
         }
@@ -320,10 +316,14 @@ fn is_over(state: &SourceState) -> bool {
 /// The facts of the source, with the reason in words why its result is not complete.
 fn facts_of(state: &SourceState) -> SourceFacts {
     let error = match &state.stage {
-        Stage::Ended(reason) => end(state.name(), &reason.plain(), &state.snapshot),
+        Stage::Ended(reason) => end(state.name(), &reason.plain(), state.snapshot.link.tally.bytes(), page_words),
         _ => None,
     };
     SourceFacts { error, ..state.facts() }
+}
+
+fn result_of(state: &SourceState, parts: Parts) -> SourceResult {
+    SourceResult::new(facts_of(state), Arc::clone(&state.snapshot), state.assessment(), parts)
 }
 
 impl SourceDrawer {
@@ -351,8 +351,7 @@ impl SourceDrawer {
     fn see(&mut self, evaluation: &Evaluation, now: Instant) -> Seen {
         self.look(now);
         let state = self.state.borrow().clone();
-        let (facts, is_over) = (facts_of(&state), is_over(&state));
-        let snapshot = Arc::clone(&state.snapshot);
+        let (is_over, snapshot) = (is_over(&state), &state.snapshot);
         let lasts = RESULT_LASTS.min(now.saturating_duration_since(self.began) / 3);
         let fits = |results: &&Results| {
             results.is_over == is_over
@@ -366,33 +365,24 @@ impl SourceDrawer {
         };
         let is_drawn = |results: &&Results| results.is_over == is_over && Arc::ptr_eq(&results.assessment, &assessment);
         if self.results.as_ref().filter(is_drawn).is_none() {
-            let so_far = Measured::so_far(facts.clone(), Arc::clone(&snapshot), (*assessment).clone());
-            let measured = evaluation.complete(so_far);
-            let parts = result_parts(&Record::new(&measured), remedy_words, &self.prefix);
+            let so_far = SourceResult::new(facts_of(&state), Arc::clone(snapshot), Arc::clone(&assessment), Parts::All);
+            let parts = result_parts(&evaluation.complete(so_far), page_words, &self.prefix);
             let parts = parts.into_iter().map(Arc::new).collect();
             self.results = Some(Results { assessment: Arc::clone(&assessment), is_over, at: now, parts });
         }
+        let result = SourceResult::new(facts_of(&state), Arc::clone(snapshot), assessment, Parts::WithoutSignals);
         let signal_lasts = SIGNAL_LASTS.min(now.saturating_duration_since(self.began) / 3);
         let is_drawn =
             |(at, _): &(Instant, Arc<PagePart>)| !is_over && now.saturating_duration_since(*at) < signal_lasts;
         if !self.signal.as_ref().is_some_and(is_drawn) {
-            self.signal = Some((now, Arc::new(signal_part(&snapshot, &self.prefix))));
+            self.signal = Some((now, Arc::new(signal_part(&result, &self.prefix))));
         }
         let silent = self.silent(&state, now);
-        Seen { facts, snapshot, assessment, stage: state.stage, silent }
+        Seen { result, stage: state.stage, silent }
     }
 
-    /// Facts, snapshot, assessment, and the age of the last sample.
-    fn numbers(&self, now: Instant) -> (SourceFacts, Arc<Snapshot>, Arc<Assessment>, Option<Duration>) {
-        let state = self.state.borrow().clone();
-        let age = (self.samples.0 > 0).then(|| now.saturating_duration_since(self.samples.1));
-        (facts_of(&state), Arc::clone(&state.snapshot), state.assessment(), age)
-    }
-
-    fn measured(&self, evaluation: &Evaluation) -> Measured {
-        let state = self.state.borrow().clone();
-        let assessment = (*state.assessment()).clone();
-        evaluation.complete(Measured::so_far(facts_of(&state), Arc::clone(&state.snapshot), assessment))
+    fn last_sample_age(&self, now: Instant) -> Option<Duration> {
+        (self.samples.0 > 0).then(|| now.saturating_duration_since(self.samples.1))
     }
 
     fn health(&self, state: &SourceState, now: Instant) -> Result<String, String> {

@@ -2,32 +2,32 @@
 
 use clap::builder::styling::{AnsiColor, Style};
 use textwrap::{Options, WordSplitter};
-use vn100_analysis::Severity;
+use vn100_analysis::{Severity, SourceResult};
 use vn100_report::{
-    Measured, Record, printable,
-    summary::{AXES, AspectStatus, Cells, ParameterRow, SensorTable, StatisticsRow, Summary},
+    printable,
+    summary::{AXES, AspectStatus, ParameterRow, SensorTable, StatisticsRow, Summary},
 };
 
 use super::WIDTH;
-use vn100_report::words::remedy_words;
+use vn100_report::remedies::remedy_words;
 
-/// Two screens of most terminals would be too many.
-const MOST_LINES: usize = 45;
+/// A summary of three axes of three sensors.
+const MOST_LINES: usize = 36;
 
 /// Columns of the parts of a table.
-const LABEL: usize = 29;
-const CELL: usize = 8;
+const LABEL: usize = 17;
+const CELL: usize = 12;
 const FIGURE: usize = 14;
 const VERDICT: usize = 13;
+
+/// Columns of a mean or a standard deviation.
+const STATISTIC: usize = 8;
 
 /// Columns before what was found on an aspect.
 const FOUND: usize = 21;
 
 /// Findings of one aspect that are shown.
 const MOST_FOUND: usize = 3;
-
-/// Those before and above the statistics, before the notes, and the last one.
-const OTHER_LINES: usize = 4;
 
 /// Lines of the summary, each with the style of its characters.
 struct Lines {
@@ -57,25 +57,28 @@ const fn of_severity(severity: Option<Severity>) -> Style {
     }
 }
 
-/// The summary, with a line feed behind each line.
-pub(crate) fn summary(measured: &Measured, is_coloured: bool) -> String {
-    let summary = Summary::new(&Record::new(measured), remedy_words);
-    let mut lines = Lines { is_coloured, lines: Vec::new() };
+/// The summary, with a line feed after each line: the noise parameters, whether the record can be
+/// trusted, means and standard deviations, what to do. What has no room is left to the report: the
+/// notes first, then the statistics, then all findings of an aspect but the first.
+pub(crate) fn summary(result: &SourceResult, is_coloured: bool) -> String {
+    let summary = Summary::new(result, remedy_words);
+    let new = || Lines { is_coloured, lines: Vec::new() };
+    let mut lines = new();
     write_identity(&mut lines, &summary.identity);
-    summary.statuses.iter().for_each(|status| write_status(&mut lines, status));
-    let notes = noted(&summary.notes);
-    let tables: usize = summary.sensors.iter().map(|table| table.rows.len() + 1).sum();
-    let known = lines.lines.len() + tables + summary.statistics.len() + notes.len();
-    // blank lines are given up first
-    let is_airy = known + summary.sensors.len() + OTHER_LINES <= MOST_LINES;
-    for (place, table) in summary.sensors.iter().enumerate() {
-        if is_airy || place == 0 {
-            lines.push("");
-        }
-        write_table(&mut lines, table);
-    }
-    write_statistics(&mut lines, &summary.statistics);
-    write_notes(&mut lines, &notes);
+    summary.sensors.iter().for_each(|table| write_table(&mut lines, table));
+    let statuses = |most: usize| {
+        let mut lines = new();
+        summary.statuses.iter().for_each(|status| write_status(&mut lines, status, most));
+        lines.lines
+    };
+    let room = MOST_LINES.saturating_sub(lines.lines.len() + 1);
+    let trust = if statuses(MOST_FOUND).len() <= room { statuses(MOST_FOUND) } else { statuses(1) };
+    let mut statistics = new();
+    write_statistics(&mut statistics, &summary.statistics);
+    let has_room = trust.len() + statistics.lines.len() <= room;
+    lines.lines.extend(trust);
+    lines.lines.extend(statistics.lines.into_iter().filter(|_| has_room));
+    write_notes(&mut lines, &summary.notes);
     lines.lines.join("\n") + "\n"
 }
 
@@ -94,17 +97,17 @@ fn write_identity(lines: &mut Lines, parts: &[String]) {
     lines.push(&lines.paint(&line, BOLD));
 }
 
-fn write_status(lines: &mut Lines, status: &AspectStatus) {
+fn write_status(lines: &mut Lines, status: &AspectStatus, most: usize) {
     let AspectStatus { aspect, severity, word, findings } = status;
-    let more = findings.len().saturating_sub(MOST_FOUND);
-    let found = findings.iter().take(MOST_FOUND).map(|(text, notes)| format!("{}{}", printable(text), marks(notes)));
+    let more = findings.len().saturating_sub(most);
+    let found = findings.iter().take(most).map(|(text, notes)| format!("{}{}", printable(text), marks(notes)));
     let more = (more > 0).then(|| format!("and {more} more (`vn100 report`)"));
     for (place, text) in found.chain(more).enumerate() {
         let room = WIDTH - FOUND;
         for (row, part) in wrapped(&text, room).iter().enumerate() {
             let head = match (place, row) {
                 (0, 0) => {
-                    format!("  {aspect:<9} {}", lines.paint(&format!("{word:<9}"), of_severity(*severity)))
+                    format!("  {aspect:<9} {}", lines.paint(&format!("{:<9}", word.word()), of_severity(*severity)))
                 }
                 _ => " ".repeat(FOUND),
             };
@@ -117,7 +120,7 @@ fn write_table(lines: &mut Lines, table: &SensorTable) {
     let cells: String = table.axes.iter().map(|axis| right(axis, CELL)).collect();
     let datasheet = match table.has_datasheet {
         true => {
-            let datasheet = right(&format!("data sheet{}", marks(&table.notes)), FIGURE);
+            let datasheet = right(&format!("sheet{}", marks(&table.notes)), FIGURE);
             let verdict = right("verdict", (FIGURE + VERDICT).saturating_sub(width(&datasheet)));
             datasheet + &verdict
         }
@@ -130,16 +133,13 @@ fn write_table(lines: &mut Lines, table: &SensorTable) {
 }
 
 fn write_row(lines: &mut Lines, row: &ParameterRow) {
-    let ParameterRow { label, unit, is_detail, cells, figure } = row;
-    let label = match is_detail {
-        true => left(&format!("  {label}"), LABEL),
-        false => format!("{}{unit}", left(label, LABEL - width(unit))),
-    };
-    let cells = match cells {
-        Cells::Axes(cells) => left(&cells.iter().map(|cell| right(cell, CELL)).collect::<String>(), CELL * AXES),
-        Cells::All(text) => right(text, CELL * AXES),
-    };
+    let ParameterRow { short_label, unit, is_detail, cells, figure, .. } = row;
+    let label = format!("{}{unit}", left(short_label, LABEL - width(unit)));
     let label = if *is_detail { lines.paint(&label, FAINT) } else { label };
+    let cells = match &cells[..] {
+        [text] => right(text, CELL * AXES),
+        cells => left(&cells.iter().map(|cell| right(cell, CELL)).collect::<String>(), CELL * AXES),
+    };
     let figure = figure.as_ref().map_or(String::new(), |(claim, verdict)| {
         let word = right(&verdict.word, VERDICT);
         let word = if verdict.is_failed { lines.paint(&word, of_severity(Some(Severity::Problem))) } else { word };
@@ -149,40 +149,39 @@ fn write_row(lines: &mut Lines, row: &ParameterRow) {
 }
 
 fn write_statistics(lines: &mut Lines, rows: &[StatisticsRow]) {
-    if rows.is_empty() {
-        return;
-    }
-    lines.push("");
-    lines.push(&lines.paint("Mean and standard deviation of one sample", BOLD));
-    for StatisticsRow { label, unit, cells, remark } in rows {
+    let Some(first) = rows.first() else { return };
+    let head = |name: &str, axes: usize| left(&right(name, STATISTIC), STATISTIC * axes);
+    let axes = first.means.len().max(1);
+    let title = left("One sample", LABEL) + &head("mean", axes) + &head("std", axes);
+    lines.push(&lines.paint(title.trim_end(), FAINT));
+    for StatisticsRow { label, unit, means, stds, remark } in rows {
         let label = format!("{}{unit}", left(label, LABEL - width(unit)));
-        let cells: String = cells.iter().map(|cell| right(cell, CELL)).collect();
-        lines.push(&format!("{label}{}  {remark}", left(&cells, CELL * AXES)));
+        let cells = |cells: &[String]| -> String {
+            left(&cells.iter().map(|cell| right(cell, STATISTIC)).collect::<String>(), STATISTIC * axes)
+        };
+        lines.push(&format!("{label}{}{}  {remark}", cells(means), cells(stds)));
     }
 }
 
-/// The lines of all notes, numbered.
-fn noted(notes: &[String]) -> Vec<String> {
-    let lines = |(note, number): (&String, usize)| {
-        let rows = wrapped(&printable(note), WIDTH - 4);
-        let head = |row| if row == 0 { format!("[{number}]") } else { String::new() };
-        rows.into_iter().enumerate().map(|(row, text)| format!("{:<4}{text}", head(row))).collect::<Vec<_>>()
-    };
-    notes.iter().zip(1..).flat_map(lines).collect()
-}
-
-/// As many as there is room for.
+/// As many notes as there is room for; the last line names the others.
 fn write_notes(lines: &mut Lines, notes: &[String]) {
-    const EVERYTHING: &str = "everything: `vn100 report FILE` as a page, --json as a document";
-    const MORE: &str = "    ... more: `vn100 report`";
-    let room = MOST_LINES.saturating_sub(lines.lines.len() + 2);
-    lines.push("");
-    let fitting = if notes.len() <= room { notes.len() } else { room.saturating_sub(1) };
-    notes.iter().take(fitting).for_each(|line| lines.push(line));
-    if fitting < notes.len() {
-        lines.push(MORE);
+    let mut room = MOST_LINES.saturating_sub(lines.lines.len() + 1);
+    let mut left_out = Vec::new();
+    for (place, note) in notes.iter().enumerate() {
+        let rows = wrapped(&printable(note), WIDTH - 4);
+        if rows.len() > room {
+            left_out.push(place);
+            continue;
+        }
+        room -= rows.len();
+        let head = |row| if row == 0 { format!("[{}]", place + 1) } else { String::new() };
+        rows.iter().enumerate().for_each(|(row, text)| lines.push(&format!("{:<4}{text}", head(row))));
     }
-    lines.push(&lines.paint(EVERYTHING, FAINT));
+    let everything = match left_out.is_empty() {
+        true => "everything: `vn100 report FILE` as a page, --json as a document".to_owned(),
+        false => format!("everything, also{}: `vn100 report FILE`, or --json", marks(&left_out)),
+    };
+    wrapped(&everything, WIDTH).iter().take(1).for_each(|line| lines.push(&lines.paint(line, FAINT)));
 }
 
 /// ` [1] [3]`.

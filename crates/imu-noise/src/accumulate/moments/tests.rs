@@ -1,4 +1,4 @@
-//! Power sums and moments against exact tables, and in any division.
+//! Power sums and moments against exact tables, and for any division.
 
 use ethnum::I256;
 use proptest::{collection::vec, prelude::*};
@@ -14,7 +14,7 @@ fn moments(counts: &[i32]) -> Moments {
 }
 
 #[test]
-fn nothing_has_no_extremes_and_takes_samples() {
+fn an_empty_record_has_no_extremes_and_accepts_samples() {
     let mut empty = Moments::new();
     assert_eq!((empty.min_counts(), empty.max_counts()), (None, None));
     empty.push(&[7, -3]);
@@ -125,7 +125,7 @@ fn a_constant_has_no_spread_and_no_shape() {
 /// Two equally frequent values one count apart, on a huge offset: variance 1/4, no skewness,
 /// kurtosis 1.
 #[test]
-fn a_huge_offset_costs_no_digit() {
+fn a_huge_offset_loses_no_digit() {
     let counts: Vec<_> = (0..100_000).map(|i| i32::MAX - i % 2).collect();
     let moments = moments(&counts);
     assert_eq!(moments.mean_counts(), Some(f64::from(i32::MAX) - 0.5));

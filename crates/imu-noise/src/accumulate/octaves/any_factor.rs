@@ -12,14 +12,14 @@ impl Overlapping {
         self.keeps_runs = true;
     }
 
-    /// As [`octave`](Self::octave), for any averaging factor; `None` without a window, beyond 2^30,
-    /// and where the runs are not kept.
+    /// Like [`octave`](Self::octave), for any averaging factor; `None` without a window, beyond
+    /// 2^30, and if the runs are not kept.
     pub(super) fn at(&self, m: u64) -> Option<SquareSum> {
         let m = usize::try_from(m).ok().filter(|m| self.keeps_runs && (1..=1 << MAX_LEVEL).contains(m))?;
         let mut squares = SquareSum::EMPTY;
         let first_end = self.deviation.order() * m;
         for run in self.earlier.iter().chain([&self.prefix]) {
-            // by blocks: the sum of a few squares fits where that of all does not
+            // by blocks: the sum of a few squares may fit when that of all does not
             for begin in (first_end..run.len()).step_by(BLOCK) {
                 let run = &run[..run.len().min(begin + BLOCK)];
                 add_windows(self.deviation, run, begin, m, &mut squares);

@@ -2,11 +2,11 @@
 //!
 //! Level k holds sums of m = 2^k samples that end at absolute multiples of its stride s = max(1,
 //! m/R). Two sums m samples apart are `lag` = min(m, R) places apart; their difference is the Allan
-//! term of the level, their sum is a block sum of the next. Where the stride doubles, every second
-//! sum continues, so all levels together cost log2 R + 2 updates per sample.
+//! term of the level, their sum is a block sum of the next level. If the stride doubles, every
+//! second sum continues, so all levels together cost log2 R + 2 updates per sample.
 //!
-//! A missing sample has its place like any other, with the value 0. Which windows lack samples, and
-//! how many, follows from the places alone: channels share this plan.
+//! A missing sample has its place like any other, with the value 0. The number of missing samples
+//! of each window follows from the places alone, so channels share this plan.
 
 use std::{mem, sync::Arc};
 
@@ -30,7 +30,7 @@ pub(super) struct Cascade {
 struct Level {
     /// The last block sums of the present run.
     sums: [i64; MAX_LAG],
-    /// The sums one cluster before those, for third differences only.
+    /// The sums one cluster before these, only for third differences.
     earlier: [i64; MAX_LAG],
     squares: SquareSum,
     gapped: Gapped,
@@ -66,14 +66,13 @@ impl Cascade {
         }
     }
 
-    /// The octave m = 2^k, if any sample reached it: squares of whole windows, and those of
-    /// the others.
+    /// The octave m = 2^k, if any sample reached it: squares of whole windows, and of the others.
     pub(super) fn octave(&self, k: usize) -> Option<(SquareSum, Gapped)> {
         self.levels.get(k).map(|level| (level.squares, level.gapped))
     }
 }
 
-/// Adds the windows of a plan, over the `new` values of its places.
+/// Adds the windows of a plan, for the `new` values of its places.
 #[multiversion(targets("x86_64+avx2"))]
 fn add(levels: &mut Vec<Level>, deviation: Deviation, plan: &WindowPlan, new: &mut Scratch<i64>) {
     let mut len = plan.levels.first().map_or(0, |first| first.new);
@@ -107,7 +106,7 @@ impl Level {
     const EMPTY: Self =
         Self { sums: [0; MAX_LAG], earlier: [0; MAX_LAG], squares: SquareSum::EMPTY, gapped: Gapped::EMPTY };
 
-    /// Adds one window for each place of the clusters, where enough of its samples are present.
+    /// Adds one window for each place of the clusters, if enough of its samples are present.
     #[inline(always)]
     fn add_windows<const P: usize>(
         &mut self,

@@ -1,4 +1,4 @@
-//! Windows with missing samples: each cluster is the mean of the samples that are present.
+//! Windows with missing samples: each cluster is the mean of its present samples.
 
 use std::ops::Range;
 
@@ -9,23 +9,23 @@ use super::remembered::Scratch;
 /// Bits of the fraction of sums of squares.
 const FRACTION_BITS: u32 = 16;
 
-/// Bits of the fraction of a share of samples present.
+/// Bits of the fraction of a share of present samples.
 const SHARE_BITS: u32 = 32;
 
-/// Sums over the windows of an octave that miss samples and have half of each cluster at least.
+/// Sums over the windows of an octave that miss samples and have at least half of each cluster.
 ///
 /// With n_i of m samples present in cluster i, and w_i = -1, 1 (Allan) or 1, -2, 1 (Hadamard), the
 /// difference of block sums is z = m Σ w_i S_i/n_i, and white noise makes it larger than in a whole
-/// window: by 1/c, c = Σ w_i² / (m Σ w_i²/n_i), for Allan the harmonic mean of the shares present.
-/// So c z² is summed, which white noise leaves unbiased whatever is missing.
+/// window: by 1/c, c = Σ w_i² / (m Σ w_i²/n_i), for Allan the harmonic mean of the present shares.
+/// So c z² is summed, which is unbiased for white noise with any missing samples.
 ///
-/// Each window is rounded once, to a multiple of 2^-16 counts² (its c to one of 2^-32): the sums
+/// Each window is rounded once, to a multiple of 2^-16 counts² (its c to one of 2^-32), so the sums
 /// are integers, the same in any order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Gapped {
     pub(super) windows: u64,
     shares: u128,
-    /// `None` once 128 bits were not enough.
+    /// `None` if 128 bits were not enough.
     squares: Option<u128>,
 }
 
@@ -34,7 +34,7 @@ pub(super) struct Gapped {
 pub(super) struct GappedWindows {
     /// The place of each window among those of its octave.
     places: Vec<usize>,
-    /// The number n_i of samples that each cluster has; 1 for the third cluster of Allan windows.
+    /// The number n_i of present samples of each cluster; 1 for the third cluster of Allan windows.
     present: Vec<[u32; 3]>,
     /// w_i times the other two of these numbers.
     factors: Vec<[f64; 3]>,
@@ -49,7 +49,7 @@ impl GappedWindows {
         self.places.len()
     }
 
-    /// Adds a window of clusters of `m`, by its place and the number of samples present in each
+    /// Adds a window of clusters of `m`, by its place and the number of present samples in each
     /// cluster, which is at least one. Returns its c, in multiples of 2^-32.
     pub(super) fn push(&mut self, m: u32, weights: [i64; 3], place: usize, present: [u32; 3]) -> u128 {
         let square = |weight: i64| (weight * weight) as f64;
@@ -71,9 +71,9 @@ impl GappedWindows {
 impl Gapped {
     pub(super) const EMPTY: Self = Self { windows: 0, shares: 0, squares: Some(0) };
 
-    /// Adds a range of windows, whose c sum to `shares`: `clusters` are the sums of the samples
-    /// present in the first cluster of each window, in the second, and for Hadamard windows in the
-    /// third.
+    /// Adds a range of windows, whose c have the sum `shares`: `clusters` are the sums of the
+    /// present samples in the first cluster of each window, in the second, and for Hadamard windows
+    /// in the third.
     #[inline(always)]
     pub(super) fn add<const P: usize>(
         &mut self,
@@ -110,24 +110,24 @@ impl Gapped {
         self.squares = self.squares.zip(squares).and_then(|(sum, squares)| sum.checked_add(squares));
     }
 
-    /// Of c over the windows.
+    /// The sum of c over the windows.
     pub(super) fn share_sum(&self) -> f64 {
         self.shares as f64 / (1_u64 << SHARE_BITS) as f64
     }
 
-    /// Of c z², in counts²; `None` where that is not known.
+    /// The sum of c z², in counts²; `None` if it is not known.
     pub(super) fn square_sum(&self) -> Option<f64> {
         self.squares.map(|squares| squares as f64 / f64::from(1 << FRACTION_BITS))
     }
 
-    /// With squares so many times as large, rounded once.
+    /// The sums with squares multiplied by this factor, rounded once.
     pub(super) fn scaled(self, factor: f64) -> Self {
         Self { squares: self.squares.map(|squares| (squares as f64 * factor).round() as u128), ..self }
     }
 }
 
-/// The sum of squares, each with an exact numerator: 61 bits of a sum, twice 30 of the numbers
-/// present.
+/// The sum of squares, each with an exact numerator: 61 bits of a sum, twice 30 of the numbers of
+/// present samples.
 #[cold]
 #[inline(never)]
 fn in_128_bits<const P: usize>(
@@ -144,7 +144,7 @@ fn in_128_bits<const P: usize>(
         });
         let quotient = terms.sum::<i128>() as f64 / windows.denominators[window];
         let square = (windows.scales[window] * quotient * quotient).round();
-        // beyond 127 bits a window is no window of counts
+        // a window beyond 127 bits is no window of counts
         (square < i128::MAX as f64).then_some(square as u128).and_then(|square| sum.checked_add(square))
     })
 }

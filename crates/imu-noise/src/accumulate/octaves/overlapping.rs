@@ -7,16 +7,16 @@ use multiversion::multiversion;
 use super::{squares::SquareSum, window_plan::MAX_LEVEL};
 use crate::accumulate::record::Deviation;
 
-/// Every octave visits the block at two more places of the record: long enough for the memory to
-/// stream.
+/// Samples of a block, which every octave reads at two more places of the record: long enough for
+/// sequential memory access.
 pub(super) const BLOCK: usize = 1024;
 
 #[derive(Clone, Debug)]
 pub(super) struct Overlapping {
     pub(super) deviation: Deviation,
-    /// Prefix sums of the present run, from 0 on. They may wrap: their differences do not.
+    /// Prefix sums of the present run, from 0 on. They may wrap, but their differences do not.
     pub(super) prefix: Vec<i64>,
-    /// Those of the runs before it, if they are kept.
+    /// The prefix sums of the earlier runs, if they are kept.
     pub(super) earlier: Vec<Vec<i64>>,
     pub(super) keeps_runs: bool,
     squares: Vec<SquareSum>,
@@ -41,7 +41,7 @@ impl Overlapping {
         }
     }
 
-    /// As [`Cascade::octave`](super::cascade::Cascade::octave); no window reaches across a gap.
+    /// Like [`Cascade::octave`](super::cascade::Cascade::octave); no window reaches across a gap.
     pub(super) fn octave(&self, k: usize) -> Option<SquareSum> {
         self.squares.get(k).copied()
     }
@@ -66,7 +66,7 @@ impl Overlapping {
         }
     }
 
-    /// The windows that end at these prefix sums, up to `end`.
+    /// Adds the windows that end at these prefix sums, up to `end`.
     fn add_windows(&mut self, k: usize, first_end: usize, end: usize) {
         if first_end >= end {
             return;

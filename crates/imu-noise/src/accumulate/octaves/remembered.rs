@@ -2,14 +2,14 @@
 
 use crate::accumulate::stretch::Stretch;
 
-/// Most windows per averaging time, and most values that a level remembers.
+/// The most windows per averaging time, and the most values that a level remembers.
 pub(super) const MAX_LAG: usize = 16;
 
-/// Room for the values that a level remembers, followed from [`MAX_LAG`] on by the new ones.
+/// Room for the values that a level remembers, followed by the new ones from [`MAX_LAG`] on.
 pub(super) type Scratch<T> = [T; MAX_LAG + Stretch::MOST];
 
-/// Values `lag` places apart among the last ones of `memory`, which are remembered, and the `new`
-/// ones of `scratch`: older and newer, as slices of equal length. The last values are remembered.
+/// Pairs of values `lag` places apart among the remembered values in `memory` and the `new` values in
+/// `scratch`: the older and the newer ones, as slices of equal length. The last values are remembered.
 #[inline(always)]
 pub(super) fn pairs<'a, T: Copy>(
     memory: &mut [T; MAX_LAG],
@@ -18,7 +18,7 @@ pub(super) fn pairs<'a, T: Copy>(
     new: usize,
     lag: usize,
 ) -> (&'a [T], &'a [T]) {
-    // always all places: a copy of constant length is a few moves
+    // always all places, because a copy of constant length is a few moves
     scratch[..MAX_LAG].copy_from_slice(memory);
     memory.copy_from_slice(&scratch[new..new + MAX_LAG]);
     let values = &scratch[MAX_LAG - remembered..MAX_LAG + new];

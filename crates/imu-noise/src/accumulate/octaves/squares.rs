@@ -9,15 +9,15 @@ const SHIFTER_BITS: u64 = 0x4338_0000_0000_0000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct SquareSum {
     pub(super) terms: u64,
-    /// `None` once 128 bits were not enough.
+    /// `None` if 128 bits were not enough.
     pub(super) sum: Option<u128>,
 }
 
 impl SquareSum {
     pub(super) const EMPTY: Self = Self { terms: 0, sum: Some(0) };
 
-    /// Adds so many windows: the squares of `z` at each place of the slices of `points`, which are
-    /// equally long.
+    /// Adds this many windows: the squares of `z` at each place of the slices of `points`, which
+    /// are equally long.
     #[inline(always)]
     pub(super) fn add<const P: usize>(&mut self, windows: u64, points: [&[i64]; P], z: impl Fn([i64; P]) -> i64) {
         self.terms += windows;
@@ -29,8 +29,8 @@ impl SquareSum {
     }
 }
 
-/// The sum where it is below 2^53, else `None`; [`to_f64`] turns integers beyond 2^51 into numbers
-/// at least that large, or into NaN, which ends in `None` as well.
+/// The sum if it is below 2^53, else `None`; [`to_f64`] turns integers beyond 2^51 into numbers at
+/// least that large, or into NaN, which gives `None` as well.
 #[inline(always)]
 fn in_lanes<const P: usize>(points: [&[i64]; P], z: &impl Fn([i64; P]) -> i64) -> Option<u64> {
     let sum = counts::lane_sum(points, |points| {
@@ -41,7 +41,7 @@ fn in_lanes<const P: usize>(points: [&[i64]; P], z: &impl Fn([i64; P]) -> i64) -
 }
 
 /// `z` as `f64`, exact for |z| < 2^51 and monotonic (or NaN) beyond. The default x86-64 target has
-/// no vector instruction for this conversion, but it can add.
+/// no vector instruction for this conversion, but one for additions.
 #[inline(always)]
 fn to_f64(z: i64) -> f64 {
     f64::from_bits(SHIFTER_BITS.wrapping_add(z as u64)) - SHIFTER
@@ -62,7 +62,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn integers_beyond_the_lanes_are_never_taken_for_small_ones() {
+    fn integers_beyond_the_lanes_are_not_confused_with_small_ones() {
         for exponent in 51..64 {
             for offset in -3_i64..=3 {
                 for sign in [1_i64, -1] {

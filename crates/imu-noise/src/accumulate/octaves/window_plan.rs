@@ -1,4 +1,4 @@
-//! Which windows end in a stretch of a record, and which samples they lack: the same for all
+//! The windows that end in a stretch of a record, and their missing samples: the same for all
 //! channels whose samples have the same places.
 
 use std::{
@@ -16,12 +16,12 @@ use crate::accumulate::{places::room_for, record::Deviation, stretch::Stretch};
 /// Longest averaging factor, 2^30.
 pub(super) const MAX_LEVEL: u32 = 30;
 
-/// So many new sums of a long gap stand for all: a lag of them may reach back before the gap, as
-/// many fill what a level remembers, and the rest are alike.
+/// This many new sums of a long gap represent all: up to one lag of them reaches back before the
+/// gap, as many fill the memory of a level, and the rest are equal.
 const OF_A_GAP: u64 = 4 * MAX_LAG as u64;
 
-/// The place of a record that a cascade has reached, and which of the block sums that each level
-/// remembers lack samples.
+/// The place of a record that a cascade has reached, and the missing samples of the block sums that
+/// each level remembers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct WindowGrid {
     pub(super) deviation: Deviation,
@@ -34,43 +34,42 @@ pub(super) struct WindowGrid {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct GridLevel {
     sums: Lacks,
-    /// Of the sums one cluster before those, for third differences only.
+    /// The missing samples of the sums one cluster before these, only for third differences.
     earlier: Lacks,
 }
 
-/// How many samples each of the last block sums of the present run lacks.
+/// The number of missing samples of each of the last block sums of the present run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Lacks {
-    /// The last `len` of them at the end, after zeros.
+    /// The last `len` of these numbers at the end, after zeros.
     missing: [u32; MAX_LAG],
     len: usize,
 }
 
-/// The windows that end in a stretch, level by level as far as the stretch reaches.
+/// The windows that end in a stretch, for each level that the stretch reaches.
 #[derive(Debug, Default)]
 pub(super) struct WindowPlan {
     pub(super) levels: Vec<LevelPlan>,
-    /// For each window of the levels that lack samples: all bits set if the window lacks none.
+    /// For each window of the levels that lack samples: all bits are set if the window lacks none.
     masks: Vec<i64>,
     pub(super) gapped: GappedWindows,
 }
 
-/// What a stretch does at one level.
+/// The new sums and windows of a stretch at one level.
 #[derive(Debug)]
 pub(super) struct LevelPlan {
-    /// The number of new block sums; those after the ones that the level below gives lack all
-    /// samples.
+    /// The number of new block sums; sums beyond those from the level below lack all samples.
     pub(super) new: usize,
     /// Distance of two sums that are joined.
     pub(super) lag: usize,
-    /// The number of sums that are remembered before, and of earlier ones.
+    /// The number of earlier sums that are remembered, and of those one cluster before.
     pub(super) remembered: usize,
     pub(super) earlier: usize,
-    /// The first of the joined sums that continues to the next level; then all of them, or every
-    /// second.
+    /// The first of the joined sums that continues to the next level, and the step: all of them
+    /// after it, or every second.
     first: usize,
     every: usize,
-    /// `None` where no window lacks a sample.
+    /// `None` if no window lacks a sample.
     pub(super) lossy: Option<LossyWindows>,
 }
 
@@ -80,12 +79,12 @@ pub(super) struct LossyWindows {
     first_mask: usize,
     /// The number of windows that lack no sample.
     pub(super) whole: u64,
-    /// Those that lack some and are used, and the sum of their c.
+    /// The windows that lack some samples and are used, and the sum of their c.
     pub(super) gapped: Range<usize>,
     pub(super) shares: u128,
 }
 
-/// The windows that end in one stretch, worked out for the first channel and shared by all channels
+/// The windows that end in one stretch, computed for the first channel and shared by all channels
 /// whose samples have had the same places since the start of the record.
 #[derive(Debug, Default)]
 pub struct WindowPlans {
@@ -100,9 +99,9 @@ pub(super) struct Planned {
     pub(super) after: Arc<WindowGrid>,
 }
 
-/// How many samples each new block sum of a level lacks.
+/// The number of missing samples of each new block sum of a level.
 struct NewLacks {
-    /// Not valid if none lacks any.
+    /// Not valid if no sum lacks a sample.
     missing: Scratch<u32>,
     len: usize,
     is_whole: bool,
@@ -159,7 +158,7 @@ impl WindowGrid {
         self.levels.fill(GridLevel::default());
     }
 
-    /// Continues by so many places, the first ones as in `new`, the others without samples.
+    /// Continues by this many places, the first ones as in `new`, the others without samples.
     fn continue_by(&mut self, mut places: u64, mut new: NewLacks) -> WindowPlan {
         self.end += places;
         let mut plan = WindowPlan::default();
@@ -176,7 +175,7 @@ impl WindowGrid {
             }
             let step = self.level_plan(k, places, new.len);
             let pairs = (step.remembered as u64 + places).saturating_sub(step.lag as u64);
-            // the last of all sums that are new ends at this multiple of the stride
+            // the last of all new sums ends at this multiple of the stride
             let last = self.end / self.stride(k);
             places = if step.every == 1 { pairs } else { (pairs + 1 - first_even(last, pairs)) / 2 };
             let lossy =
@@ -187,14 +186,14 @@ impl WindowGrid {
         plan
     }
 
-    /// The step of level `k` over so many places, of which `new` have a sum of their own.
+    /// The step of level `k` over this many places; `new` of them have a sum of their own.
     fn level_plan(&self, k: u32, places: u64, new: usize) -> LevelPlan {
         let level = &self.levels[k as usize];
         let (remembered, earlier) = (level.sums.len, level.earlier.len);
         let lag = (1 << k).min(self.windows_per_tau);
         let pairs = (remembered + new).saturating_sub(lag) as u64;
         let last = self.end / self.stride(k) - (places - new as u64);
-        // where the stride doubles, even multiples of the stride are on the next grid
+        // if the stride doubles, even multiples of the stride are on the next grid
         let (first, every) = if lag < self.windows_per_tau { (0, 1) } else { (first_even(last, pairs) as usize, 2) };
         LevelPlan { new, lag, remembered, earlier, first, every, lossy: None }
     }
@@ -204,7 +203,7 @@ impl WindowGrid {
     }
 }
 
-/// Of so many sums in a row, which end with the number `last`, the place of the first even number.
+/// The place of the first even number among this many sums in a row, which end with the number `last`.
 const fn first_even(last: u64, sums: u64) -> u64 {
     (last + sums + 1) & 1
 }
@@ -249,7 +248,7 @@ impl Lacks {
         self.missing == [0; MAX_LAG]
     }
 
-    /// As [`pairs`], where all values are 0; returns how many pairs there are.
+    /// Like [`pairs`], if all values are 0; returns the number of pairs.
     fn skip(&mut self, new: usize, lag: usize) -> usize {
         let values = self.len + new;
         self.len = values.min(lag);
@@ -275,7 +274,7 @@ impl NewLacks {
         &mut self.missing
     }
 
-    /// With sums that lack all of `m` samples, to this length.
+    /// Extends the sums to this length with sums that lack all of `m` samples.
     #[cold]
     fn fill_up(&mut self, len: usize, m: u32) {
         let known = self.len;
@@ -287,14 +286,13 @@ impl NewLacks {
 }
 
 impl WindowPlan {
-    /// The masks of the windows of a level.
     #[inline]
     pub(super) fn masks(&self, lossy: &LossyWindows) -> &[i64] {
         &self.masks[lossy.first_mask..]
     }
 
-    /// Adds one window for each place of the slices, by how many of `m` samples each of its
-    /// clusters lacks: it is used where half of each cluster is present.
+    /// Adds one window for each place of the slices, from the number of `m` samples that each of
+    /// its clusters lacks: it is used if half of each cluster is present.
     fn add_windows<const P: usize>(&mut self, m: u32, weights: [i64; 3], missing: [&[u32]; P]) -> LossyWindows {
         let first = self.gapped.len();
         let mut lossy = LossyWindows { first_mask: self.masks.len(), whole: 0, gapped: first..first, shares: 0 };
@@ -315,7 +313,7 @@ impl WindowPlan {
 }
 
 impl LevelPlan {
-    /// Block sums of the next level, written where new values go; returns how many there are.
+    /// Block sums of the next level, written to the places of new values; returns their number.
     #[inline(always)]
     pub(super) fn join<T: Copy + Add<Output = T>>(&self, older: &[T], newer: &[T], next: &mut Scratch<T>) -> usize {
         let len = self.joined(older.len());
@@ -332,7 +330,7 @@ impl LevelPlan {
         len
     }
 
-    /// How many of so many joined sums continue.
+    /// The number of these joined sums that continue.
     const fn joined(&self, pairs: usize) -> usize {
         if self.every == 1 { pairs } else { (pairs + 1).saturating_sub(self.first) / 2 }
     }

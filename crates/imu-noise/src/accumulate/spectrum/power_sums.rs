@@ -11,7 +11,7 @@ const FRACTION_BITS: u32 = 12;
 const SCALE: f64 = (1_u64 << FRACTION_BITS) as f64;
 
 /// 1.5 · 2^52 and its bits: added to a float below 2^51, it leaves the nearest integer in the low
-/// bits, as vector instructions of any processor can; what it leaves of larger ones is larger too.
+/// bits, which vector instructions of any processor can do; larger floats leave larger bits.
 const SHIFTER: f64 = 6_755_399_441_055_744.0;
 const SHIFTER_BITS: u64 = 0x4338_0000_0000_0000;
 const SHIFTED_BELOW: u64 = 1 << 51;
@@ -37,15 +37,15 @@ impl<const N: usize> fmt::Debug for Transform<N> {
     }
 }
 
-/// Of segments of `N` values. The power of a segment is below 2^80 counts² for samples of 32 bits:
-/// exact for 2^40 samples of full scale and more.
+/// The power sums of segments of `N` values. The power of a segment is below 2^80 counts² for
+/// samples of 32 bits: the sums are exact for 2^40 samples of full scale and more.
 #[derive(Clone, Debug)]
 pub(super) struct SegmentPowerSums<const N: usize> {
-    /// For k = 0..=N/2, in multiples of 2^-12 counts²: what was added last, and what came before
-    /// once that would not fit, else empty.
+    /// For k = 0..=N/2, in multiples of 2^-12 counts²: `low` has the latest sums, `high` the
+    /// earlier ones if all would not fit into `low`, else it is empty.
     low: Vec<u64>,
     high: Vec<u128>,
-    /// No low part is larger.
+    /// An upper bound of the low parts.
     most: u64,
     pub(super) segments: u64,
     weight: u64,
@@ -65,10 +65,11 @@ impl<const N: usize> SegmentPowerSums<N> {
         for (value, &count) in input.iter_mut().zip(segment) {
             *value *= (count.as_f64() - mean) as f32;
         }
-        // One place more than N/2 + 1, since a length cannot be computed from N here.
+        // One place more than N/2 + 1, because a length cannot be computed from N here.
         let mut output = [Complex::new(0.0, 0.0); N];
         let output = &mut output[..=N / 2];
-        // Fails for other lengths than the planned one only. Does not allocate: powers of two need no scratch room.
+        // Fails only for other lengths than the planned one. Does not allocate, because powers of two need no
+        // scratch room.
         if transform.fft.process(&mut input, output).is_ok() {
             self.add_powers(output, stands_for);
         }
@@ -93,7 +94,7 @@ impl<const N: usize> SegmentPowerSums<N> {
         }
     }
 
-    /// Returns the bits that any of the powers has, in fixed point.
+    /// Changes the low parts; returns the bits that any of the powers has, in fixed point.
     #[inline]
     fn change_low(&mut self, output: &[Complex<f32>], change: impl Fn(u64, u64) -> u64) -> u64 {
         let mut all = 0;
@@ -105,7 +106,7 @@ impl<const N: usize> SegmentPowerSums<N> {
         all
     }
 
-    /// And the low parts.
+    /// Adds these numbers and the low parts to the high parts.
     #[cold]
     fn add_to_high(&mut self, more: impl Iterator<Item = u128>) {
         self.high.resize(self.low.len(), 0);
@@ -121,7 +122,8 @@ impl<const N: usize> SegmentPowerSums<N> {
     }
 
     pub(super) fn powers(&self) -> Powers {
-        // The squares of a Gaussian process in half overlapping Hann segments correlate by 1/36 (Welch 1967).
+        // The squares of a Gaussian process in half overlapping Hann segments have a correlation of 1/36
+        // (Welch 1967).
         let weight = self.weight as f64;
         let equal_weights = weight * weight / self.weight_squares as f64;
         let averages = if self.segments < 2 { equal_weights } else { (equal_weights / (1.0 + 2.0 / 36.0)).max(1.0) };

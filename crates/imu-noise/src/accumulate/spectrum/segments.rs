@@ -1,4 +1,4 @@
-//! Which places of a record belong to one segment.
+//! The places of a record that belong to a segment.
 
 use std::{mem, ops::Range};
 
@@ -9,21 +9,21 @@ use crate::accumulate::places::room_for;
 /// Segments begin at multiples of half their length.
 const STEP: u64 = LONG as u64 / 2;
 
-/// Samples within which every segment is taken.
+/// Up to this many samples every segment is taken.
 const DENSE_SAMPLES: u64 = 32_768;
 
-/// So many long segments without a gap are enough not to read the short ones.
+/// With this many complete long segments, the short ones are not used.
 pub(super) const MIN_LONG_SEGMENTS: u64 = 8;
 
-/// Finds the segments of a record, at multiples of half their length of the absolute index.
+/// Finds the segments of a record, which begin at multiples of half their length of the absolute index.
 #[derive(Clone, Debug)]
 pub(super) struct Segments<T> {
     /// Absolute index of the next place.
     end: u64,
-    /// Samples of the record so far: they say how far apart segments are taken.
+    /// Samples of the record so far: they determine the spacing of segments.
     samples: u64,
     counts_missing: bool,
-    /// From the first open segment on.
+    /// The places from the first open segment on.
     recent: Places<T>,
     open: Vec<Segment>,
 }
@@ -31,9 +31,9 @@ pub(super) struct Segments<T> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Segment {
     pub(super) start: u64,
-    /// Segments of which it is one.
+    /// The number of segments that it represents.
     pub(super) stands_for: u64,
-    /// Short segments are taken from it too, though no sample of it is missing.
+    /// Whether short segments are taken from it as well, although none of its samples is missing.
     pub(super) is_early: bool,
 }
 
@@ -54,12 +54,12 @@ impl<T: Copy + Default> Segments<T> {
         self.counts_missing = true;
     }
 
-    /// Behind the last place.
+    /// The index after the last place.
     pub(super) const fn end(&self) -> u64 {
         self.end
     }
 
-    /// `ended` gets each segment that ends, with its places.
+    /// Adds values; `ended` receives each segment that ends, with its places.
     pub(super) fn push(&mut self, mut counts: &[T], mut ended: impl FnMut(&Places<T>, &Segment)) {
         while !counts.is_empty() {
             self.begin_segment();
@@ -99,12 +99,12 @@ impl<T: Copy + Default> Segments<T> {
         self.end_all(&mut ended);
     }
 
-    /// The segments that have begun, and their places.
+    /// The incomplete segments, and their places.
     pub(super) fn open(&self) -> (&[Segment], &Places<T>) {
         (&self.open, &self.recent)
     }
 
-    /// Of so many places, those up to the next one at which a segment may begin.
+    /// The number of these places up to the next start of a segment.
     fn room(&self, places: u64) -> usize {
         (STEP - self.end % STEP).min(places) as usize
     }
@@ -161,7 +161,7 @@ impl<T: Copy + Default> Places<T> {
         self.first + self.values.len() as u64
     }
 
-    /// The `N` places from `start` on, if they are here and none is missing.
+    /// The `N` places from `start` on, if they are kept and none is missing.
     pub(super) fn whole<const N: usize>(&self, start: u64) -> Option<&[T; N]> {
         let values = self.values.get(start.checked_sub(self.first)? as usize..)?.first_chunk()?;
         let has_missing = |missing: &Range<u64>| missing.start < start + N as u64 && start < missing.end;
@@ -188,7 +188,7 @@ impl<T: Copy + Default> Places<T> {
     }
 }
 
-/// Segments in place of which one at this number of samples is taken: 1, 2, 4, ...
+/// The number of segments that one represents at this number of samples: 1, 2, 4, ...
 fn stands_for(samples: u64) -> u64 {
     match (samples / DENSE_SAMPLES).checked_ilog2() {
         None => 1,

@@ -5,11 +5,13 @@ use crate::accumulate::record::{Deviation, Octave, RecordShape};
 use crate::infer::chi_squared;
 use crate::infer::confidence::edf;
 use crate::infer::power_law::{PowerLaw, expected_variance};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// A sensor that averages `length` internal samples and sends every `decimation`-th average. Above
 /// `decimation`, neighbours share samples, and white noise is depressed at short averaging times.
 /// Flicker noise and random walk, below it there, are taken as they are.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct BoxcarWindow {
     /// Internal samples averaged; 0 counts as 1.
     pub length: u32,

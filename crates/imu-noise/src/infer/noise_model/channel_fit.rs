@@ -7,12 +7,12 @@ use super::{
     parameter::ramp,
     search::{Candidate, Found, Search, WHITE},
     spectral_rows::ChannelData,
-    thresholds::{BANDS, LEAST_EDF, PRESENT, PROVED, RAMP_PRESENT, REJECTED, WIDER},
+    thresholds::{FILTERS, LEAST_EDF, PRESENT, PROVED, RAMP_PRESENT, REJECTED, WIDER},
 };
 use crate::accumulate::record::{Deviation, Octave};
 use crate::infer::chi_squared;
 
-/// By how many orders of a short filter an octave must be longer to bound N.
+/// By how many memories of a short filter an octave must be longer to bound N.
 const BEYOND_MEMORY: f64 = 10.0;
 
 /// No filter is looked for that remembers more samples than a part of this.
@@ -32,8 +32,7 @@ impl NoiseModel {
     ///
     /// One penalised likelihood of the density: segments of the spectrum, the cosine coefficients of
     /// the level, and of the octaves what neither holds. Components are white noise behind any
-    /// filter that forgets within twelve samples (behind a longer one the density of its pass band
-    /// alone is fitted), flicker noise, a random walk, Gauss-Markov processes with correlation times
+    /// filter that forgets within forty samples, of whose stop band the record says nothing, flicker noise, a random walk, Gauss-Markov processes with correlation times
     /// of 20 samples times powers of four up to a sixteenth of the record, and lines; the mean may
     /// have a ramp, a warm-up or a cycle. The order of the filter is not chosen: intervals hold with
     /// every structure that the record does not decide against.
@@ -149,8 +148,8 @@ impl<'a> ReadOut<'a> {
     pub(super) fn relative_variance(&self, column: usize) -> Option<f64> {
         let search = self.search.as_ref()?;
         let candidate = search.candidates.iter().find(|candidate| !candidate.has_processes)?;
-        let structure = search.structure(candidate.band, candidate.order, false, &[]);
-        let covariance = search.rows(candidate.band).covariance(&structure, &candidate.scored);
+        let structure = search.structure(candidate.filter, false, &[]);
+        let covariance = search.rows.covariance(&structure, &candidate.scored);
         let relative = covariance(column, column) / candidate.scored.parameters[column].powi(2);
         relative.is_finite().then_some(relative)
     }
@@ -233,11 +232,7 @@ impl<'a> ReadOut<'a> {
         (white.lower, white.upper) =
             (white.value * (-wider(white.lower)).exp(), white.value * wider(white.upper).exp());
         let memory = search.candidates.iter().filter(|of| of.score > search.best().score - 0.5 * self.z * self.z);
-        // what is beyond a band may remember as long as two of its cosines
-        let memory_of = |of: &Candidate| match of.band {
-            0 => of.order as f64,
-            band => 0.5 * of.order.max(2) as f64 / BANDS[band],
-        };
+        let memory_of = |of: &Candidate| FILTERS[of.filter].lags() as f64;
         let memory = memory.map(memory_of).fold(0.0, f64::max);
         let shortest = (BEYOND_MEMORY * memory).clamp(1.0, BEYOND_ANY_FILTER);
         if white.lower > self.white_ceiling(shortest, 0.01) {
@@ -331,20 +326,17 @@ impl<'a> ReadOut<'a> {
     fn add_filter(&self, search: &Search<'_>, white: &Found, fit: &mut NoiseFit) {
         let best = search.best();
         let score = |is_meant: bool| {
-            let meant = search.candidates.iter().filter(|of| (of.order == 0 && of.band == 0) == is_meant);
+            let meant = search.candidates.iter().filter(|of| (of.filter == 0) == is_meant);
             meant.map(|of| of.score).fold(f64::NEG_INFINITY, f64::max)
         };
         let is_proved = score(false) - score(true) > PROVED;
-        if is_proved && best.order > 0 {
+        if is_proved && best.filter > 0 {
             let cosines: f64 = best.scored.parameters[self.model.layout.cosines.clone()].iter().sum();
             let white = best.scored.parameters[WHITE];
-            let correlation_samples = match best.band {
-                0 => white / (white + cosines).max(1e-3 * white),
-                band => 0.5 / BANDS[band],
-            };
+            let correlation_samples = white / (white + cosines).max(1e-3 * white);
             fit.roll_off = (correlation_samples > 1.0).then_some(RollOff { correlation_samples });
         } else {
-            let (lower, upper) = search.limits_of_white(|of| of.order == 0 && of.band == 0);
+            let (lower, upper) = search.limits_of_white(|of| of.filter == 0);
             fit.may_be_filtered = (white.upper / white.lower).sqrt().ln() > WIDER * (upper / lower).sqrt().ln();
         }
         let interval_s = self.model.shape.interval_s;
@@ -352,7 +344,7 @@ impl<'a> ReadOut<'a> {
         let longest =
             self.data.octaves().filter(|(.., walk_edf)| *walk_edf >= LEAST_EDF).map(|(octave, ..)| octave.m).last();
         fit.quality = chi_squared::probability_above(chi2, dof as f64).map(|p| FitQuality {
-            tau_min_s: interval_s * (0.5 / BANDS[best.band]),
+            tau_min_s: interval_s,
             tau_max_s: interval_s * longest.unwrap_or(1) as f64,
             chi2,
             dof,
@@ -384,15 +376,10 @@ impl<'a> ReadOut<'a> {
                 Deviation::Allan => ramp * m * m / 2.0,
                 Deviation::Hadamard => 0.0,
             };
-            if m < 0.5 / BANDS[best.band] {
-                // shorter ones show what is beyond the band that is fitted
-                continue;
-            }
-            let is_shown = |column: &usize| best.band == 0 || !self.model.layout.cosines.contains(column);
-            let columns = self.data.grid.columns(place).iter().zip(of_components).enumerate();
-            let shown =
-                columns.filter(|(column, _)| is_shown(column)).map(|(_, (column, parameter))| column * parameter);
-            let shown = shown.sum::<f64>() + self.data.lines_of(place, lines) + ramp;
+            let columns = self.data.grid.columns(place).iter().zip(of_components);
+            let shown = columns.map(|(column, parameter)| column * parameter).sum::<f64>()
+                + self.data.lines_of(place, lines)
+                + ramp;
             if walk_edf >= LEAST_EDF {
                 fit.expected.push((octave.m, shown * self.data.scale));
             }
@@ -403,8 +390,8 @@ impl<'a> ReadOut<'a> {
 
     fn add_correlations(&self, search: &Search<'_>, fit: &mut NoiseFit) {
         let best = search.best();
-        let structure = search.structure(best.band, best.order, best.has_processes, &[]);
-        let covariance = search.rows(best.band).covariance(&structure, &best.scored);
+        let structure = search.structure(best.filter, best.has_processes, &[]);
+        let covariance = search.rows.covariance(&structure, &best.scored);
         let layout = &self.model.layout;
         let terms = [
             (Term::Quantization, layout.quantization),

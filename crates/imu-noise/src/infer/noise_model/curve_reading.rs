@@ -2,6 +2,8 @@
 //! designer draws, and the minimum that data sheets print as in-run bias stability.
 
 use core::f64::consts::{LN_2, PI};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{Parameter, Status, Term};
 
@@ -31,7 +33,8 @@ pub struct SlopeLine {
 }
 
 /// Why the graphical slope method gives no value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum NotRead {
     /// No pair of neighbours has a slope within 1/4 of the line's.
     NoSlope,

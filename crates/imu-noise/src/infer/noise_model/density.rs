@@ -18,24 +18,13 @@ pub(super) enum Component {
     Quantization,
     /// With this correlation time, and density 1 at frequency 0.
     GaussMarkov(f64),
-    /// 1 - cos 2πjf/(2 · band), the part of a filter that forgets within j/(2 · band) samples.
-    Cosine {
-        number: usize,
-        band: f64,
-    },
+    /// 1 - cos 2πjf, the part of a filter that forgets within j samples.
+    Cosine(usize),
 }
 
 impl Component {
     pub(super) fn white(window: Option<BoxcarWindow>) -> Self {
         Self::White(window.map_or_else(|| vec![1.0], BoxcarWindow::autocovariance))
-    }
-
-    /// The same where the density up to `band` alone counts.
-    pub(super) fn in_band(&self, band: f64) -> Self {
-        match self {
-            Self::Cosine { number, .. } => Self::Cosine { number: *number, band },
-            other => other.clone(),
-        }
     }
 
     pub(super) fn density(&self, frequency: f64) -> f64 {
@@ -55,7 +44,7 @@ impl Component {
                 let at_zero = (1.0 - correlation).powi(2);
                 at_zero / (at_zero + 4.0 * correlation * (0.5 * angle).sin().powi(2))
             }
-            Self::Cosine { number, band } => 1.0 - (*number as f64 * 0.5 * angle / band).cos(),
+            Self::Cosine(number) => 1.0 - (*number as f64 * angle).cos(),
         }
     }
 
@@ -92,8 +81,8 @@ impl Component {
                 let walk = walk_variance(k, blocks) * length / (time * time);
                 1.0 / (length + 1.0 / walk)
             }
-            Self::Cosine { number, band } => {
-                let lag = (*number as f64 * 0.5 / band).min(length);
+            Self::Cosine(number) => {
+                let lag = (*number as f64).min(length);
                 lag * self.between_blocks(k, blocks) / (length * length)
             }
         }
@@ -117,7 +106,7 @@ impl LagsOfPoints {
     pub(super) fn new(components: &[Component], most_points: usize, samples: usize) -> Self {
         let samples = samples as f64;
         let factor = |points: f64, component: &Component| match component {
-            Component::Cosine { number, band } => factor_of_lag(*number as f64 * 0.5 / band, points, samples),
+            Component::Cosine(number) => factor_of_lag(*number as f64, points, samples),
             _ => 1.0,
         };
         let of_points = |points: usize| components.iter().map(|component| factor(points as f64, component)).collect();
@@ -130,9 +119,9 @@ impl LagsOfPoints {
         // cos jx by the two before it
         let (mut cosines, mut step) = ([1.0, 1.0], 1.0);
         let of = |(component, factor): (&Component, &f64)| match component {
-            Component::Cosine { number, band } => {
+            Component::Cosine(number) => {
                 if *number == 1 {
-                    step = (0.5 * TAU * frequency / band).cos();
+                    step = (TAU * frequency).cos();
                     cosines = [1.0, step];
                 } else {
                     cosines = [cosines[1], 2.0 * step * cosines[1] - cosines[0]];

@@ -1,6 +1,8 @@
 //! What the fit of one channel says: parameters, quality, and what stands beside them.
 
 use super::{Parameter, Rival, Status, Term};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// The fitted noise of one channel.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +34,7 @@ pub struct NoiseFit {
 }
 
 /// Goodness of a fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct FitQuality {
     /// In seconds: the sampling interval, or, behind a filter that leaves a part of the frequencies,
     /// half a period of the highest one in use.

@@ -1,13 +1,16 @@
 //! The noise parameters: the components of the noise of a rate, and what is known of each.
 
 use crate::infer::chi_squared;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// Probability, corrected for all slow terms and axes of a record together, up to which one of them
 /// is proved.
 pub const PROVED_P: f64 = 0.03;
 
 /// What is known of a noise parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Status {
     /// It is there, and has a value and a two-sided interval.
     Estimated,
@@ -30,7 +33,7 @@ impl Status {
 }
 
 /// A noise parameter, in the unit of its term.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Parameter {
     /// What is known.
     pub status: Status,

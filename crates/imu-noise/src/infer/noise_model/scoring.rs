@@ -29,6 +29,8 @@ pub(super) struct Rows {
     /// on, and the shapes that the level may have; see [`Structure::shapes`].
     pub(super) level: Vec<f64>,
     pub(super) first_level: usize,
+    /// Mean density over the band, which no autocovariance exceeds.
+    pub(super) mean_density: f64,
 }
 
 /// Which components are in, and which shapes of the level.
@@ -38,6 +40,8 @@ pub(super) struct Structure<'a> {
     pub(super) components: Vec<usize>,
     /// Columns with one of either sign.
     pub(super) cosines: Range<usize>,
+    /// Variance of each of these before the record is known, about zero.
+    pub(super) cosine_variances: Vec<f64>,
     /// By shape its coefficients.
     pub(super) shapes: Vec<&'a [f64]>,
     /// A component, if it is held at a value.
@@ -160,9 +164,29 @@ impl Rows {
             }
             _ => f64::NEG_INFINITY,
         };
-        let log_likelihood = self.weight.iter().enumerate().map(log_likelihood).sum::<f64>() - restriction;
+        let cosines = parameters[structure.cosines.clone()].iter().zip(&structure.cosine_variances);
+        let unlikely = cosines.map(|(cosine, variance)| 0.5 * cosine * cosine / variance).sum::<f64>();
+        let log_likelihood = self.weight.iter().enumerate().map(log_likelihood).sum::<f64>() - restriction - unlikely;
         let log_likelihood = if log_likelihood.is_nan() { f64::NEG_INFINITY } else { log_likelihood };
         Scored { log_likelihood, parameters, multiples, expected, powers, targets, restriction }
+    }
+
+    /// Effective number of the cosines: each counts by the part of it that the record decides, and
+    /// not what is known before (the trace of the smoother, Hastie and Tibshirani, 1990).
+    pub(super) fn effective_cosines(&self, structure: &Structure<'_>, scored: &Scored) -> f64 {
+        let covariance = self.covariance(structure, scored);
+        let decided = |(column, variance): (usize, &f64)| 1.0 - (covariance(column, column) / variance).min(1.0);
+        structure.cosines.clone().zip(&structure.cosine_variances).map(decided).sum()
+    }
+
+    /// The squares of the multiples of the shapes from `first` on over their variances.
+    pub(super) fn significances(&self, structure: &Structure<'_>, scored: &Scored, first: usize) -> Vec<f64> {
+        let shapes = structure.shapes.iter().zip(&scored.multiples).skip(first);
+        let of = |(shape, multiple): (&&[f64], &f64)| {
+            let each = shape.iter().zip(&scored.expected[self.first_level..]);
+            multiple * multiple * each.map(|(shape, expected)| shape * shape / expected).sum::<f64>()
+        };
+        shapes.map(of).collect()
     }
 
     /// Covariance of the parameters that are in, 0 for those at zero.
@@ -246,6 +270,9 @@ impl Active {
                 }
             }
         }
+        for (i, variance) in (self.components..size).zip(&structure.cosine_variances) {
+            matrix[i * size + i] += 1.0 / variance;
+        }
         for i in 0..size {
             for j in 0..i {
                 matrix[j * size + i] = matrix[i * size + j];
@@ -328,8 +355,9 @@ fn multiples_of(level: &[f64], shapes: &[&[f64]], weights: &[f64], held: Option<
     held.into_iter().chain(found.unwrap_or_else(|| vec![0.0; free.len()])).collect()
 }
 
-/// Solves a symmetric positive system by Cholesky's factors; `None` where it is as good as singular.
-pub(super) fn solved(size: usize, entry: impl Fn(usize, usize) -> f64, mut right: Vec<f64>) -> Option<Vec<f64>> {
+/// Cholesky's factor of a symmetric positive matrix, with what scales its diagonal to 1; `None` where
+/// it is as good as singular.
+fn factored(size: usize, entry: impl Fn(usize, usize) -> f64) -> Option<(Vec<f64>, Vec<f64>)> {
     let scale: Vec<f64> = (0..size).map(|i| 1.0 / entry(i, i).sqrt()).collect();
     let mut factor = vec![0.0; size * size];
     for i in 0..size {
@@ -346,6 +374,12 @@ pub(super) fn solved(size: usize, entry: impl Fn(usize, usize) -> f64, mut right
             };
         }
     }
+    Some((factor, scale))
+}
+
+/// Solves a symmetric positive system by Cholesky's factors; `None` where it is as good as singular.
+pub(super) fn solved(size: usize, entry: impl Fn(usize, usize) -> f64, mut right: Vec<f64>) -> Option<Vec<f64>> {
+    let (factor, scale) = factored(size, entry)?;
     for i in 0..size {
         let sum: f64 = (0..i).map(|k| factor[i * size + k] * right[k]).sum();
         right[i] = (right[i] * scale[i] - sum) / factor[i * size + i];

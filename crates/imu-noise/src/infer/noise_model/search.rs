@@ -1,11 +1,10 @@
 //! The structures that explain a record about as well, and what they say of each parameter together.
 //!
-//! One penalised log-likelihood compares all of them: orders of the short filter and the band that it
-//! is fitted in, with and without Gauss-Markov processes, with a warm-up or a cycle of the mean. A
+//! One penalised log-likelihood compares all of them: memories of the short filter, with and without
+//! Gauss-Markov processes, with a warm-up or a cycle of the mean. A
 //! limit of a parameter is where the best of all structures has fallen by what the level of
 //! confidence allows; a term is there if the best structure without it is that much worse.
 
-use core::cell::OnceCell;
 use core::ops::Range;
 use std::sync::Arc;
 
@@ -15,9 +14,8 @@ use super::{
     shapes::{FoundShape, MeanShapes},
     spectral_rows::ChannelData,
     thresholds::{
-        BANDS, BESIDE_KNOWN_AVERAGING, CYCLE, DEFINITE, FILTER_IN_VALUE, FIRST_ORDERS, FURTHER_ORDER, LEAST_RISE,
-        MOST_DEFINITE, ORDER, ORDERS, OVERDISPERSED, PRESENT, PROCESSES, PROCESSES_IN_VALUE, RAMP_PRESENT, RELAXATION,
-        ROW_BEYOND,
+        BESIDE_KNOWN_AVERAGING, CYCLE, DEFINITE, FILTER_IN_VALUE, FILTERS, LEAST_RISE, MOST_DEFINITE, OVERDISPERSED,
+        PRESENT, PROCESSES, PROCESSES_IN_VALUE, RAMP_PRESENT, RELAXATION,
     },
 };
 use crate::infer::chi_squared;
@@ -26,7 +24,8 @@ use crate::infer::chi_squared;
 const STEPS: usize = 7;
 const NEAR: f64 = 0.02;
 
-/// A worse order is followed by no better one, in log-likelihood.
+/// Filters that are worse by so much are not fitted with processes, nor are longer ones fitted, in
+/// log-likelihood.
 const HOPELESS: f64 = 5.0;
 
 /// Structures of a smaller weight are left out.
@@ -60,9 +59,11 @@ pub(super) const WHITE: usize = 0;
 
 /// One structure, fitted.
 pub(super) struct Candidate {
-    pub(super) band: usize,
-    pub(super) order: usize,
+    /// Place among the filters.
+    pub(super) filter: usize,
     pub(super) has_processes: bool,
+    /// Effective number of its cosines.
+    effective: f64,
     /// Penalised.
     pub(super) score: f64,
     pub(super) scored: Scored,
@@ -99,8 +100,7 @@ pub(super) struct Search<'a> {
     has_ramp: bool,
     /// Standard deviations of the limits.
     z: f64,
-    /// By band, with the penalty of the rows beyond it.
-    views: Vec<OnceCell<(Rows, f64)>>,
+    pub(super) rows: Rows,
     pub(super) candidates: Vec<Candidate>,
     /// Coefficients of shapes of the mean that are there beyond doubt.
     definite: Vec<Vec<f64>>,
@@ -127,18 +127,13 @@ impl<'a> Search<'a> {
         has_ramp: bool,
         z: f64,
     ) -> Option<Self> {
-        let views = BANDS.iter().map(|_| OnceCell::new()).collect();
+        let rows = data.rows(&layout.components, has_ramp && shapes.is_none());
         let (candidates, dispersion) = (Vec::new(), 1.0);
         let definite = Vec::new();
         let mut search =
-            Self { data, layout, shapes, has_ramp, z, views, candidates, definite, dispersion, chi2: 0.0, dof: 1 };
+            Self { data, layout, shapes, has_ramp, z, rows, candidates, definite, dispersion, chi2: 0.0, dof: 1 };
         search.find_definite_shapes();
-        search.scan_orders(0);
-        search.judge();
-        let expected = search.dof as f64 + OVERDISPERSED * (2.0 * search.dof as f64).sqrt();
-        if data.has_segments() && !layout.cosines.is_empty() && search.chi2 > expected {
-            (1..BANDS.len()).for_each(|band| search.scan_orders(band));
-        }
+        search.scan_filters();
         search.add_processes();
         search.judge();
         search.candidates.sort_by(|a, b| b.score.total_cmp(&a.score));
@@ -147,18 +142,6 @@ impl<'a> Search<'a> {
 
     pub(super) fn best(&self) -> &Candidate {
         &self.candidates[0]
-    }
-
-    fn view(&self, band: usize) -> &(Rows, f64) {
-        self.views[band].get_or_init(|| {
-            let components: Vec<Component> = self.layout.components.iter().map(|of| of.in_band(BANDS[band])).collect();
-            let (rows, beyond) = self.data.rows(&components, BANDS[band], self.has_ramp && self.shapes.is_none());
-            (rows, ROW_BEYOND * beyond as f64)
-        })
-    }
-
-    pub(super) fn rows(&self, band: usize) -> &Rows {
-        &self.view(band).0
     }
 
     /// The column of a ramp that the octaves alone show.
@@ -171,13 +154,7 @@ impl<'a> Search<'a> {
         self.shapes.as_deref().filter(|_| self.has_ramp).map(|shapes| shapes.ramp.as_slice())
     }
 
-    pub(super) fn structure<'s>(
-        &'s self,
-        band: usize,
-        order: usize,
-        has_processes: bool,
-        more: &'s [Vec<f64>],
-    ) -> Structure<'s> {
+    pub(super) fn structure<'s>(&'s self, filter: usize, has_processes: bool, more: &'s [Vec<f64>]) -> Structure<'s> {
         let Layout { flicker, walk, quantization, processes, cosines, components } = self.layout;
         let lines = components.len()..components.len() + self.data.lines();
         let mut columns = vec![WHITE];
@@ -188,14 +165,16 @@ impl<'a> Search<'a> {
         columns.extend(self.ramp_column());
         if has_processes {
             // shorter ones are part of the filter
-            let shortest = BEYOND_FILTER * 0.5 * order as f64 / BANDS[band];
+            let shortest = BEYOND_FILTER * FILTERS[filter].memory;
             let is_longer = |column: &usize| components[*column].process_time().is_some_and(|time| time >= shortest);
             columns.extend(processes.clone().filter(is_longer));
         }
         let shapes = self.known_shapes().into_iter().chain(more.iter().map(Vec::as_slice)).collect();
+        let cosine_variances = FILTERS[filter].variances(self.rows.mean_density);
         Structure {
             components: columns,
-            cosines: cosines.start..cosines.start + order,
+            cosines: cosines.start..cosines.start + cosine_variances.len(),
+            cosine_variances,
             shapes,
             is_restricted: self.ramp().is_some(),
             ..Structure::default()
@@ -206,8 +185,8 @@ impl<'a> Search<'a> {
     fn find_definite_shapes(&mut self) {
         let Some(shapes) = self.shapes.clone() else { return };
         for _ in 0..MOST_DEFINITE {
-            let rows = self.rows(0);
-            let Some(fitted) = rows.fit(&self.structure(0, 0, true, &[]), None) else { return };
+            let rows = &self.rows;
+            let Some(fitted) = rows.fit(&self.structure(0, true, &[]), None) else { return };
             let variances = &fitted.expected[rows.first_level..];
             let known = self.known_shapes();
             let find = |is_cycle| shapes.likeliest(&rows.level, variances, &known, is_cycle, DEFINITE);
@@ -222,32 +201,34 @@ impl<'a> Search<'a> {
         self.ramp().into_iter().chain(self.definite.iter().map(Vec::as_slice)).collect()
     }
 
-    fn scan_orders(&mut self, band: usize) {
+    fn scan_filters(&mut self) {
+        let filters = if self.layout.cosines.is_empty() { 1 } else { FILTERS.len() };
         let mut best = f64::NEG_INFINITY;
-        let mut near: Option<Vec<f64>> = None;
-        let orders: &[usize] = if self.layout.cosines.is_empty() { &[0] } else { &ORDERS };
-        for &order in orders {
-            let Some(candidate) = self.candidate(band, order, false, near.as_deref()) else { continue };
-            best = best.max(candidate.score);
-            let is_hopeless = candidate.score < best - HOPELESS;
-            near = Some(candidate.scored.parameters.clone());
-            self.candidates.push(candidate);
-            if is_hopeless {
+        for of_memory in FILTERS[..filters].chunk_by(|a, b| a.memory == b.memory) {
+            let mut likeliest = f64::NEG_INFINITY;
+            for _ in of_memory {
+                let near = self.candidates.last().map(|candidate| candidate.scored.parameters.as_slice());
+                let Some(candidate) = self.candidate(self.candidates.len(), false, near) else { continue };
+                likeliest = likeliest.max(candidate.score);
+                self.candidates.push(candidate);
+            }
+            best = best.max(likeliest);
+            if likeliest < best - HOPELESS {
                 break;
             }
         }
     }
 
-    fn candidate(&self, band: usize, order: usize, has_processes: bool, near: Option<&[f64]>) -> Option<Candidate> {
-        let (rows, beyond) = self.view(band);
-        if rows.power.len() < order + 2 {
-            return None;
-        }
-        let scored = rows.fit(&self.structure(band, order, has_processes, &[]), near)?;
-        let is_filtered = order > 0 || band > 0;
+    fn candidate(&self, filter: usize, has_processes: bool, near: Option<&[f64]>) -> Option<Candidate> {
+        let rows = &self.rows;
+        let structure = self.structure(filter, has_processes, &[]);
+        let scored = rows.fit(&structure, near)?;
+        let is_filtered = filter > 0;
         let unexpected = if is_filtered && self.data.is_averaging_known { BESIDE_KNOWN_AVERAGING } else { 0.0 };
-        let penalty = unexpected + penalty_of_order(order) + if has_processes { PROCESSES } else { 0.0 } + beyond;
-        Some(Candidate { band, order, has_processes, score: scored.log_likelihood - penalty, scored })
+        let of_filter = if filter > 0 { (FILTERS.len() as f64 - 1.0).ln() } else { 0.0 };
+        let effective = rows.effective_cosines(&structure, &scored);
+        let penalty = unexpected + of_filter + effective + if has_processes { PROCESSES } else { 0.0 };
+        Some(Candidate { filter, has_processes, score: scored.log_likelihood - penalty, effective, scored })
     }
 
     /// With processes, the orders that are near to the best one.
@@ -257,27 +238,26 @@ impl<'a> Search<'a> {
         }
         let best = self.candidates.iter().map(|candidate| candidate.score).fold(f64::NEG_INFINITY, f64::max);
         // processes may take the place of cosines
-        let is_near = |candidate: &&Candidate| candidate.score > best - HOPELESS || candidate.order == 0;
-        let first_band = self.candidates.iter().max_by(|a, b| a.score.total_cmp(&b.score)).map_or(0, |best| best.band);
-        let near: Vec<_> = self.candidates.iter().filter(is_near).filter(|near| near.band == first_band).collect();
-        let added: Vec<Candidate> = near
-            .into_iter()
-            .filter_map(|near| self.candidate(near.band, near.order, true, Some(&near.scored.parameters)))
-            .collect();
+        let is_near = |candidate: &&Candidate| candidate.score > best - HOPELESS || candidate.filter == 0;
+        let near = self.candidates.iter().filter(is_near);
+        let added: Vec<Candidate> =
+            near.filter_map(|near| self.candidate(near.filter, true, Some(&near.scored.parameters))).collect();
         self.candidates.extend(added);
     }
 
     /// How well the likeliest structure explains the rows of density and octaves.
     fn judge(&mut self) {
         let Some(best) = self.candidates.iter().max_by(|a, b| a.score.total_cmp(&b.score)) else { return };
-        let rows = self.rows(best.band);
+        let rows = &self.rows;
         let squared = |row: usize| {
             let off = best.scored.powers[row] / best.scored.expected[row] - 1.0;
             rows.alone[row] * off * off
         };
         let is_counted = |row: &usize| *row < rows.first_level;
         let chi2: f64 = (0..rows.power.len()).filter(is_counted).map(squared).sum();
-        let positive = best.scored.parameters.iter().filter(|parameter| **parameter != 0.0).count();
+        let others = best.scored.parameters[..self.layout.cosines.start].iter();
+        let others = others.chain(&best.scored.parameters[self.layout.cosines.end..]);
+        let positive = others.filter(|parameter| **parameter != 0.0).count() + best.effective.round() as usize;
         let dof = rows.first_level.saturating_sub(positive).max(1);
         let limit = dof as f64 + OVERDISPERSED * (2.0 * dof as f64).sqrt();
         let dispersion = if chi2 > limit { chi2 / dof as f64 } else { 1.0 };
@@ -293,7 +273,7 @@ impl<'a> Search<'a> {
     /// likelihood.
     pub(super) fn white(&self) -> Found {
         let of_value = |candidate: &Candidate| {
-            let is_filtered = candidate.order > 0 || candidate.band > 0;
+            let is_filtered = candidate.filter > 0;
             let penalties = [(is_filtered, FILTER_IN_VALUE), (candidate.has_processes, PROCESSES_IN_VALUE)];
             candidate.score - penalties.iter().filter(|(is_in, _)| *is_in).map(|(_, penalty)| penalty).sum::<f64>()
         };
@@ -322,8 +302,8 @@ impl<'a> Search<'a> {
             .map(|candidate| (((candidate.score - best) / self.dispersion).exp(), candidate))
             .filter(|(weight, _)| *weight > NEGLIGIBLE)
             .map(|(weight, candidate)| {
-                let structure = self.structure(candidate.band, candidate.order, candidate.has_processes, &[]);
-                let profile = Profile::of_component(self.rows(candidate.band), structure, &candidate.scored, WHITE);
+                let structure = self.structure(candidate.filter, candidate.has_processes, &[]);
+                let profile = Profile::of_component(&self.rows, structure, &candidate.scored, WHITE);
                 let value = candidate.scored.parameters[WHITE];
                 if value <= 0.0 {
                     let logarithm = profile.upper(self.drop()).ln() - target;
@@ -365,11 +345,11 @@ impl<'a> Search<'a> {
     /// B² or K².
     pub(super) fn slow(&self, column: usize, is_beside_processes: bool) -> Found {
         let best = self.best();
-        let alone = self.of_band(best, false);
-        let with_processes = self.of_band(best, true);
+        let alone = self.likeliest(false);
+        let with_processes = self.likeliest(true);
         let base = alone.unwrap_or(best);
-        let rows = self.rows(base.band);
-        let structure = self.structure(base.band, base.order, base.has_processes, &[]);
+        let rows = &self.rows;
+        let structure = self.structure(base.filter, base.has_processes, &[]);
         let without = self.held(rows, &structure, column, &base.scored);
         let rise =
             without.as_ref().map_or(f64::INFINITY, |without| base.scored.log_likelihood - without.log_likelihood);
@@ -385,9 +365,13 @@ impl<'a> Search<'a> {
             let penalty = candidate.scored.log_likelihood - candidate.score;
             let process = candidate.has_processes.then_some(Rival::Process);
             let mut add_bare = |more: &[Vec<f64>], penalty: f64, rival: Option<Rival>| {
-                let structure = self.structure(candidate.band, candidate.order, candidate.has_processes, more);
+                let structure = self.structure(candidate.filter, candidate.has_processes, more);
                 let Some(without) = self.held(rows, &structure, column, &candidate.scored) else { return };
-                let score = without.log_likelihood - penalty;
+                // a shape with a multiple of unknown variance: of its likeliest one
+                let known = structure.shapes.len() - more.len();
+                let significances = rows.significances(&structure, &without, known);
+                let spread = significances.iter().map(|square| 0.5 * square.max(1.0).ln()).sum::<f64>();
+                let score = without.log_likelihood - penalty - spread;
                 if bare.is_none_or(|(best, _)| score > best) {
                     bare = Some((score, rival));
                 }
@@ -396,7 +380,7 @@ impl<'a> Search<'a> {
             for nuisance in &nuisances {
                 add_bare(&nuisance.coefficients, penalty + nuisance.penalty, nuisance.rival.or(process));
             }
-            let structure = self.structure(candidate.band, candidate.order, candidate.has_processes, &[]);
+            let structure = self.structure(candidate.filter, candidate.has_processes, &[]);
             explained.push((candidate.score, structure, &candidate.scored));
         }
         explained.sort_by(|(a, ..), (b, ..)| b.total_cmp(a));
@@ -429,13 +413,13 @@ impl<'a> Search<'a> {
     pub(super) fn slope(&self) -> Option<Found> {
         let ramp = self.ramp()?;
         let best = self.best();
-        let rows = self.rows(best.band);
+        let rows = &self.rows;
         let fit = |shapes: Vec<&[f64]>, held: Option<f64>| {
             let structure = Structure {
                 shapes,
                 held_shape: held,
                 is_restricted: false,
-                ..self.structure(best.band, best.order, best.has_processes, &[])
+                ..self.structure(best.filter, best.has_processes, &[])
             };
             rows.fit(&structure, Some(&best.scored.parameters))
         };
@@ -491,15 +475,14 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// The likeliest structure of the band and order of the best one.
-    fn of_band(&self, best: &Candidate, has_processes: bool) -> Option<&Candidate> {
-        self.candidates.iter().find(|other| other.band == best.band && other.has_processes == has_processes)
+    /// The likeliest structure with or without processes.
+    fn likeliest(&self, has_processes: bool) -> Option<&Candidate> {
+        self.candidates.iter().find(|other| other.has_processes == has_processes)
     }
 
     /// Whether processes explain the record better than the terms alone, beyond the penalty.
     pub(super) fn rise_by_processes(&self) -> f64 {
-        let best = self.best();
-        let score = |has_processes| self.of_band(best, has_processes).map_or(f64::NEG_INFINITY, |of| of.score);
+        let score = |has_processes| self.likeliest(has_processes).map_or(f64::NEG_INFINITY, |of| of.score);
         score(true) - score(false)
     }
 
@@ -584,11 +567,6 @@ impl<'a, 's> Profile<'a, 's> {
         }
         best * (-crossing(drop, self.deviation / best, |distance| self.fall(best * (-distance).exp()))).exp()
     }
-}
-
-fn penalty_of_order(order: usize) -> f64 {
-    let first = order.min(FIRST_ORDERS);
-    ORDER * first as f64 + FURTHER_ORDER * (order - first) as f64
 }
 
 /// The distance at which the log-likelihood has fallen by `drop`, whose root rises about evenly.

@@ -9,7 +9,7 @@
 use super::{
     density::{Component, LagsOfPoints, octave_filter},
     scoring::Rows,
-    thresholds::{LEAST_EDF, LEAST_REST, MOST_LINES},
+    thresholds::{LEAST_EDF, LEAST_REST, MOST_LINES, STOPPED},
 };
 use crate::accumulate::blocks::{MAX_BLOCKS, WINDOW};
 use crate::accumulate::record::{Deviation, Octave, RecordShape};
@@ -28,6 +28,10 @@ const LEAST_SEGMENTS: u64 = 4;
 
 /// Points that the Hann window makes of one independent point: 1 + 2 (4/9 + 1/36).
 const DEPENDENCE: f64 = 1.944;
+
+/// Octaves that show no filter, in samples, and how many degrees of freedom they have at least.
+const LONGER_THAN_FILTERS: u64 = 64;
+const LEAST_EDF_OF_FLOOR: f64 = 10.0;
 
 /// An octave shows most at this frequency times its averaging factor.
 const OCTAVE_PEAK: f64 = 0.37;
@@ -82,6 +86,8 @@ struct Group {
     points: f64,
     /// Degrees of freedom.
     dof: f64,
+    /// A filter leaves next to nothing, which says nothing of the white noise.
+    is_stopped: bool,
 }
 
 impl Group {
@@ -168,6 +174,7 @@ impl Segments {
                     power: free.iter().map(|k| powers.powers[*k]).sum::<f64>() / count / scale,
                     points: count,
                     dof: 2.0 * powers.averages * count / DEPENDENCE,
+                    is_stopped: false,
                 });
             }
             start = end;
@@ -178,6 +185,12 @@ impl Segments {
 }
 
 impl Segments {
+    fn mean_density(&self) -> f64 {
+        let add = |(sum, points): (f64, f64), of: &Group| (sum + of.points * of.power, points + of.points);
+        let (sum, points) = self.groups.iter().fold((0.0, 0.0), add);
+        sum / points
+    }
+
     /// By group and component.
     fn densities(&self, components: &[Component]) -> Vec<Vec<f64>> {
         let lags = LagsOfPoints::new(components, MOST_POINTS, self.samples);
@@ -222,7 +235,15 @@ impl<'a> ChannelData<'a> {
             grid.octaves.iter().map(of).collect()
         });
         let lines = lines.collect();
-        let variances = variances.iter().map(|variance| variance / scale).collect();
+        let variances: Vec<f64> = variances.iter().map(|variance| variance / scale).collect();
+        let mut segments = segments;
+        if let Some(segments) = &mut segments {
+            let long = grid.octaves.iter().zip(&variances).zip(&grid.white_edf);
+            let long = long.filter(|((octave, _), edf)| octave.m >= LONGER_THAN_FILTERS && **edf >= LEAST_EDF_OF_FLOOR);
+            let floor =
+                long.map(|((octave, variance), _)| octave.m as f64 * variance).fold(segments.mean_density(), f64::min);
+            segments.groups.iter_mut().for_each(|group| group.is_stopped = group.power < STOPPED * floor);
+        }
         Some(Self {
             grid,
             variances,
@@ -293,18 +314,18 @@ impl<'a> ChannelData<'a> {
     }
 
     /// A column for each component, then for each line, then one for a ramp that the octaves alone
-    /// show; the density above `band` is free. How many rows lie there.
-    pub(super) fn rows(&self, components: &[Component], band: f64, has_ramp: bool) -> (Rows, usize) {
+    /// show.
+    pub(super) fn rows(&self, components: &[Component], has_ramp: bool) -> Rows {
         let lines = self.lines.len();
         let mut rows = Rows { columns: components.len() + lines + usize::from(has_ramp), ..Rows::default() };
-        let mut beyond = 0;
+        // without segments the first octave, in its own unit
+        rows.mean_density = self.segments.as_ref().map_or(1.0, Segments::mean_density);
         let others = lines + usize::from(has_ramp);
         let densities = self.segments.as_ref().map_or_else(Vec::new, |segments| segments.densities(components));
         if let Some(segments) = &self.segments {
             for (group, densities) in segments.groups.iter().zip(&densities) {
                 let weight = 0.5 * group.dof;
-                if group.frequency > band {
-                    beyond += 1;
+                if group.is_stopped {
                     continue;
                 }
                 let densities = densities.iter().copied();
@@ -316,7 +337,7 @@ impl<'a> ChannelData<'a> {
                 );
             }
         }
-        self.push_octaves(&mut rows, components, &densities, band, has_ramp);
+        self.push_octaves(&mut rows, &densities, has_ramp);
         rows.first_level = rows.power.len();
         if let Some(level) = &self.level {
             let (blocks, length) = (level.coefficients.len() + 1, level.block_samples as f64);
@@ -333,18 +354,11 @@ impl<'a> ChannelData<'a> {
                 rows.level.push(*coefficient);
             }
         }
-        (rows, beyond)
+        rows
     }
 
-    fn push_octaves(
-        &self,
-        rows: &mut Rows,
-        components: &[Component],
-        densities: &[Vec<f64>],
-        band: f64,
-        has_ramp: bool,
-    ) {
-        let rest = self.rest(components, densities, band);
+    fn push_octaves(&self, rows: &mut Rows, densities: &[Vec<f64>], has_ramp: bool) {
+        let rest = self.rest(densities);
         let chosen: Vec<usize> = (0..self.octaves).filter(|place| self.is_in(*place, &rest[*place])).collect();
         let weights = self.weights(&chosen);
         for (place, (weight, alone)) in chosen.into_iter().zip(weights) {
@@ -366,27 +380,18 @@ impl<'a> ChannelData<'a> {
     }
 
     /// What each octave has beyond the segments.
-    fn rest(&self, components: &[Component], densities: &[Vec<f64>], band: f64) -> Vec<Rest> {
+    fn rest(&self, densities: &[Vec<f64>]) -> Vec<Rest> {
         let of = |place: usize| {
             let value = self.variances[place];
-            let is_scaled = |component: &Component| matches!(component, Component::Cosine { band, .. } if *band < 0.5);
-            // a cosine of a part of the density has no column for the whole
-            let column = |(component, column): (&Component, &f64)| if is_scaled(component) { 0.0 } else { *column };
-            let columns = components.iter().zip(&self.grid.columns[place]).map(column).collect();
-            let mut rest = Rest { value, columns, share: 1.0 };
+            let mut rest = Rest { value, columns: self.grid.columns[place].clone(), share: 1.0 };
             let Some(segments) = &self.segments else { return rest };
             let points = &self.grid.of_points[usize::from(segments.samples != LONG)][place];
             for (group, densities) in segments.groups.iter().zip(densities) {
                 let taken: f64 = points[group.first - 1..group.end - 1].iter().sum();
-                let is_beyond = group.frequency > band;
-                let share = if is_beyond { 1.0 } else { segments.share };
+                let share = if group.is_stopped { 1.0 } else { segments.share };
                 rest.value -= share * taken * group.power;
-                for ((column, component), density) in rest.columns.iter_mut().zip(components).zip(densities) {
-                    match (is_scaled(component), is_beyond) {
-                        (true, true) => {}
-                        (true, false) => *column += (1.0 - share) * taken * density,
-                        (false, _) => *column -= share * taken * density,
-                    }
+                for (column, density) in rest.columns.iter_mut().zip(densities) {
+                    *column -= share * taken * density;
                 }
             }
             rest.share = rest.value / value;

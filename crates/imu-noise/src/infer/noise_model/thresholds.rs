@@ -10,14 +10,6 @@ pub(super) const PRESENT: f64 = 1.96;
 /// A ramp is there beyond so many: few coefficients of a walk look like one, as Student's t has it.
 pub(super) const RAMP_PRESENT: f64 = 2.25;
 
-/// For each of the first cosines of a short filter, and for each further one: each weighs as its
-/// likelihood with this off. In white noise the interval of N is a fifth wider than if there could be
-/// no filter; behind one that the record hardly shows it holds in 88 %. A filter that has a few
-/// cosines has more, and N too low without them.
-pub(super) const ORDER: f64 = 2.5;
-pub(super) const FURTHER_ORDER: f64 = 1.0;
-pub(super) const FIRST_ORDERS: usize = 3;
-
 /// More for any filter where the averaging on board is known: one beside it must be seen.
 pub(super) const BESIDE_KNOWN_AVERAGING: f64 = 5.0;
 
@@ -25,10 +17,6 @@ pub(super) const BESIDE_KNOWN_AVERAGING: f64 = 5.0;
 /// that of the best estimate by less than 5 %.
 pub(super) const FILTER_IN_VALUE: f64 = 4.0;
 pub(super) const PROCESSES_IN_VALUE: f64 = 4.0;
-
-/// For a level of its own of one row of the density beyond the band of the white noise, as for a
-/// cosine.
-pub(super) const ROW_BEYOND: f64 = 1.25;
 
 /// For Gauss-Markov processes, whatever their number: one and its correlation time are two
 /// parameters.
@@ -59,7 +47,7 @@ pub(super) const REJECTED: f64 = 6.0;
 
 /// An interval of N that a possible filter makes wider than this times that without one is said to
 /// be so.
-pub(super) const WIDER: f64 = 1.5;
+pub(super) const WIDER: f64 = 2.0;
 
 /// Octaves with fewer degrees of freedom in a random walk have no part: two that share all samples
 /// show next to nothing.
@@ -69,12 +57,50 @@ pub(super) const LEAST_EDF: f64 = 2.0;
 /// the difference.
 pub(super) const LEAST_REST: f64 = 0.1;
 
-/// Orders of the short filter, in cosines.
-pub(super) const ORDERS: [usize; 11] = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 40];
+/// A short filter before the record is known: the autocovariance at a lag is normal about zero, its
+/// standard deviation a part of the mean density that falls exponentially with the lag.
+///
+/// No autocovariance exceeds the variance, so that 1 is the largest part. The small ones are for
+/// filters that the record hardly shows, as wide a prior would hide them (Lindley, 1957).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Filter {
+    pub(super) part: f64,
+    /// In samples; 0 without a filter.
+    pub(super) memory: f64,
+}
 
-/// Ends of the band in which the white noise is fitted, in cycles per sample: beyond, a filter
-/// leaves too little for a few cosines.
-pub(super) const BANDS: [f64; 5] = [0.5, 0.25, 0.125, 0.0625, 0.03125];
+impl Filter {
+    /// Lags in use, in memories.
+    const LAGS: f64 = 4.0;
+
+    pub(super) const fn lags(self) -> usize {
+        let lags = (Self::LAGS * self.memory) as usize;
+        if lags < MOST_COSINES { lags } else { MOST_COSINES }
+    }
+
+    /// Of each cosine, which is twice the autocovariance.
+    pub(super) fn variances(self, mean_density: f64) -> Vec<f64> {
+        let of = |lag: usize| 2.0 * self.part * mean_density * (-(lag as f64 - 1.0) / self.memory).exp();
+        (1..=self.lags()).map(|lag| of(lag).powi(2)).collect()
+    }
+}
+
+/// The filters that are possible; each is as likely as any other, and all together as likely as none.
+pub(super) const FILTERS: [Filter; 10] = [
+    Filter { part: 0.0, memory: 0.0 },
+    Filter { part: 0.1, memory: 1.0 },
+    Filter { part: 1.0, memory: 1.0 },
+    Filter { part: 0.1, memory: 2.0 },
+    Filter { part: 1.0, memory: 2.0 },
+    Filter { part: 0.1, memory: 4.0 },
+    Filter { part: 1.0, memory: 4.0 },
+    Filter { part: 0.1, memory: 10.0 },
+    Filter { part: 1.0, memory: 10.0 },
+    Filter { part: 1.0, memory: 20.0 },
+];
+
+/// Cosines at most.
+pub(super) const MOST_COSINES: usize = 40;
 
 /// Shortest correlation time of a Gauss-Markov process in samples, and from one to the next:
 /// shorter ones are part of the short filter.
@@ -91,3 +117,7 @@ pub(super) const MOST_LINES: usize = 5;
 /// this factor: processes and cycles take a part of it (the benchmark `cells`, plans).
 pub(super) const PLANNED_BIAS: f64 = 1.15;
 pub(super) const PLANNED_WALK: f64 = 1.4;
+
+/// Of the white noise: a density below this is what a filter stops. To follow it a model would have
+/// to be as exact as this is small, and it says nothing of N.
+pub(super) const STOPPED: f64 = 0.05;

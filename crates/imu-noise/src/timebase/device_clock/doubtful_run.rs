@@ -38,13 +38,13 @@ impl DoubtfulRun {
         self.samples.push(stamped);
     }
 
-    /// Takes all samples; none is in doubt any more.
+    /// Takes all samples; after this none is in doubt.
     pub(super) fn take(&mut self) -> Vec<Stamped> {
         mem::take(&mut self.samples)
     }
 
-    /// Whether the sample begins a run, or follows it by as many ticks as the samples of the run
-    /// follow each other. `last_ns` is the device time before the run.
+    /// Whether the sample begins a run, or follows it at the same number of ticks as between the
+    /// samples of the run. `last_ns` is the device time before the run.
     pub(super) fn is_continued_by(&self, stamped: Stamped, last_ns: u64) -> bool {
         let (before_ns, latest_ns) = match self.samples[..] {
             [] => return true,

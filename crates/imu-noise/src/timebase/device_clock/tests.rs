@@ -28,7 +28,7 @@ fn the_exact_vectors_miss_one_sample() {
 }
 
 #[test]
-fn few_samples_show_what_they_can() {
+fn few_samples_give_a_partial_result() {
     assert_eq!(events([]), []);
     assert_eq!(events([5]), [Samples(1)]);
     assert_eq!(events([9, 5]), [Samples(1), UnknownGap, Samples(1)]);
@@ -55,7 +55,7 @@ fn a_time_that_neither_neighbour_confirms_is_false() {
         let expected = [used.clone(), Samples(100), FalseTime, Missing(1), Samples(99)];
         assert_eq!(events(times), expected, "{false_ns}");
     }
-    // the last sample has no neighbour behind it
+    // no sample follows the last one
     let expected = [used.clone(), Samples(100), Missing(400), Samples(1)];
     assert_eq!(events((0..100).chain([500]).map(|tick| tick * TICK)), expected);
     let two = (0..200).map(|tick| if (100..102).contains(&tick) { 5 } else { tick * TICK });
@@ -105,7 +105,7 @@ fn a_clock_without_such_ticks_has_its_mean_interval() {
 }
 
 #[test]
-fn as_many_equal_intervals_as_show_a_rate_are_another_rate() {
+fn enough_equal_intervals_are_another_rate() {
     let fast = (0..100).map(|tick| tick * TICK);
     let slow = (0..100).map(|sample| 99 * TICK + (sample + 1) * 4 * TICK);
     let found = events(fast.chain(slow));
@@ -141,7 +141,7 @@ fn a_time_that_steps_ahead_of_its_arrival_is_no_gap() {
     assert_eq!(stepped(500_000_000 + 2 * TICK, &prompt), [TimeStep]);
     // half a second may be the delay of a first read
     assert_eq!(stepped(400_000_000, &prompt), [Missing(320)]);
-    // the host read nothing for two seconds, in which a buffer lost one of them
+    // the host read nothing for two seconds, and a buffer lost one of them
     let stalled = |tick: u64| if (1900..2200).contains(&tick) { 2_000_000_000 } else { 1_000_000_000 };
     assert_eq!(stepped(800 * TICK, &|tick| if tick < 1900 { 0 } else { stalled(tick) }), [Missing(800)]);
 }
@@ -158,7 +158,7 @@ fn a_mean_tick_that_is_off_is_no_tick() {
 
 #[test]
 fn the_offset_of_the_clocks_shows_after_a_minute() {
-    // the sensor's clock is 20 ppm fast, and reads come up to 4 ms late
+    // the sensor's clock is 20 ppm fast, and reads are up to 4 ms late
     let mut clock = DeviceClock::new();
     for tick in 0..200_000_u64 {
         let late_ns = tick.wrapping_mul(2_654_435_761) % 4_000_000;
@@ -181,7 +181,7 @@ proptest! {
         dropped in proptest::collection::btree_set(40_u64..400, 0..40),
         seed: u64,
     ) {
-        // as much as real sensors have at 800 Hz, in microseconds
+        // the jitter of real sensors at 800 Hz, in microseconds
         let jitter = |sample: u64| (sample.wrapping_mul(seed | 1) >> 33) % 55;
         let kept: Vec<u64> = (0..400).filter(|sample| !dropped.contains(sample)).collect();
         let found = events(kept.iter().map(|sample| 1_000_000_000 + sample * divisor * TICK + jitter(*sample) * 1000));

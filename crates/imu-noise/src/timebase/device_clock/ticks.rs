@@ -1,7 +1,7 @@
 //! The ticks of the sensor's clock, and the period of its samples in them.
 
-/// The sensor measures 800 times a second, and sends every n-th of these measurements (VN-100 User
-/// Manual, register 75).
+/// The sensor measures 800 times per second, and sends every n-th of these measurements (VN-100
+/// User Manual, register 75).
 const TICK_NS: f64 = 1_250_000.0;
 
 /// The fraction of a tick by which an interval may differ from whole ticks, and the relative error
@@ -22,8 +22,8 @@ pub(super) fn round_to_ticks(period_ns: f64) -> f64 {
     (period_ns / TICK_NS).round() * TICK_NS
 }
 
-/// The period in nanoseconds of these intervals, none of which is zero; `None` without any. Whole
-/// ticks where the sum of the intervals is a whole number of ticks.
+/// The period in nanoseconds of these intervals, which must not be zero; `None` if there are none.
+/// Whole ticks if the sum of the intervals is a whole number of ticks.
 pub(super) fn period_ns(intervals: impl Iterator<Item = u64> + Clone) -> Option<f64> {
     let least = intervals.clone().min()? as f64;
     let single: Vec<f64> = intervals.clone().map(|ns| ns as f64).filter(|ns| *ns <= 1.5 * least).collect();

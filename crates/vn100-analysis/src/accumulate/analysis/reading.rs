@@ -5,7 +5,7 @@ use crate::{
     accumulate::{data_record::DataRecord, pending_rows::PendingRows},
     averaging_times::{AveragingTimes, MissingTime},
     snapshot::Snapshot,
-    warning::advice,
+    warning::checks,
 };
 
 impl Analysis {
@@ -51,7 +51,7 @@ impl Analysis {
             recent: accumulators.recent(rate.hz()),
         };
         snapshot.channels = accumulators.snapshot(&snapshot.shape());
-        snapshot.warnings = advice::warnings(&snapshot, accumulators.findings());
+        snapshot.warnings = checks::warnings(&snapshot, &accumulators.findings());
         snapshot.warnings.extend(replies.two_sensors(rate.change()));
         snapshot
     }

@@ -2,8 +2,8 @@
 
 use imu_noise::{Claim, Grade, Parameter, Sensor, Status, Term, Verdict};
 use vn100_analysis::{
-    Assessment, Datasheet, DatasheetFigure, Goal, NoGrade, Settings, SheetOnboard, Snapshot, StreamUnknown, UnmetGoal,
-    WindowFrom, not_passed,
+    Assessment, Datasheet, DatasheetFigure, DecidedBy, Finding, Goal, NoGrade, Settings, SheetOnboard, Snapshot,
+    UnmetGoal, WindowFrom, not_passed,
 };
 use vn100_protocol::{Channel, Layout, VNIMU, VNYMR};
 
@@ -37,24 +37,32 @@ fn verdicts_count_what_the_stream_makes_of_white_noise() {
         let figures = |channel| usize::from((6..9).contains(&channel));
         assert!(verdicts.channels.iter().enumerate().all(|(channel, all)| all.len() == figures(channel)));
         let verdict = &verdicts.channels[7][0];
-        (verdict.verdict, verdict.unknown, counts)
+        (verdict.verdict.unwrap(), verdict.decided_by, counts)
     };
-    for (limit, expected, unmet) in
-        [(1e-4, Verdict::Pass, 0), (2.1e-5, Verdict::Inconclusive, 3), (1e-5, Verdict::Fail, 3)]
+    let unaliased = Some(DecidedBy::Unaliased);
+    for (limit, expected, by, unmet) in
+        [(1e-4, Verdict::Pass, None, 0), (2.1e-5, Verdict::Undecided, unaliased, 3), (1e-5, Verdict::Fail, None, 3)]
     {
         let known = verdicts(limit, Simulated::default());
-        assert_eq!(known, (expected, None, (unmet, unmet / 3, 3)), "{limit}");
+        assert_eq!(known, (expected, by, (unmet, unmet / 3, 3)), "{limit}");
     }
     let unknown = |registers, settings| Simulated { registers, settings, ..Simulated::default() };
     let given = Simulated::default().settings;
-    let window = verdicts(1e-4, unknown(Vec::new(), given.clone()));
-    assert_eq!((window.0, window.1), (Verdict::Consistent, Some(StreamUnknown::Window)));
+    // with any window the stream reads 1 to 4.47 times the sensor's own
+    for (limit, expected, by) in [
+        (1e-4, Verdict::Pass, None),
+        (2.1e-5, Verdict::Undecided, Some(DecidedBy::Window)),
+        (9e-6, Verdict::Fail, None),
+    ] {
+        let window = verdicts(limit, unknown(Vec::new(), given.clone()));
+        assert_eq!((window.0, window.1), (expected, by), "{limit}");
+    }
     // at the rate of the sensor it makes no difference
     let every_refresh = Settings { rate_hz: Some(800.0), ..given.clone() };
     let no_decimation = verdicts(1e-4, unknown(Vec::new(), every_refresh));
     assert_eq!((no_decimation.0, no_decimation.1), (Verdict::Pass, None));
     let rate = verdicts(1e-4, unknown(vec![WINDOWS_OF_4], Settings::default()));
-    assert_eq!((rate.0, rate.1), (Verdict::Consistent, Some(StreamUnknown::Rate)));
+    assert_eq!((rate.0, rate.1), (Verdict::Undecided, Some(DecidedBy::Rate)));
 }
 
 #[test]
@@ -66,10 +74,10 @@ fn a_window_that_is_given_counts_as_the_register_where_there_is_none() {
     };
     let verdict = |sheet: &Datasheet, (snapshot, assessment): &(Snapshot, Assessment)| {
         let verdict = sheet.verdicts(snapshot, assessment).channels[6][0].clone();
-        (verdict.verdict, (verdict.stream.factor * 100.0).round())
+        (verdict.verdict.unwrap(), (verdict.factor.1 * 100.0).round())
     };
     let contradicted = |(_, assessment): &(Snapshot, Assessment)| {
-        assessment.warnings.iter().any(|warning| warning.to_string().contains("ignored: register 85 is"))
+        assessment.warnings.iter().any(|warning| matches!(warning.finding, Finding::WindowIgnored(..)))
     };
     let (of_4, of_20) = (record(Some(4), Vec::new()), record(Some(20), Vec::new()));
     assert_eq!(verdict(&limit(1e-4), &of_4), (Verdict::Pass, 224.0));
@@ -94,13 +102,13 @@ fn bias_instability_is_judged_whatever_the_window_and_the_rate() {
     let verdicts = |figures: Vec<DatasheetFigure>, registers: Vec<(u8, &'static str)>, settings: Settings| {
         let (snapshot, assessment) = Simulated { registers, settings, ..Simulated::default() }.record();
         let verdicts = sheet(figures).verdicts(&snapshot, &assessment).channels[7].clone();
-        verdicts.iter().map(|verdict| (verdict.verdict, verdict.unknown)).collect::<Vec<_>>()
+        verdicts.iter().map(|verdict| (verdict.verdict.unwrap(), verdict.decided_by)).collect::<Vec<_>>()
     };
     let given = Simulated::default().settings;
     let all = || vec![bias(false, 1.0), bias(true, 1.0), walk.clone()];
     let passed = (Verdict::Pass, None);
     assert_eq!(verdicts(all(), Vec::new(), given.clone()), [passed; 3]);
-    let assumed = (Verdict::Consistent, Some(StreamUnknown::Rate));
+    let assumed = (Verdict::Undecided, Some(DecidedBy::Rate));
     assert_eq!(verdicts(all(), vec![WINDOWS_OF_4], Settings::default()), [passed, passed, assumed]);
 }
 
@@ -128,29 +136,30 @@ fn the_minimum_of_the_curve_is_compared_only_where_the_sheet_means_it() {
 }
 
 #[test]
-fn a_sheet_that_names_its_averaging_decides_for_other_sensors_unless_neighbours_share_values() {
+fn a_sheet_of_another_sensor_is_compared_with_the_stream_as_it_is_unless_it_names_its_averaging() {
     let verdict = |onboard: Option<(f64, u32)>, name: &'static str| {
         let layout = Layout { message: name.into(), ..VNIMU.clone() };
         let (snapshot, assessment) = Simulated { layout, registers: Vec::new(), ..Simulated::default() }.record();
         let figures = [Sensor::Gyroscope, Sensor::Magnetometer]
             .map(|sensor| figure(sensor, Term::White, Claim::Limit(1.0)))
             .to_vec();
-        let onboard = onboard.map(|(refresh_hz, window)| SheetOnboard { refresh_hz, window });
+        let onboard = onboard.map(|(refresh_hz, window)| SheetOnboard { refresh_hz, window: Some(window) });
         let verdicts = Datasheet { onboard, ..sheet(figures) }.verdicts(&snapshot, &assessment).channels;
-        (verdicts[6][0].verdict, verdicts[0][0].verdict, (verdicts[6][0].stream.factor * 100.0).round())
+        let of = |channel: usize| verdicts[channel][0].verdict.unwrap();
+        (of(6), of(0), (verdicts[6][0].factor.1 * 100.0).round())
     };
-    let (pass, consistent) = (Verdict::Pass, Verdict::Consistent);
-    assert_eq!(verdict(None, "a CSV file"), (consistent, consistent, 100.0));
+    let (pass, undecided) = (Verdict::Pass, Verdict::Undecided);
+    assert_eq!(verdict(None, "a CSV file"), (pass, pass, 100.0));
     // what the sheet says is of gyroscope and accelerometer
-    assert_eq!(verdict(Some((40.0, 1)), "a CSV file"), (pass, consistent, 100.0));
-    assert_eq!(verdict(Some((800.0, 4)), "a CSV file"), (pass, consistent, 224.0));
-    assert_eq!(verdict(Some((40.0, 8)), "a CSV file"), (consistent, consistent, 100.0));
+    assert_eq!(verdict(Some((40.0, 1)), "a CSV file"), (pass, pass, 100.0));
+    assert_eq!(verdict(Some((800.0, 4)), "a CSV file"), (pass, pass, 224.0));
+    assert_eq!(verdict(Some((40.0, 8)), "a CSV file"), (undecided, pass, 100.0));
     // of a sensor that this program knows the stream itself would say it
-    assert_eq!(verdict(Some((40.0, 1)), "VNIMU").2, 224.0);
+    assert_eq!(verdict(Some((40.0, 1)), "VNIMU").2, 447.0);
 }
 
 #[test]
-fn a_density_of_unknown_sides_has_two_readings_and_passes_by_neither() {
+fn a_density_of_unknown_sides_is_decided_only_by_both_readings() {
     // the stream reads 4.74e-5 and the sensor itself 2.12e-5
     let judged = |claim, typical_is_limit| {
         let (snapshot, assessment) = Simulated::default().record();
@@ -163,30 +172,27 @@ fn a_density_of_unknown_sides_has_two_readings_and_passes_by_neither() {
     let typical = |value: f64| Claim::Typical { from: value, to: value, rounding: 0.0 };
     let of = |claim, typical_is_limit| {
         let (verdict, unmet) = judged(claim, typical_is_limit);
-        (verdict.verdict, [verdict.readings[0].verdict, verdict.readings[1].verdict], unmet)
+        (verdict.verdict, verdict.decided_by, unmet)
     };
-    use Verdict::{AboveTypical, BelowTypical, Consistent, Fail, Inconclusive, Pass, Typical};
-    assert_eq!(of(Claim::Limit(1e-4), false), (Consistent, [Pass, Pass], 3));
-    assert_eq!(of(Claim::Limit(1e-6), false), (Fail, [Fail, Fail], 3));
-    assert_eq!(of(typical(2.12e-5), false), (Consistent, [Typical, AboveTypical], 0));
-    assert_eq!(of(typical(2.12e-5), true), (Consistent, [Pass, Fail], 3));
-    assert_eq!(of(typical(1e-3), false), (Consistent, [BelowTypical, BelowTypical], 0));
-    assert_eq!(of(typical(1e-6), false), (AboveTypical, [AboveTypical, AboveTypical], 0));
-    assert_eq!(of(typical(1e-6), true), (Fail, [Fail, Fail], 3));
-    // the interval spans the higher reading, and the value lies between both: no record decides
-    let measured = judged(Claim::Limit(1e-4), false).0.measured;
-    let between = (measured.value.unwrap() + measured.upper.unwrap()) / 2.0 / 2.236 / 1.1;
-    assert_eq!(of(typical(between), false), (Consistent, [Inconclusive, AboveTypical], 0));
-    // where the value lies above both readings, a longer record may say that
-    let above = (measured.value.unwrap() + measured.lower.unwrap()) / 2.0 / 2.236 / 1.1;
-    assert_eq!(of(typical(above), false), (Inconclusive, [Inconclusive, AboveTypical], 0));
-    let (verdict, _) = judged(Claim::Limit(1e-4), false);
-    let [two, one] = [0, 1].map(|reading| verdict.readings[reading].expected.1);
-    assert!(two == verdict.expected.1 && (two / one - 2_f64.sqrt()).abs() < 1e-12);
+    use Verdict::{Fail, Pass, Undecided};
+    let convention = Some(DecidedBy::Convention);
+    assert_eq!(of(Claim::Limit(1e-4), false), (Some(Pass), None, 0));
+    assert_eq!(of(Claim::Limit(2.5e-5), false), (Some(Undecided), convention, 3));
+    assert_eq!(of(Claim::Limit(1e-6), false), (Some(Fail), None, 3));
+    assert_eq!(of(typical(2.5e-5), false), (None, None, 0));
+    assert_eq!(of(typical(2.5e-5), true), (Some(Undecided), convention, 3));
+    assert_eq!(of(typical(1e-6), true), (Some(Fail), None, 3));
+    // the ratio has no one value, and holds both
+    let (verdict, _) = judged(typical(2.12e-5), false);
+    let [lower, upper] = [verdict.ratio.lower.unwrap(), verdict.ratio.upper.unwrap()];
+    assert_eq!(verdict.ratio.value, None);
+    assert!((0.85..0.95).contains(&lower) && (1.5..1.65).contains(&upper), "{lower} {upper}");
+    let (low, high) = verdict.expected;
+    assert!((high / low / (2_f64.sqrt() * 1.1 / 0.9) - 1.0).abs() < 1e-12);
 }
 
 #[test]
-fn what_is_typical_decides_nothing_unless_it_is_taken_for_a_limit() {
+fn what_is_typical_has_a_ratio_and_decides_only_if_it_is_taken_for_a_limit() {
     let typical = Claim::Typical { from: 1e-6, to: 1e-6, rounding: 0.0 };
     let (snapshot, assessment) = Simulated::default().record();
     let failed = |claims: &[Claim], typical_is_limit| {
@@ -196,10 +202,17 @@ fn what_is_typical_decides_nothing_unless_it_is_taken_for_a_limit() {
         (found, not_passed(&"gyro_x N".parse().unwrap(), &snapshot, Some(&verdicts)).len())
     };
     let limit = Claim::Limit(1e-4);
-    assert_eq!(failed(&[limit, typical], false), (vec![Verdict::Pass, Verdict::AboveTypical], 0));
-    assert_eq!(failed(&[limit, typical], true), (vec![Verdict::Pass, Verdict::Fail], 1));
-    assert_eq!(failed(&[typical], false), (vec![Verdict::AboveTypical], 0));
-    assert_eq!(failed(&[typical], true), (vec![Verdict::Fail], 1));
+    assert_eq!(failed(&[limit, typical], false), (vec![Some(Verdict::Pass), None], 0));
+    assert_eq!(failed(&[limit, typical], true), (vec![Some(Verdict::Pass), Some(Verdict::Fail)], 1));
+    assert_eq!(failed(&[typical], false), (vec![None], 0));
+    assert_eq!(failed(&[typical], true), (vec![Some(Verdict::Fail)], 1));
+    // as a limit, a sensor at the figure passes although its stream is known to 10 % only
+    let own = Claim::Typical { from: 2.12e-5, to: 2.12e-5, rounding: 0.0 };
+    assert_eq!(failed(&[own], true), (vec![Some(Verdict::Pass)], 0));
+    let judged = sheet(vec![figure(Sensor::Gyroscope, Term::White, own)]).verdicts(&snapshot, &assessment);
+    let ratio = judged.channels[6][0].ratio;
+    assert!((ratio.value.unwrap() - 1.0).abs() < 0.05, "{ratio:?}");
+    assert!(ratio.lower.unwrap() < 0.92 && ratio.upper.unwrap() > 1.1, "{ratio:?}");
     let all = sheet([limit, typical].map(|claim| figure(Sensor::Gyroscope, Term::White, claim)).to_vec());
     assert_eq!(all.typical_noise(Sensor::Gyroscope), [(Term::White, 1e-6)]);
     assert_eq!(all.typical_noise(Sensor::Accelerometer), []);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use vn100_analysis::{Analysis, Assessment, Remedy, Settings, Snapshot, Warning, WarningKind};
+use vn100_analysis::{Analysis, Assessment, Finding, Settings, Snapshot, Warning, WarningKind};
 use vn100_protocol::stream::{Batch, StreamCounts};
 use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, RegisterFields, VNIMU};
 
@@ -91,11 +91,6 @@ pub(crate) fn named(warnings: &[Warning], kind: WarningKind) -> Vec<&str> {
     warnings.iter().filter(|warning| warning.kind == kind).flat_map(|w| &w.channels).map(String::as_str).collect()
 }
 
-pub(crate) fn text(warnings: &[Warning], kind: WarningKind) -> String {
-    let texts: Vec<_> = warnings
-        .iter()
-        .filter(|warning| warning.kind == kind)
-        .map(|warning| warning.in_words(Remedy::to_string))
-        .collect();
-    texts.join("|")
+pub(crate) fn findings(warnings: &[Warning], kind: WarningKind) -> Vec<Finding> {
+    warnings.iter().filter(|warning| warning.kind == kind).map(|warning| warning.finding.clone()).collect()
 }

@@ -1,11 +1,11 @@
 //! What a record warns of.
 
 use imu_noise::{Status, Term};
-use vn100_analysis::{Analysis, Assessment, Settings, WarningKind};
+use vn100_analysis::{Analysis, Assessment, Event, Finding, Happening, Peak, Rejected, Remedy, Settings, WarningKind};
 use vn100_protocol::stream::{Batch, StreamCounts};
 use vn100_protocol::{Channel, DeviceError, Layout, MeasuredPackets, Quantity, VNYMR};
 
-use super::simulated::{Simulated, named, still, text};
+use super::simulated::{Simulated, findings, named, still};
 
 #[test]
 fn a_sensor_at_rest_reads_gravity_and_the_field_of_the_earth() {
@@ -16,13 +16,11 @@ fn a_sensor_at_rest_reads_gravity_and_the_field_of_the_earth() {
     };
     for (level, axes) in [(still as fn(&Channel) -> (f64, f64), 0), (off, 3)] {
         let warnings = warnings(level);
-        assert_eq!(named(&warnings, WarningKind::GravityMagnitude).len(), axes);
-        assert_eq!(named(&warnings, WarningKind::FieldMagnitude).len(), axes);
-        let gravity = text(&warnings, WarningKind::GravityMagnitude);
-        assert_eq!(gravity.contains(" 3.923 m/s^2, -5.884 from standard gravity"), axes > 0, "{gravity}");
+        assert_eq!(named(&warnings, WarningKind::MagnitudeOff).len(), 2 * axes);
+        let found = findings(&warnings, WarningKind::MagnitudeOff);
+        let is_said = |finding: &Finding| matches!(finding, Finding::Gravity(m_s2) if (m_s2 - 3.923).abs() < 1e-3);
+        assert_eq!(found.iter().any(is_said), axes > 0, "{found:?}");
         assert_eq!(named(&warnings, WarningKind::NotStationary).len(), 0);
-        let folded = named(&warnings, WarningKind::DecimatedStream);
-        assert_eq!(folded.len(), 9, "by 2.24, and 2.5 for the field: {folded:?}");
     }
     let coarse: fn(&Channel) -> (f64, f64) = |channel| match channel.quantity {
         Quantity::AngularRate => (0.0, 0.3),
@@ -64,15 +62,21 @@ fn vibration_steps_and_warm_up_are_named_with_their_place() {
     assert_eq!([6, 7, 8].map(withheld), [true, false, true], "gyro_y alone stays where it was");
     let warnings = assessment.warnings;
     assert_eq!(named(&warnings, WarningKind::VibrationLine), ["accel_x", "accel_y"]);
-    let lines = text(&warnings, WarningKind::VibrationLine);
-    assert!(lines.contains("accel_") && lines.contains(" 5.00 Hz (") && lines.contains(", also on accel_"), "{lines}");
-    assert!(lines.contains("At 40 Hz, sources at 35.0, 45.0, 75.0 Hz and more alias"), "{lines}");
+    let [Finding::Peaks(peaks)] = &findings(&warnings, WarningKind::VibrationLine)[..] else { panic!() };
+    let [Peak { frequency_hz, axes, aliases_hz, mains_hz: None }] = &peaks[..] else { panic!("{peaks:?}") };
+    assert!((frequency_hz - 5.0).abs() < 0.01 && axes.len() == 2, "{peaks:?}");
+    assert!([35.0, 45.0, 75.0].iter().zip(aliases_hz).all(|(hz, found)| (hz - found).abs() < 0.05), "{peaks:?}");
     assert_eq!(named(&warnings, WarningKind::WarmUp), ["gyro_x"]);
-    let warm_up = text(&warnings, WarningKind::WarmUp);
-    assert!(warm_up.contains("gyro_x starts +1.") && warm_up.contains("excludes it"), "{warm_up}");
+    let warm_up = warnings.iter().find(|warning| warning.kind == WarningKind::WarmUp).unwrap();
+    assert!(matches!(warm_up.remedies[..], [Remedy::Skip(Some(_))]), "{warm_up:?}");
     assert_eq!(named(&warnings, WarningKind::NotStationary), ["gyro_z"]);
-    let steps = text(&warnings, WarningKind::NotStationary);
-    assert!(steps.contains("gyro_z a step of +2.9") && steps.contains("e-3 rad/s at 5:00"), "{steps}");
+    let [Finding::Events(events)] = &findings(&warnings, WarningKind::NotStationary)[..] else { panic!() };
+    let is_step = |happening: &Happening| {
+        let at_s = happening.span_s.map_or(0.0, |(from_s, _)| from_s);
+        matches!(happening.what, Event::Step(amplitude, _) if (amplitude / 3e-3 - 1.0).abs() < 0.05)
+            && (at_s - 300.0).abs() < 1.0
+    };
+    assert!(events.iter().any(is_step), "{events:?}");
     let still = Simulated::default().record().1.warnings;
     for kind in [WarningKind::VibrationLine, WarningKind::WarmUp, WarningKind::NotStationary] {
         assert_eq!(named(&still, kind).len(), 0, "{kind:?}");
@@ -136,62 +140,23 @@ fn lines_that_are_no_samples_are_counted_and_named() {
     link.unsolicited_errors.count(DeviceError::from_code(3));
     let counted = Simulated { samples: 100, link, ..Simulated::default() };
     let warnings = counted.record().0.warnings;
-    let damaged = text(&warnings, WarningKind::RejectedLines);
-    assert!(
-        damaged
-            .starts_with("2 of 112 lines rejected: checksum mismatch or malformed. Each one between valid ones counts"),
-        "{damaged}"
-    );
-    // the connector of a file is out of reach
-    assert!(!damaged.contains("baud rate") && damaged.contains("the program that wrote them"), "{damaged}");
-    let live = StreamCounts { connects: 1, ..link };
-    let live = Simulated { samples: 100, link: live, ..Simulated::default() }.record().0.warnings;
-    assert!(text(&live, WarningKind::RejectedLines).contains("baud rate"));
-    let unchecked = text(&warnings, WarningKind::UncheckedLines);
-    assert!(unchecked.starts_with("3 of 112 lines rejected: no checksum"), "{unchecked}");
-    assert!(unchecked.contains("|4 of 112 lines accepted without a checksum"), "{unchecked}");
-    let overflow = text(&warnings, WarningKind::LinkBudget);
-    assert!(overflow.starts_with("unsolicited device error, 2 times: "), "{overflow}");
-    let unasked = text(&warnings, WarningKind::DeviceErrors);
-    assert!(
-        unasked.starts_with("unsolicited device error, 1 time: ") && unasked.contains("another program"),
-        "{unasked}"
-    );
-    assert_eq!(text(&warnings, WarningKind::RateAssumed), "");
+    let rejected = findings(&warnings, WarningKind::RejectedLines);
+    let expected = [(Rejected::Sentences, 2), (Rejected::NoChecksum, 3), (Rejected::AcceptedUnchecked, 4)];
+    assert_eq!(rejected, expected.map(|(what, count)| Finding::Rejected(what, count, 112)));
+    let errors = findings(&warnings, WarningKind::LinkErrors);
+    let count_of = |wanted: DeviceError| {
+        errors.iter().find_map(|found| match found {
+            Finding::DeviceError(error, count) if *error == wanted => Some(*count),
+            _ => None,
+        })
+    };
+    assert_eq!((count_of(DeviceError::OutputBufferOverflow), count_of(DeviceError::from_code(3))), (Some(2), Some(1)));
+    assert_eq!(findings(&warnings, WarningKind::RateAssumed), []);
     let unknown = Simulated { samples: 100, settings: Settings::default(), ..Simulated::default() }.record().0.warnings;
-    assert!(text(&unknown, WarningKind::RateAssumed).contains("40 Hz"));
-    for kind in [WarningKind::RejectedLines, WarningKind::UncheckedLines, WarningKind::LinkBudget] {
-        assert_eq!(text(&unknown, kind), "", "{kind:?}");
+    assert_eq!(findings(&unknown, WarningKind::RateAssumed), [Finding::RateAssumed(40.0)]);
+    for kind in [WarningKind::RejectedLines, WarningKind::LinkErrors] {
+        assert_eq!(findings(&unknown, kind), [], "{kind:?}");
     }
-}
-
-#[test]
-fn a_heading_is_worse_beyond_twice_pitch_and_roll() {
-    let named_with = |level: fn(&Channel) -> (f64, f64), layout: &Layout| {
-        let simulated = Simulated { level, samples: 2000, layout: layout.clone(), ..Simulated::default() };
-        named(&simulated.record().1.warnings, WarningKind::YawFromMagnetometer).join(" ")
-    };
-    let yaw: fn(&Channel) -> (f64, f64) = |channel| match &*channel.name {
-        "yaw" => (0.0, 90.0),
-        "pitch" | "roll" => (0.0, 30.0),
-        _ => still(channel),
-    };
-    let pitch: fn(&Channel) -> (f64, f64) = |channel| match &*channel.name {
-        "pitch" => (0.0, 90.0),
-        "yaw" | "roll" => (0.0, 50.0),
-        _ => still(channel),
-    };
-    let about_twice: fn(&Channel) -> (f64, f64) = |channel| match &*channel.name {
-        "yaw" => (0.0, 64.0),
-        "pitch" | "roll" => (0.0, 30.0),
-        _ => still(channel),
-    };
-    assert_eq!((named_with(yaw, &VNYMR), named_with(pitch, &VNYMR)), ("yaw".into(), String::new()));
-    assert_eq!(named_with(about_twice, &VNYMR), "", "within the intervals");
-    // nothing says that a magnetometer makes the heading
-    let of_angles = |channel: &&Channel| channel.quantity != Quantity::MagneticField;
-    let channels: Vec<Channel> = VNYMR.channels.iter().filter(of_angles).cloned().collect();
-    assert_eq!(named_with(yaw, &Layout { channels: channels.into(), ..VNYMR.clone() }), "");
 }
 
 #[test]
@@ -202,27 +167,25 @@ fn packets_of_impossible_numbers_are_not_said_to_lack_them() {
     let mut analysis = Analysis::new(Settings::default());
     analysis.absorb(&Batch { link, ..Batch::default() });
     let warnings = analysis.snapshot().warnings;
-    let text = warnings.iter().find(|warning| warning.kind == WarningKind::NoValidLines).unwrap().to_string();
-    assert!(text.contains("500 binary packets rejected for numbers that no sensor measures"), "{text}");
-    assert!(!text.contains("neither angular rate"), "{text}");
+    let found = findings(&warnings, WarningKind::NoValidLines);
+    assert_eq!(found, [Finding::Rejected(Rejected::PacketNumbers, 500, 500)]);
 }
 
 #[test]
 fn packets_that_are_not_measured_are_counted_with_the_way_to_measure_them() {
     let excluded = |link: StreamCounts| {
         let warnings = Simulated { samples: 100, link, ..Simulated::default() }.record().0.warnings;
-        text(&warnings, WarningKind::OtherMessages)
+        findings(&warnings, WarningKind::OtherMessages)
     };
     let mut link = StreamCounts::default();
     link.tally.samples = 100;
-    assert_eq!(excluded(link), "");
+    assert_eq!(excluded(link), []);
     link.tally.packets = 199;
-    let beside = excluded(link);
-    assert!(beside.starts_with("199 binary packets excluded, VNIMU measured"), "{beside}");
+    assert_eq!(excluded(link), [Finding::OtherPackets(199, None, "VNIMU".into())]);
     link.tally.measured_packets = MeasuredPackets { samples: 150, rejected: 30, repeated: 19 };
-    assert_eq!(excluded(link), "", "all of them have been measured");
+    assert_eq!(excluded(link), [], "all of them have been measured");
     link.tally.split_packets = 3;
-    assert!(excluded(link).starts_with("3 parts of split packets skipped"));
+    assert_eq!(excluded(link), [Finding::SplitPackets(3)]);
 }
 
 #[test]
@@ -230,7 +193,7 @@ fn a_rotation_is_reported_where_register_26_holds_one() {
     let rotated = |fields: Option<&'static str>| {
         let registers = fields.map(|fields| (26, fields)).into_iter().collect();
         let warnings = Simulated { samples: 100, registers, ..Simulated::default() }.record().0.warnings;
-        !text(&warnings, WarningKind::RotatedAxes).is_empty()
+        findings(&warnings, WarningKind::SensorSettings) == [Finding::Rotated]
     };
     for (fields, expected) in [
         (None, false),

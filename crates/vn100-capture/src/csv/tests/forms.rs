@@ -1,4 +1,4 @@
-//! Files as other programs write them: separators, decimals, lines above the header, units in it.
+//! Files of other programs: separators, decimals, lines above the header, units in the header.
 
 use super::*;
 
@@ -19,7 +19,7 @@ fn values(text: &str, map: Option<&str>) -> (Vec<f64>, Vec<i64>) {
 
 #[test]
 fn every_form_of_a_table_is_the_same_numbers() {
-    // the second and the third as numpy.savetxt writes them, the fourth as a spreadsheet of a German does
+    // the second and the third as numpy.savetxt writes them, the fourth as a German spreadsheet does
     for text in [
         "t,gyro_x,accel_x\n0.000,0.5,9.81\n0.025,-0.25,9.8\n",
         "# t gyro_x accel_x\n0.000000000000000000e+00 5.000000000000000000e-01 9.810000000000000497e+00\n\
@@ -51,7 +51,7 @@ fn units_in_the_header_are_converted() {
     let (values, _) = values("t,gyro_x_deg_s,AccX [g],Temp (K)\n0.0,180,1,293.15\n0.025,90,0,293.15\n", None);
     let half_turn = std::f64::consts::PI;
     assert_eq!(values, [9.80665, half_turn, 20.0, 0.0, half_turn / 2.0, 20.0]);
-    // a unit that is not known makes no channel of the column
+    // a column with an unknown unit is no channel
     assert!(plan("t,gyro_x [furlong]\n0.0,1\n", None).is_err());
 }
 
@@ -62,7 +62,7 @@ fn a_table_that_is_none_of_a_sensor_is_none_below_a_preamble_either() {
 }
 
 proptest::proptest! {
-    /// Spaces and decimal commas lose no digit, however long the columns are.
+    /// Spaces and decimal commas lose no digit in columns of any length.
     #[test]
     fn spaces_and_commas_are_as_points_and_commas(
         rows in proptest::collection::vec((-999_999_i32..999_999, -999_999_i32..999_999), 1..60),
@@ -84,12 +84,12 @@ proptest::proptest! {
 }
 
 #[test]
-fn a_row_of_units_below_the_names_is_taken_for_them() {
+fn a_row_of_units_below_the_names_is_used() {
     let rows = "0.00;90.0;1.0\n0.01;-90.0;1.0\n";
     for units in ["s;deg/s;g", "[s];[°/s];[g]", "(s);(deg/s);(g)", "s;dps;g;"] {
         let plan = planned(format!("time;gyro_x;accel_z\n{units}\n{rows}"), None);
         let scales: Vec<f64> = layout(&plan).channels.iter().map(|channel| channel.in_unit(1.0)).collect();
-        // of a tenth
+        // both rows are a tenth
         let expected = [0.1 * 9.80665, 0.1 * std::f64::consts::PI / 180.0];
         assert!(
             scales.iter().zip(expected).all(|(scale, expected)| (scale / expected - 1.0).abs() < 1e-12),
@@ -99,11 +99,11 @@ fn a_row_of_units_below_the_names_is_taken_for_them() {
         assert_eq!((&*whole.counts, whole.rejected.len()), (&[10, 900, 10, -900][..], 0), "{units}");
         assert_eq!(whole.stamps_ns, [0, 10_000_000], "{units}");
     }
-    // and by a map of the bare names
+    // the same by a map of the bare names
     let text = format!("time;wx;az\ns;deg/s;g\n{rows}");
     let whole = read_text(&text, Some("gyro_x=wx:deg/s,t=time:s"));
     assert_eq!((&*whole.counts, whole.rejected.len()), (&[900, -900][..], 0));
-    // and by letters, which the units make sure
+    // the same by letters, which the units make certain
     let whole = read_text(&text, None);
     assert_eq!((&*whole.counts, whole.rejected.len()), (&[10, 900, 10, -900][..], 0));
     // words are no units
@@ -112,7 +112,7 @@ fn a_row_of_units_below_the_names_is_taken_for_them() {
 }
 
 #[test]
-fn thousands_may_stand_apart_in_values_and_stamps() {
+fn thousands_may_be_separated_in_values_and_stamps() {
     let english = "time_ms,gyro_x,pressure\n\"1,000\",0.5,\"101,325.25\"\n\"1,010\",0.25,\"99,325.50\"\n";
     let german = "time_ms;gyro_x;pressure\n1000;0,5;101.325,25\n1010;0,25;99.325,50\n";
     for text in [english, german] {
@@ -157,12 +157,12 @@ fn a_table_without_names_is_refused_with_the_means_of_its_columns() {
     let map = "gyro_x=2:rad/s,gyro_y=3:rad/s,gyro_z=4:rad/s,accel_x=5:m/s^2,accel_y=6:m/s^2,accel_z=7:m/s^2,t=1:s";
     let whole = read_text(&text, Some(map));
     assert_eq!((whole.report.rows, whole.stamps_ns[59]), (60, 590_000_000));
-    // too few rows are any text
+    // too few rows are treated as any text
     assert!(plan(text.lines().take(10).collect::<Vec<_>>().join("\n"), None).unwrap().is_none());
 }
 
 #[test]
-fn what_spreadsheets_write_for_no_number_costs_its_channel_alone() {
+fn texts_of_spreadsheets_for_no_number_affect_only_their_channel() {
     for none in ["#N/A", "#NUM!", "#VALUE!", "<NA>", "-nan(ind)", "1.#QNAN", "-1.#IND", "1.#INF"] {
         let whole = read_text(format!("t,gyro_x,accel_z\n0.00,{none},9.8\n0.01,0.1,9.8\n"), None);
         assert_eq!((whole.report.rows, whole.report.absent[0].not_a_number), (2, 1), "{none}");

@@ -33,11 +33,11 @@ fn a_file_without_names_is_read_from_its_first_line() {
 }
 
 #[test]
-fn stamps_are_found_beside_mapped_columns_where_they_are_sure() {
+fn certain_stamps_are_found_with_mapped_columns() {
     let map = Some("gyro_x=w:deg/s");
     let sure = read_text("t,w\n0.000,1\n0.025,2\n0.050,3\n", map);
     assert_eq!(sure.stamps_ns, [0, 25_000_000, 50_000_000]);
-    // no time at all, a unit that is not sure, a word, and a temperature that the user did map
+    // no time at all, an uncertain unit, a word, and a temperature that the user mapped
     for (text, map) in [
         ("t,w\n21.5,1\n21.5,2\n21.5,3\n", map),
         ("t,w\n1,1\n2,2\n3,3\n", map),
@@ -58,7 +58,7 @@ fn kelvin_become_degrees_exactly() {
 }
 
 #[test]
-fn the_names_of_mapped_columns_say_whether_they_are_compensated() {
+fn the_names_of_mapped_columns_tell_their_compensation() {
     for (name, compensated) in [("w", None), ("UncompGyroZ", Some(false)), ("CompGyroZ", Some(true))] {
         let plan = plan(format!("# of VNYMR\nh,{name}\n1,2\n"), Some(&format!("yaw=h:rad,gyro_z={name}:rad/s")));
         assert_eq!(layout(&plan.unwrap().unwrap()).compensated, compensated, "{name}");
@@ -91,12 +91,12 @@ fn floats_are_rounded_to_a_power_of_two_and_larger_ones_later_have_room() {
         |(count, number): (&i32, &f64)| (channel.value(*count) - number * degree).abs() <= 0.5 * channel.scale;
     let held = numbers.iter().take(1002).chain(&numbers[1003..]);
     assert!(whole.counts.iter().zip(held).all(is_held));
-    // what does not fit is no sample, and is counted
+    // a number that does not fit is no sample, and is counted
     assert_eq!((whole.counts.len(), whole.rejected), (1003, vec![(1002, RejectedRow::Number)]));
 }
 
 #[test]
-fn digits_behind_those_of_the_head_are_rounded_away_and_named() {
+fn digits_beyond_those_of_the_head_are_rounded_and_reported() {
     let text = format!("w\n{}0.25\n0.26\n", "1.5\n".repeat(resolution::HEAD_ROWS));
     let plan = plan(&text, Some("gyro_x=w:deg/s")).unwrap().unwrap();
     assert!(plan.rounded().is_empty());
@@ -133,7 +133,8 @@ fn a_stamp_alone_leaves_the_other_columns_to_their_names() {
 #[test]
 fn every_unit_leads_to_the_channels_own() {
     use std::f64::consts::PI;
-    // by hand: a half turn in a second, or in an hour; free fall; a field of 50 microtesla; 2 rad; a room at sea level
+    // calculated by hand: a half turn in a second, or in an hour; free fall; a field of 50 microtesla; 2 rad; a room
+    // at sea level
     let table = [
         ("gyro_y", "rad/s", "3.5", 3.5),
         ("gyro_y", "deg/s", "180", PI),

@@ -1,4 +1,4 @@
-//! What holds for any bytes, however they are cut.
+//! Properties that hold for any bytes, in pieces of any size.
 
 use std::io::{self, Read};
 
@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// Hands out its bytes in pieces of the given sizes, over and over.
+/// Returns its bytes in pieces of the given sizes, in turn.
 struct Pieces<'a> {
     bytes: &'a [u8],
     sizes: std::iter::Cycle<std::vec::IntoIter<usize>>,

@@ -1,4 +1,4 @@
-//! Files with the sensor's lines whole, beside a stamp.
+//! Files with whole sentences in one column and a stamp in another.
 
 use super::*;
 
@@ -49,7 +49,7 @@ fn line_breaks_inside_quotes_are_no_rows() {
 }
 
 #[test]
-fn a_lost_quote_costs_its_own_row_at_most() {
+fn a_lost_quote_damages_at_most_its_own_row() {
     let text = format!("t,raw,n\n1.0,\"{SENTENCE},7\n2.0,\"{SENTENCE}\",8\n");
     let (counts, whole) = decoded(&text);
     assert!(counts.ends_with(&COUNTS));
@@ -96,7 +96,7 @@ fn a_cut_stamp_is_no_stamp() {
     let rows = |text: &str| (read_text(text, None).report.rows, read_text(text, None).rejected_rows());
     assert_eq!(rows(&text), (3, 0));
     assert_eq!(rows(&text[..text.len() - 1]), (2, 1));
-    // a sentence at the end is for the decoder to judge
+    // a sentence at the end is judged by the decoder
     assert_eq!(rows(&format!("t,raw\n1.5,{SENTENCE}\n1.525,{}", &SENTENCE[..40])), (2, 0));
 }
 

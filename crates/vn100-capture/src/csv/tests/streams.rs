@@ -10,7 +10,7 @@ use crate::csv::streams;
 /// Every column of a table, in the order of its header.
 const HEADER: &str = "t,mag_x,mag_y,accel_x,gyro_x,gyro_y";
 
-/// A table of so many rows, 10 ms from each other; `holds` says which have a value of mag, accel
+/// A table of this many rows, spaced by 10 ms; `holds` tells which rows have a value of mag, accel
 /// and gyro.
 fn table(rows: u64, mut holds: impl FnMut(u64) -> [bool; 3]) -> String {
     let mut text = format!("{HEADER}\n");
@@ -38,7 +38,7 @@ fn columns_of_one_rate_are_a_stream() {
     assert_eq!(names(&table(2000, interleaved)), ["gyro", "accel", "mag"]);
     let never_shared = |row: u64| [row % 5 == 1, row % 5 != 1, row % 5 != 1];
     assert_eq!(names(&table(2000, never_shared)), ["gyro accel", "mag"]);
-    // three of five rows, as evenly as can be
+    // three of five rows, spaced as evenly as possible
     assert_eq!(names(&table(2000, |row| [row * 3 / 5 != (row + 1) * 3 / 5, true, true])), ["gyro accel", "mag"]);
     let late = |row: u64| [row > 1500 && row.is_multiple_of(4), true, true];
     assert_eq!(names(&table(2000, late)), Vec::<String>::new(), "left out, as the first rows have none");
@@ -52,7 +52,7 @@ fn lost_values_make_no_stream() {
     assert_eq!(names(&table(2000, |row| [row > 1200, true, true])), none, "begins late");
     assert_eq!(names(&table(2000, |row| [row.is_multiple_of(400), true, true])), none, "five values");
     assert_eq!(names(&table(2000, |_| [false, true, true])), none);
-    // what changes behind a thousand whole rows is no other rate
+    // a change after a thousand whole rows is no other rate
     assert_eq!(names(&table(3000, |row| [row < 1000 || row.is_multiple_of(4), true, true])), none);
 }
 
@@ -73,14 +73,14 @@ fn without_times_and_in_messages_of_the_sensor_all_columns_are_one_stream() {
     assert!(names(&text).is_empty());
 }
 
-/// What a stream of `text` gives, in a file of this map.
+/// The result for a stream of `text`, in a file of this map.
 fn stream(text: &str, map: &str, stream: Option<&str>) -> Whole {
     let map = map.parse().unwrap();
     let plan = detect(text.as_bytes(), Said { map: Some(&map), stream, file: None }).unwrap().unwrap();
     read(plan, text.as_bytes())
 }
 
-/// Without the rows that hold nothing in the columns `from..to`, and without all others.
+/// The table without rows that are empty in the columns `from..to`, and without the other columns.
 fn alone(text: &str, from: usize, to: usize) -> String {
     let mut alone = String::new();
     for line in text.lines() {
@@ -108,9 +108,9 @@ const MAPS: [(&str, &str, usize, usize); 2] = [
 const ALL: &str = "t=t:s,mag_x=mag_x:gauss,mag_y=mag_y:gauss,accel_x=accel_x:g,gyro_x=gyro_x:deg/s,gyro_y=gyro_y:deg/s";
 
 proptest! {
-    /// In rows of its own or beside others, and with any of its values lost.
+    /// The stream has rows of its own or shares them with others, and any of its values may be lost.
     #[test]
-    fn a_stream_is_read_as_where_it_is_alone(held in proptest::collection::vec(any::<[bool; 3]>(), 20..200)) {
+    fn a_stream_is_read_as_in_a_table_of_its_own(held in proptest::collection::vec(any::<[bool; 3]>(), 20..200)) {
         let text = table(held.len() as u64, |row| held[row as usize]);
         let mut rows = 0;
         for (name, map, from, to) in MAPS {
@@ -126,7 +126,7 @@ proptest! {
         prop_assert!(rows as usize >= held.iter().filter(|held| **held != [false; 3]).count());
     }
 
-    /// One value in `every` rows, from any row on, beside columns that lose a few at random.
+    /// One value in `every` rows, beginning at any row, together with columns that lose a few at random.
     #[test]
     fn rates_are_parted_and_losses_are_not(every in 2_u64..9, first in 0_u64..9, lost in 0.0_f64..0.2, seed: u64) {
         let mut state = seed | 1;

@@ -1,8 +1,8 @@
-//! Stamps by name and content, in all their forms, and sentences whatever their column is called.
+//! Stamps by name and content, in all their forms, and sentences in columns of any name.
 
 use super::*;
 
-/// The stamps of these rows, and as what they were read.
+/// The stamps of these rows, and their form.
 fn times(text: &str, map: Option<&str>) -> (Vec<i64>, Option<String>) {
     let whole = read_text(text, map);
     (whole.stamps_ns, whole.report.times)
@@ -51,18 +51,18 @@ fn times_are_found_by_name_and_content_and_reported() {
         let (stamps, named) = times(&table(header, stamp), None);
         assert_eq!(named.as_deref(), Some(reported), "{header}");
         assert_eq!(stamps, (0..80).map(|row| row * 25_000_000).collect::<Vec<_>>(), "{header}");
-        // and by the very map that it is reported as
+        // the reported map gives the same stamps
         let (mapped, named) = times(&table(header, stamp), Some(&format!("t={reported}")));
         assert_eq!((mapped, named.as_deref()), (stamps, Some(reported)), "{header}");
     }
 }
 
 #[test]
-fn what_is_no_time_is_none() {
+fn other_columns_are_no_time() {
     for header in ["note", "count", "voltage"] {
         assert_eq!(times(&table(header, |ns| (ns / 25_000_000).to_string()), None), (vec![], None), "{header}");
     }
-    // a name of a time, and numbers that are none
+    // a name of a time, with numbers that are no times
     assert_eq!(times(&table("exposure_time", |ns| (ns % 3).to_string()), None), (vec![], None));
 }
 
@@ -77,19 +77,6 @@ fn day_and_month_must_be_distinct() {
 fn a_time_of_day_continues_behind_midnight() {
     let (stamps, _) = times("clock,gyro_x\n23:59:59.950,1\n23:59:59.975,2\n00:00:00.000,3\n00:00:00.025,4\n", None);
     assert_eq!(stamps, [0, 25_000_000, 50_000_000, 75_000_000]);
-}
-
-#[test]
-fn a_row_that_repeats_a_stamp_came_a_step_later() {
-    let repeated = |every: u64| {
-        table("t", |ns| {
-            let row = ns / 25_000_000;
-            format!("{:.3}", (if row % every == 1 { row - 1 } else { row }) as f64 * 0.025)
-        })
-    };
-    assert_eq!(times(&repeated(20), None).0, (0..80).map(|row| row * 25_000_000).collect::<Vec<_>>());
-    // where every other row does, they came together
-    assert_eq!(times(&repeated(2), None).0[..4], [0, 0, 50_000_000, 50_000_000]);
 }
 
 #[test]
@@ -109,7 +96,7 @@ fn sentences_are_found_in_a_column_of_any_name() {
         assert_eq!(samples(&whole.sentences.concat(), Options::default()), [COUNTS, COUNTS].concat(), "{header}");
         assert_eq!(whole.stamps_ns, [0, 0], "{header}");
     }
-    // named, they need no times
+    // a named column needs no times
     let text = format!("x\n{SENTENCE}\n");
     let whole = read_text(&text, Some("raw=1"));
     assert_eq!((whole.sentences.len(), whole.stamps_ns.len()), (1, 0));
@@ -117,13 +104,13 @@ fn sentences_are_found_in_a_column_of_any_name() {
 }
 
 #[test]
-fn rows_of_sentences_need_no_header_where_times_stand_before_them() {
+fn rows_of_sentences_after_times_need_no_header() {
     let rows: String = (0..8).map(|row| format!("2023-03-06 02:25:02.{:03},{SENTENCE}\n", row * 25)).collect();
     let whole = read_text(&rows, None);
     assert_eq!((whole.report.rows, whole.stamps_ns[7], whole.report.times.as_deref()), (8, 175_000_000, Some("1:iso")));
     let epoch: String = (0..8).map(|row| format!("1710358267.{:03},{SENTENCE}\n", row * 25)).collect();
     assert_eq!(read_text(&epoch, None).stamps_ns[7], 175_000_000);
-    // nothing but a count before them: the text is as good
+    // only a count precedes the sentences: the file can be read as text just as well
     let counted: String = (0..8).map(|row| format!("{row},{SENTENCE}\n")).collect();
     assert!(plan(&counted, None).unwrap().is_none());
 }
@@ -135,7 +122,7 @@ fn the_first_error_of_an_unknown_table_names_a_map_that_reads_it() {
     let text = format!("Timestamp,omega x [deg/s],omega y [deg/s],a_z\n{rows}");
     let whole = read_text(&text, None);
     assert_eq!((whole.report.rows, whole.stamps_ns[19], whole.counts.len()), (20, 475_000_000, 40));
-    // letters without units are read by a map, which fits by the magnitudes
+    // letters without units need a map, which the magnitudes suggest
     let rows: String =
         (0..60).map(|row| format!("{}.{:02},0.1,0.2,9.8,0.01,0.02,0.0{}\n", row / 100, row % 100, row % 7)).collect();
     let text = format!("s,tx,ty,tz,wx,wy,wz\n{rows}");
@@ -168,13 +155,13 @@ fn a_date_and_its_time_of_day_between_spaces_are_one_stamp() {
         let (stamps, named) = times(&text, None);
         assert_eq!(named.as_deref(), Some(reported), "{text}");
         assert_eq!(stamps, (0..80).map(|row| row * 25_000_000).collect::<Vec<_>>(), "{text}");
-        // without a header, by numbers
+        // without a header, columns are named by numbers
         let (_, rows) = text.split_once('\n').unwrap();
         let form = reported.split_once(':').unwrap().1;
         let map = format!("t=1:{form},gyro_x=2:rad/s,accel_z=3:m/s^2");
         assert_eq!(times(rows, Some(&map)).0, stamps, "{rows}");
     }
-    // commas part the columns, whatever stands in a stamp
+    // commas separate the columns, even with a stamp of two words
     let rows = (0..80).map(|row| format!("2024-05-01 {}, 0.{}\n", time(row), row % 7));
     let text = format!("time, gyro_x\n{}", rows.collect::<String>());
     assert_eq!(times(&text, None).1.as_deref(), Some("time:iso"));
@@ -197,7 +184,7 @@ fn stamps_that_hundreds_of_rows_share_are_none() {
     assert_eq!(times(&text, None).1.as_deref(), Some("t:s"));
 }
 
-/// Rows as `--samples` writes them, four to each read, with these times of the sensor.
+/// Rows as `--samples` writes them, four for each read, with these times of the sensor.
 fn written(device_ns: impl IntoIterator<Item = u64>) -> String {
     let row =
         |(row, device_ns)| format!("{},{device_ns},0.{}\n", 1_795_695_256_000_000_000 + row / 4 * 20_000_000, row % 7);
@@ -213,7 +200,7 @@ fn the_device_time_of_a_written_table_is_preferred_though_it_starts_again() {
     assert_eq!(whole.report.times.as_deref(), Some("device time [ns]:ns"));
     assert_eq!(whole.device_ns, device_ns);
     assert_eq!((whole.stamps_ns[3], whole.stamps_ns[4]), (0, 20_000_000));
-    // without arrival times too
+    // the same holds without arrival times
     let alone: String =
         written(device_ns.clone()).lines().map(|row| row.split_once(',').unwrap().1.to_owned() + "\n").collect();
     let whole = read_text(alone, None);
@@ -227,7 +214,7 @@ fn a_column_that_does_not_count_up_is_no_device_time() {
         let whole = read_text(written(device_ns), None);
         assert_eq!((whole.report.times.as_deref(), whole.device_ns), (Some("time [ns]:ns"), vec![]));
     }
-    // of another program, a decrease is no restart
+    // in a table of another program, a decrease is no restart
     let device_ns = (100..200).chain(0..60).map(|row| row * 5_000_000);
     let whole = read_text(written(device_ns).replace("device time [ns]", "device_time_ns"), None);
     assert_eq!((whole.report.times.as_deref(), whole.device_ns), (Some("time [ns]:ns"), vec![]));

@@ -77,7 +77,7 @@ fn compensation_belongs_to_the_column_and_to_no_comment() {
     let header =
         "UncompMagX,UncompMagY,UncompMagZ,UncompAccX,UncompAccY,UncompAccZ,UncompGyroX,UncompGyroY,UncompGyroZ";
     assert_eq!(read_layout(format!("{header},Temperature,Pressure\n{row}\n")), VNIMU);
-    // of both kinds the uncompensated columns, whatever their order
+    // if both kinds exist, the uncompensated columns are read, in any order
     let text = "GyroX,UncompGyroX,AccelX,UncompAccX\n1,2,3,4\n5,6,7,8\n";
     let whole_plan = planned(text, None);
     assert_eq!(layout(&whole_plan).compensated, Some(false));
@@ -171,7 +171,7 @@ fn each_rejected_row_is_counted_with_its_reason() {
     let second = &whole.report.rejected[1];
     assert_eq!((second.reason, second.first_line), (RejectedRow::Number, 1009));
     assert_eq!(whole.stamps_ns[1000..], [1003, 1004, 1005, 1006, 1009].map(|second| second * 1_000_000_000));
-    // six decimals, of what no count holds and what is not there the other channel alone
+    // six decimals; of a value beyond the counts and of an absent value only the other channel remains
     assert_eq!(whole.counts[2000..], [9810, 0, 9810, 0, 9810, 1_000_000, 9810, 0, 9810, 1]);
     assert_eq!(whole.report.rounded, ["gyro_x"]);
     let absent = AbsentValues {
@@ -249,7 +249,7 @@ fn a_batch_holds_512_rows_at_most() {
 }
 
 #[test]
-fn what_is_no_csv_of_a_sensor_is_left_alone() {
+fn other_files_are_no_csv_of_a_sensor() {
     for text in [
         "",
         "\n\n",
@@ -314,7 +314,7 @@ fn stamps_since_a_start_are_read_in_their_own_unit() {
 }
 
 #[test]
-fn a_separator_too_many_at_the_end_is_no_field() {
+fn a_surplus_separator_at_the_end_is_no_field() {
     let rows = |end: &str| format!("0.000,0.5,9.81{end}\n0.025,0.25,9.82{end}\n");
     for (header, end, ignored) in [
         ("t,gyro_x,accel_x,", ",", 0),
@@ -343,7 +343,7 @@ fn a_separator_too_many_at_the_end_is_no_field() {
 }
 
 #[test]
-fn a_separator_too_many_in_one_row_alone_is_rejected() {
+fn a_surplus_separator_in_a_single_row_is_rejected() {
     let whole = read_text("gyro_x,gyro_y\n1,2\n1,2,\n1,2\n", None);
     assert_eq!(whole.rejected, [(1, RejectedRow::Fields)]);
     let whole = read_text("gyro_x,gyro_y,\n1,2,\n1,2\n1,2,\n", None);

@@ -1,4 +1,4 @@
-//! How long the disk of a recording lasts at the present rate.
+//! The time until the disk of a recording is full at the present rate.
 
 use std::{collections::VecDeque, path::Path, time::Duration};
 
@@ -7,7 +7,7 @@ use crate::recording::part::folder_of;
 /// Free space that lasts less than this is reported.
 const ENOUGH: Duration = Duration::from_secs(3600);
 
-/// How often the disk is asked, in time of the stream.
+/// The interval between queries of the disk, in time of the stream.
 const ASKED_EVERY_NS: u64 = 10_000_000_000;
 
 /// The present rate is the mean over this time.
@@ -22,7 +22,7 @@ const SHORTEST_NS: i64 = 60_000_000_000;
 pub struct LowSpace {
     /// Free bytes on the disk.
     pub free_bytes: u64,
-    /// How long these last if they decline as in the last minutes, whatever uses them.
+    /// The time until they are used up if they decline as in the last minutes, through any program.
     pub lasts: Duration,
 }
 
@@ -34,7 +34,7 @@ pub(super) struct DiskWatch {
     low: Option<LowSpace>,
 }
 
-/// How many bytes were free at a time.
+/// The free bytes at a time.
 #[derive(Clone, Copy)]
 struct Answer {
     at_ns: i64,
@@ -42,19 +42,19 @@ struct Answer {
 }
 
 impl DiskWatch {
-    /// Asks the disk of the file at `path`.
+    /// Queries the disk of the file at `path`.
     pub(super) fn of(path: &Path) -> Self {
-        // of its folder: the file may be moved away
+        // the query is for the folder, because the file may be moved away
         let folder = folder_of(path).to_owned();
         Self::asking(move || free_bytes(&folder))
     }
 
-    /// With another answer to how many bytes are free; `None` where that is not known.
+    /// Uses another source for the number of free bytes; `None` if it is not known.
     pub(super) fn asking(free_bytes: impl FnMut() -> Option<u64> + Send + 'static) -> Self {
         Self { free_bytes: Box::new(free_bytes), asked_ns: None, answers: VecDeque::new(), low: None }
     }
 
-    /// The recording grows at this time: what is to be reported.
+    /// The recording grows at this time: returns the state to be reported.
     pub(super) fn note(&mut self, at_ns: i64) -> Option<LowSpace> {
         // a clock may be set back
         if self.asked_ns.is_none_or(|asked_ns| at_ns.abs_diff(asked_ns) >= ASKED_EVERY_NS) {
@@ -64,7 +64,7 @@ impl DiskWatch {
         self.low
     }
 
-    /// Asks the disk; `None` where its free space does not decline, or for too short a time.
+    /// Queries the disk; `None` if its free space does not decline, or has declined for too short a time.
     fn ask(&mut self, at_ns: i64) -> Option<LowSpace> {
         let free_bytes = (self.free_bytes)()?;
         let elapsed_ns = |answer: &Answer| at_ns.saturating_sub(answer.at_ns);
@@ -94,7 +94,8 @@ mod tests {
 
     const SECOND_NS: i64 = 1_000_000_000;
 
-    /// What is reported when bytes were recorded at these seconds, with so many free at each.
+    /// The reported state after bytes were recorded at these seconds, with this number of free
+    /// bytes at each.
     fn low(seconds: impl IntoIterator<Item = i64>, free_bytes: fn(i64) -> u64) -> Option<LowSpace> {
         let (sender, now) = std::sync::mpsc::channel();
         let mut watch = DiskWatch::asking(move || now.try_iter().last().map(free_bytes));
@@ -131,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_reported_where_the_free_space_does_not_decline() {
+    fn no_report_if_the_free_space_does_not_decline() {
         assert_eq!(low(0..1000, |_| 4096), None);
         assert_eq!(low(0..1000, |second| 4096 + second as u64), None);
         // files were removed
@@ -141,10 +142,10 @@ mod tests {
     }
 
     #[test]
-    fn before_a_rate_is_known_and_where_the_disk_does_not_say_nothing_is_reported() {
+    fn no_report_without_a_rate_or_an_answer_of_the_disk() {
         assert_eq!(low(0..60, |second| 60 - second as u64), None);
         assert!(low(0..=60, |second| 60 - second as u64).is_some());
-        // a clock that was set back
+        // a clock was set back
         assert_eq!(low((1000..1050).chain(0..50), |second| 2000 - second as u64), None);
         let mut unknown = DiskWatch::asking(|| None);
         assert_eq!((0..1000).find_map(|second| unknown.note(second * SECOND_NS)), None);
@@ -152,7 +153,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn the_disk_of_a_folder_says_what_is_free() {
+    fn the_disk_of_a_folder_reports_its_free_space() {
         assert!(free_bytes(&std::env::temp_dir()).is_some_and(|free| free > 0));
         assert_eq!(free_bytes(Path::new("/nowhere/at/all")), None);
     }

@@ -1,4 +1,4 @@
-//! A recording in several files: when the next one begins, and how it is resumed.
+//! A recording in several files: the start of the next file, and resuming.
 
 use std::{
     collections::BTreeMap,
@@ -20,7 +20,7 @@ use crate::recording::{
     writer::{RecordingWriter, head},
 };
 
-/// The parts of a recording that is made.
+/// The parts of a recording in progress.
 pub(super) struct Parts {
     recording: PathBuf,
     metadata: BTreeMap<String, String>,
@@ -30,7 +30,7 @@ pub(super) struct Parts {
     bytes: u64,
 }
 
-/// What is known of the parts that are there.
+/// The facts about the existing parts.
 #[derive(Default)]
 struct Before {
     part: Option<RecordingPart>,
@@ -39,8 +39,8 @@ struct Before {
 }
 
 impl Parts {
-    /// Begins the first part; or where the recording is there and may be resumed, the next one,
-    /// which begins with the break. Gives the serial number in the parts before.
+    /// Begins the first part; or, if the recording exists and may be resumed, the next part, which
+    /// begins with the break. Returns the serial number in the earlier parts.
     pub(super) fn begin(
         recording: &Path,
         metadata: &BTreeMap<String, String>,
@@ -72,12 +72,12 @@ impl Parts {
         Ok((parts, path, writer, before.serial))
     }
 
-    /// Whether the recording was there before.
+    /// Whether the recording existed before.
     pub(super) const fn is_resumed(&self) -> bool {
         self.part.resumed
     }
 
-    /// The next part, where one begins before this input.
+    /// The next part, if one begins before this input.
     pub(super) fn next_before(
         &mut self,
         input: &StreamInput,
@@ -110,7 +110,7 @@ impl Parts {
             about.metadata.insert(RESUMED.into(), "true".into());
         }
         head.push(self.part.metadata());
-        // killed meanwhile, the program leaves no part without its identity
+        // if the program is killed meanwhile, it leaves no part without its identity
         let writer = begun_whole(&path, &head)?;
         Ok((path, writer))
     }

@@ -1,4 +1,5 @@
-//! A recording is resumed in a copy beside it, which takes its place when it is safely on the disk.
+//! A recording is resumed in a copy in the same folder, which replaces it once the copy is synced
+//! to the disk.
 
 use std::{
     collections::BTreeMap,
@@ -33,7 +34,7 @@ pub(super) fn resume(
     }
     let not_resumable = |problem| RecordError::NotResumable { path: path.to_owned(), problem };
     let file = File::open(path).map_err(failed)?;
-    // the reader keeps it claimed until the copy has taken its place
+    // the reader keeps it claimed until the copy has replaced it
     if !NamedFile::claim(&file) {
         return Err(RecordError::InUse(path.to_owned()));
     }
@@ -62,7 +63,7 @@ pub(super) fn resume(
     Ok((writer, serial))
 }
 
-/// Copies all that can be read, and marks the break. Gives the last serial number in it.
+/// Copies all readable inputs, and marks the break. Returns the last serial number in them.
 fn copy_inputs(
     recording: &mut RecordingReader<impl Read>,
     writer: &mut RecordingWriter<NamedFile>,
@@ -85,7 +86,7 @@ fn copy_inputs(
     Ok(serial.found)
 }
 
-/// Reads a recording to its end, for the last serial number in it.
+/// Reads a recording to its end to find the last serial number in it.
 pub(super) fn serial_number(recording: &mut RecordingReader<impl Read>) -> io::Result<Option<String>> {
     let mut serial = SerialNumber::new();
     let look = |entry: Entry<'_>, serial: &mut SerialNumber| {
@@ -117,13 +118,13 @@ impl SerialNumber {
     }
 }
 
-/// A copy that has not replaced the recording yet; it is deleted if it never does.
+/// A copy that has not replaced the recording yet; it is deleted when dropped before it does.
 struct Copy {
     path: PathBuf,
 }
 
 impl Copy {
-    /// An empty copy, in place of one that a killed program has left behind.
+    /// An empty copy; it replaces one that a killed program has left.
     fn beside(recording: &Path) -> io::Result<(Self, File)> {
         let mut name = OsString::from(".");
         name.push(recording.file_name().unwrap_or_default());
@@ -140,7 +141,7 @@ impl Copy {
 
     fn take_place_of(self, recording: &Path) -> io::Result<()> {
         fs::rename(&self.path, recording)?;
-        // the name is safe when its folder is
+        // the name is on the disk once its folder is
         #[cfg(unix)]
         File::open(folder_of(recording))?.sync_all()?;
         Ok(())
@@ -149,16 +150,16 @@ impl Copy {
 
 impl Drop for Copy {
     fn drop(&mut self) {
-        // it was renamed if it took its place
+        // it was renamed if it has replaced the recording
         let _ = fs::remove_file(&self.path);
     }
 }
 
-/// Whether a file that holds no input is the beginning of a recording of this program.
+/// Whether a file without inputs is the beginning of a recording of this program.
 pub(super) fn begins_as_ours(path: &Path) -> bool {
     let mut beginning = Vec::new();
     let read = File::open(path).and_then(|file| file.take(HEAD_BYTES).read_to_end(&mut beginning));
-    // where it was cut so early, only the beginning of any MCAP file is there
+    // a file that was cut so early has only the beginning common to all MCAP files
     read.is_ok_and(|length| length < HEAD_BYTES as usize || is_ours(&beginning))
 }
 

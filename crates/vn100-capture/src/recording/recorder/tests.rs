@@ -14,9 +14,9 @@ use vn100_protocol::stream::{LinkEvent, LinkEventKind};
 #[derive(Clone, Default)]
 struct Disk {
     room: usize,
-    /// Someone makes room as soon as it was full.
+    /// Room appears as soon as the disk was full.
     freed: bool,
-    /// Bytes in all files of it.
+    /// Bytes in all its files.
     used: Arc<AtomicUsize>,
     file: Arc<Mutex<Vec<u8>>>,
 }
@@ -48,12 +48,12 @@ impl Write for Disk {
     }
 }
 
-/// A disk that writes only with a token, once for each.
+/// A disk that needs one token for each write.
 struct SlowDisk(Receiver<()>, Disk);
 
 impl Write for SlowDisk {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        // a disk whose gate is gone is quick
+        // a disk whose gate was dropped is fast
         let _ = self.0.recv();
         self.1.write(bytes)
     }
@@ -63,7 +63,7 @@ impl Write for SlowDisk {
     }
 }
 
-/// A read each 100 ms.
+/// A read every 100 ms.
 fn read(number: i64) -> StreamInput {
     Chunk { bytes: format!("read {number};").into(), at_ns: Some(number * 100_000_000) }.into()
 }
@@ -196,7 +196,7 @@ fn length(input: &StreamInput) -> usize {
 async fn what_a_slow_disk_does_not_take_is_reported_in_the_file() {
     let (gate, tokens) = std::sync::mpsc::channel();
     let disk = Disk { room: usize::MAX, ..Disk::default() };
-    // its head is written
+    // the head of the file is written
     gate.send(()).unwrap();
     let recorder = start(SlowDisk(tokens, disk.clone())).unwrap();
     let inputs = recorder.inputs();

@@ -1,8 +1,8 @@
-//! When the temperature is read between the frames of the output.
+//! The schedule for reading the temperature between the frames of the output.
 
 use std::time::Duration;
 
-/// Bytes that a reply with the temperature takes on the line.
+/// The length of a reply with the temperature on the line.
 const REPLY_BYTES: f64 = 128.0;
 
 /// A poll at an interval, skipped if the line has no room for the reply.
@@ -41,7 +41,7 @@ impl TemperaturePoll {
         }
         let bytes_per_s = self.bytes as f64 / passed.as_secs_f64();
         self.restart(now);
-        // ten bits a byte; the reply must have been sent within a second
+        // ten bits per byte; the reply must have been sent within a second
         baud.is_none_or(|baud| bytes_per_s + REPLY_BYTES <= f64::from(baud) / 10.0)
     }
 }

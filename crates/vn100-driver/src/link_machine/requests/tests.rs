@@ -1,4 +1,4 @@
-//! What is sent in which order, and what replies, errors and timeouts lead to.
+//! The order of commands, and the effects of replies, errors and timeouts.
 
 use vn100_protocol::{RegisterContents, RegisterFields};
 
@@ -14,21 +14,21 @@ const fn s(s: u64) -> Duration {
     Duration::from_secs(s)
 }
 
-/// What a connected link sends.
+/// The bytes that a connected link sends.
 fn transmit(requests: &mut Requests, now: Duration, baud: Option<u32>) -> Option<Vec<u8>> {
     requests.submit_due_reads(now, baud);
     requests.poll_transmit(now)
 }
 
-/// What follows from an error that the sensor reports.
+/// The effects of an error that the sensor reports.
 fn reported(requests: &mut Requests, error: DeviceError, now: Duration) -> Vec<RequestEvent> {
     requests.handle_reply(&Reply::Error(error), now);
     requests.events.drain(..).collect()
 }
 
 #[test]
-fn the_temperature_is_read_where_the_line_has_room() {
-    // 94 frames of 122 bytes fill a line of 115 200 baud but for 52 bytes a second
+fn the_temperature_is_read_if_the_line_has_room() {
+    // 94 frames of 122 bytes fill a line of 115 200 baud except for 52 bytes per second
     for (frames_per_s, baud, read) in [(40, Some(115_200), true), (94, Some(115_200), false), (94, None, true)] {
         let mut requests = Requests::new(false, Some(s(10)));
         assert_eq!(requests.next_read_at(), Some(s(10)));
@@ -57,14 +57,14 @@ fn the_user_does_not_wait_for_the_whole_identification() {
     assert_eq!(transmit(&mut requests, READ_INTERVAL - Duration::from_millis(1), None), None);
     assert_eq!(requests.next_read_at(), Some(READ_INTERVAL));
     assert_eq!(transmit(&mut requests, READ_INTERVAL, None).as_deref(), Some(&b"$VNRRG,03*70\r\n"[..]));
-    // one that is to be verified comes before the rest
+    // a register to be verified comes before the others
     requests.read_next(Register::SERIAL_NUMBER);
     requests.handle_reply(&register(Register::SERIAL_NUMBER, "1"), READ_INTERVAL);
     assert_eq!(transmit(&mut requests, READ_INTERVAL * 2, None).as_deref(), Some(&b"$VNRRG,03*70\r\n"[..]));
 }
 
 #[test]
-fn a_missing_register_is_passed_over_and_a_one_way_cable_is_left_alone() {
+fn a_missing_register_is_skipped_and_a_one_way_cable_ends_the_reads() {
     let mut requests = Requests::new(false, None);
     requests.identify(s(0));
     assert!(transmit(&mut requests, s(0), None).is_some());
@@ -92,7 +92,7 @@ fn a_command_of_the_phase_is_sent_before_those_of_the_user() {
     assert!(matches!(requests.answers.pop_front(), Some((1, Ok(_)))));
     assert!(matches!(requests.poll_event(), Some(RequestEvent::PhaseAnswered(Ok(_)))));
     assert_eq!(requests.poll_transmit(s(0)).as_deref(), Some(MODEL));
-    // a lost link ends what is open, and only the user is informed
+    // a lost link ends open commands, and only the user is informed
     requests.submit_for_phase(SensorCommand::ReadRegister(Register::SERIAL_NUMBER));
     requests.handle_link_down();
     assert!(matches!(requests.answers.pop_front(), Some((2, Err(_)))));
@@ -100,7 +100,7 @@ fn a_command_of_the_phase_is_sent_before_those_of_the_user() {
 }
 
 #[test]
-fn what_this_link_did_not_cause_is_an_event() {
+fn errors_not_caused_by_this_link_are_events() {
     // a link that only listens has sent nothing
     let mut requests = Requests::new(true, None);
     for (error, expected) in [
@@ -135,7 +135,7 @@ fn errors_after_a_baud_scan_are_not_taken_for_answers_until_the_first_good_one()
     requests.handle_reply(&register(Register::MODEL, "VN-100S-CR"), s(0));
     assert!(matches!(requests.answers.pop_front(), Some((1, Ok(_)))));
     assert_eq!(reported(&mut requests, refusal, s(1)), [RequestEvent::Unsolicited(refusal)]);
-    // and a sensor that always refuses is not asked without end: one error for each baud rate
+    // a sensor that always refuses is not asked without end: one error for each baud rate
     for questions in [1, BAUD_RATES.len() + 3] {
         (0..questions).for_each(|_| requests.expect_spurious_errors());
         read(&mut requests);
@@ -160,7 +160,7 @@ fn silent() -> Requests {
 }
 
 #[test]
-fn a_paused_output_is_resumed_and_its_pause_is_to_be_restored() {
+fn a_paused_output_is_resumed_and_its_pause_must_be_restored() {
     let mut requests = silent();
     requests.ask_presence(s(0), Duration::from_millis(2999));
     assert_eq!(requests.poll_transmit(s(3)).as_deref(), Some(MODEL), "it may only be slow");
@@ -172,14 +172,14 @@ fn a_paused_output_is_resumed_and_its_pause_is_to_be_restored() {
     assert!(!requests.must_restore_pause());
     assert!(requests.detect_resumed_output());
     assert!(requests.must_restore_pause() && !requests.detect_resumed_output());
-    // a restart switches the output on, and a user who commands the output keeps it
+    // a restart switches the output on, and a user's command about the output takes precedence
     let mut restarted = requests;
     restarted.handle_reply(&Reply::Error(DeviceError::HardFault), s(4));
     assert!(!restarted.must_restore_pause());
 }
 
 #[test]
-fn an_output_that_the_user_has_set_is_left_alone() {
+fn an_output_set_by_the_user_is_unchanged() {
     for on in [false, true] {
         let mut requests = silent();
         requests.submit_for_user(1, SensorCommand::Async(on));

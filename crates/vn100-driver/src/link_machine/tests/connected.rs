@@ -8,7 +8,7 @@ fn a_silent_output_is_asked_and_given_up_without_an_answer() {
     bench.receive(&sentence("VNERR,08"));
     bench.stream(FRAME, ms(25), 100);
     bench.take_sent();
-    // five periods, and 250 ms at least
+    // five periods, and at least 250 ms
     bench.wait(ms(249));
     assert!(matches!(bench.states.last(), Some(LinkState::Up(_))));
     bench.wait(ms(1));
@@ -20,7 +20,7 @@ fn a_silent_output_is_asked_and_given_up_without_an_answer() {
     bench.wait(ms(1600));
     assert_eq!((bench.phase(), bench.down_cause()), ("scanning", "the sensor sends nothing and does not reply"));
     bench.assert_ledger();
-    // if nothing may be asked, the second check decides
+    // if no question may be sent, the second check decides
     let mut bench = Bench::connected(LinkOptions { listen_only: true, ..LinkOptions::default() });
     bench.wait(ms(12_999));
     assert_eq!(bench.phase(), "connected");
@@ -47,7 +47,7 @@ fn bursts_of_a_server_that_collects_lines_are_reported_as_a_silence_once_at_most
 }
 
 #[test]
-fn packets_alone_are_an_output_whether_the_sensor_answers_or_not() {
+fn packets_alone_are_an_output_with_and_without_answers() {
     // time since startup, angular rate and acceleration at 40 Hz
     let packet = |index: u64| {
         let numbers = [0.001_f32, -0.002, 0.0, 0.01, 0.02, -9.8];
@@ -120,11 +120,11 @@ fn a_sensor_that_sends_after_a_silence_is_verified() {
 }
 
 #[test]
-fn a_verification_does_not_wait_for_answers_to_what_a_silent_sensor_was_asked() {
+fn a_verification_does_not_wait_for_answers_of_a_silent_sensor() {
     let mut bench = Bench::new(known_serial());
     bench.receive(FRAME);
     bench.receive(&serial("7"));
-    // the read of a register and the question whether the sensor is there
+    // the read of a register and the question whether the sensor is connected
     bench.wait(ms(3010));
     bench.take_sent();
     bench.receive(FRAME);
@@ -148,7 +148,7 @@ fn a_restart_of_the_sensor_begins_a_new_segment() {
     bench.receive(FRAME);
     assert_eq!((bench.ups(), bench.rows), (2, 3));
     bench.assert_ledger();
-    // where settings are lost with it, they are written again
+    // if settings are lost with it, they are written again
     let mut bench = Bench::connected(slowed());
     bench.receive(&sentence("VNERR,01"));
     assert_eq!(bench.phase(), "backing off");
@@ -169,7 +169,7 @@ fn a_paused_output_is_resumed_and_paused_again_at_the_end() {
         let mut bench = Bench::new(LinkOptions::default());
         bench.wait(ms(150));
         bench.receive(&sentence("VNRRG,01,VN-100"));
-        // it answers each question, and sends nothing
+        // it answers each question, but sends nothing
         while bench.sent.last().unwrap() != RESUME {
             assert!(bench.now < ms(10_000));
             let body = match bench.sent.last().unwrap().as_str() {

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// A link in each phase, with bytes pending if it has them.
+/// A link in each phase, with bytes pending if the phase has them.
 fn phases() -> Vec<Bench> {
     let mut opening = Bench::new(known_serial());
     opening.machine.phase = Phase::Opening;
@@ -46,7 +46,7 @@ fn a_stop_ends_every_phase_and_a_lost_link_every_open_one() {
 }
 
 #[test]
-fn what_was_read_and_not_reported_when_the_port_is_closed_is_counted() {
+fn unreported_inputs_of_a_closed_port_are_counted() {
     for mut bench in phases() {
         bench.is_port_good = false;
         let before = bench.port.len();
@@ -62,7 +62,7 @@ fn what_was_read_and_not_reported_when_the_port_is_closed_is_counted() {
 }
 
 #[test]
-fn a_stop_of_a_lost_link_says_until_when_it_was_down() {
+fn a_stop_of_a_lost_link_ends_its_down_time() {
     for (index, is_lost) in [(0, false), (1, false), (3, false), (6, true)] {
         let mut bench = phases().remove(index);
         let name = bench.phase();
@@ -83,7 +83,7 @@ fn an_overrun_in_pending_inputs_is_kept() {
 }
 
 #[test]
-fn a_stop_while_the_port_is_being_closed_asks_for_nothing_more() {
+fn a_stop_while_the_port_is_being_closed_needs_no_further_action() {
     for (index, name) in ["scanning", "identifying", "connected", "verifying", "restoring"].into_iter().enumerate() {
         let mut bench = phases().remove(index + 1);
         assert_eq!(bench.phase(), name);

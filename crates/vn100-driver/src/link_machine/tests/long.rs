@@ -1,8 +1,8 @@
-//! Hours of packets at 800 Hz, with faults, in as many seconds as the machine needs for them.
+//! Hours of packets at 800 Hz, with faults, as fast as the machine can.
 
 use super::*;
 
-/// Of a read: so many packets of 1.25 ms.
+/// The number of packets, of 1.25 ms each, in a read.
 const PACKETS: u64 = 13;
 const PERIOD_NS: u64 = 1_250_000;
 
@@ -29,7 +29,7 @@ impl Chance {
     }
 }
 
-/// A quarter of an hour; `VN100_LINK_HOURS=24` for a day.
+/// A quarter of an hour; with `VN100_LINK_HOURS=24`, a day.
 #[test]
 fn hours_of_packets_at_800_hz_with_faults_lose_the_damaged_ones_alone() {
     let hours: f64 = std::env::var("VN100_LINK_HOURS").map_or(0.25, |hours| hours.parse().unwrap());
@@ -44,7 +44,7 @@ fn hours_of_packets_at_800_hz_with_faults_lose_the_damaged_ones_alone() {
             put_packet(index, &mut bytes);
             index += 1;
         }
-        // what the port does not read is lost
+        // bytes that the port does not read are lost
         if !bench.machine.is_open() {
             continue;
         }
@@ -60,7 +60,7 @@ fn hours_of_packets_at_800_hz_with_faults_lose_the_damaged_ones_alone() {
                 damaged += 1;
                 bytes.remove(place);
             }
-            // what is no packet, between two of them
+            // other bytes between two packets
             2 => drop(bytes.splice(0..0, *b"\x00$VN?\xFA\xFF\r\n")),
             3 if chance.below(10) == 0 => {
                 losses += 1;

@@ -29,7 +29,7 @@ fn a_port_that_cannot_be_opened_ends_a_first_attempt_and_is_tried_again_after_a_
         assert_eq!(bench.phase(), "opening");
         bench.input(refusal());
     }
-    // the delay starts anew after a good frame
+    // the delay is reset after a good frame
     bench.wait(ms(5000));
     bench.is_port_good = true;
     bench.input(Input::Opened(OpenPort::default()));
@@ -40,7 +40,7 @@ fn a_port_that_cannot_be_opened_ends_a_first_attempt_and_is_tried_again_after_a_
 }
 
 #[test]
-fn a_port_that_never_will_be_one_is_not_tried_again() {
+fn a_file_that_is_no_port_is_not_tried_again() {
     let mut bench = Bench::connected(LinkOptions::default());
     bench.is_port_good = false;
     bench.input(Input::Lost(LinkError::Disconnected));
@@ -77,7 +77,7 @@ fn a_scan_listens_and_asks_at_each_baud_rate() {
     assert_eq!(bench.port.len(), 1);
     bench.wait(ms(1));
     assert_eq!(bench.port.last(), Some(&PortAction::SetBaud(921_600)));
-    // what arrives is sent without a question, perhaps by no sensor: nothing more is asked
+    // bytes arrive without a question, perhaps not from a sensor: no further question is sent
     for (tried, baud) in BAUD_RATES.into_iter().enumerate().skip(1) {
         assert_eq!(bench.port.len(), 1 + tried);
         bench.wait(ms(1201 + u64::from(2_560_000 / baud)));
@@ -112,7 +112,7 @@ fn a_silent_sensor_is_waited_for_at_the_first_baud_rate_as_long_as_it_boots() {
 }
 
 #[test]
-fn a_first_scan_without_a_sensor_is_repeated_once_and_ends_with_what_was_received() {
+fn a_first_scan_without_a_sensor_is_repeated_once_and_reports_the_received_bytes() {
     let cases = [
         (
             true,
@@ -176,7 +176,7 @@ fn a_baud_rate_that_the_port_does_not_support_is_passed_over() {
     bench.is_port_good = false;
     bench.wait(ms(400));
     assert_eq!(bench.port.last(), Some(&PortAction::SetBaud(921_600)));
-    // of the rate before
+    // a frame at the former rate
     bench.receive(FRAME);
     assert_eq!((bench.phase(), bench.machine.poll_timeout()), ("scanning", None));
     bench.input(Input::BaudSet { baud: 921_600, result: Err(io::ErrorKind::InvalidInput.into()) });
@@ -192,7 +192,7 @@ fn a_baud_rate_that_the_port_does_not_support_is_passed_over() {
 }
 
 #[test]
-fn what_came_before_a_baud_rate_was_refused_is_received_all_the_same() {
+fn bytes_before_a_refused_baud_rate_are_received_nevertheless() {
     let mut bench = Bench::new(LinkOptions::default());
     for _ in 0..2 {
         bench.wait(ms(1000));
@@ -215,7 +215,7 @@ fn a_stray_byte_does_not_hasten_the_next_question() {
     let mut bench = Bench::new(LinkOptions::default());
     bench.wait(ms(300));
     assert_eq!(bench.take_sent(), [ASK_MODEL]);
-    // now a frame a second would come before the next one
+    // from now on a frame per second would come before the next question
     bench.receive("-");
     bench.wait(ms(1100));
     assert_eq!(bench.sent, [""; 0]);
@@ -230,7 +230,7 @@ fn a_burst_after_a_stall_does_not_show_the_baud_rate() {
         let mut bench = Bench::connected(LinkOptions { baud: None, ..LinkOptions::default() });
         bench.input(Input::Lost(LinkError::Disconnected));
         bench.wait(ms(100));
-        // delayed bytes at the rate it had, while the next is tried
+        // delayed bytes from the former rate, while the next is tried
         bench.wait(ms(2300));
         assert_eq!(bench.port.last(), Some(&PortAction::SetBaud(921_600)));
         bench.receive(FRAME);
@@ -280,10 +280,10 @@ fn another_device_is_named_and_asked_no_more_than_once() {
 }
 
 #[test]
-fn another_device_that_sends_text_now_and_then_is_asked_no_more_than_once() {
+fn another_device_that_sends_text_occasionally_is_asked_at_most_once() {
     for rate in [0, 7] {
         let mut bench = Bench::new(LinkOptions::default());
-        // a line a second, which is never many bytes at a wrong rate
+        // a line per second, which never gives many bytes at a wrong rate
         for line in 0..60 {
             bench.wait(ms(1000));
             let tried = bench.port.iter().filter(|action| matches!(action, PortAction::SetBaud(_))).count();
@@ -312,7 +312,7 @@ fn a_banner_of_a_server_replaces_neither_the_question_nor_the_sensor() {
     bench.receive(&sentence("VNRRG,01,VN-100"));
     assert_eq!(bench.phase(), "connected");
     bench.assert_ledger();
-    // a sensor that was measured is waited for, whatever its server says
+    // the link waits for a sensor that was measured, for any output of its server
     let mut bench = Bench::connected(LinkOptions::default());
     bench.input(Input::Lost(LinkError::Disconnected));
     for _ in 0..20 {

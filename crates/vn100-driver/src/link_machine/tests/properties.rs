@@ -1,10 +1,10 @@
-//! Properties of a link, whatever happens to it.
+//! Properties of a link under any events.
 
 use proptest::prelude::*;
 
 use super::*;
 
-/// Something that may happen.
+/// An event that may happen.
 #[derive(Debug, Clone)]
 enum Happening {
     Receive(String),
@@ -68,7 +68,7 @@ proptest! {
     }
 
     #[test]
-    fn how_bytes_are_cut_into_reads_changes_nothing(texts in prop::collection::vec(happening(), 1..20), cuts in prop::collection::vec(1..200_usize, 1..40)) {
+    fn the_division_of_bytes_into_reads_has_no_effect(texts in prop::collection::vec(happening(), 1..20), cuts in prop::collection::vec(1..200_usize, 1..40)) {
         // a restart and another sensor are handled when the read that reports them is forwarded
         let is_of_read = |text: &str| text.starts_with("$VNERR,0A") || text.starts_with("$VNRRG,03,8");
         let texts: String = texts.into_iter().filter_map(|event| match event {

@@ -1,4 +1,4 @@
-//! What is verified and written before a sensor is measured.
+//! The checks and writes before a sensor is measured.
 
 use super::*;
 
@@ -23,7 +23,7 @@ fn a_known_sensor_is_verified_before_it_is_measured() {
         let other = "another sensor is on the port: serial number 8, expected 7";
         assert_eq!(bench.error.as_deref(), (rows == 0).then_some(other));
     }
-    // one that does not say is taken for the known one
+    // a sensor without a serial number is taken for the known one
     let mut bench = Bench::new(known_serial());
     bench.receive(FRAME);
     bench.wait(ms(1499));
@@ -31,7 +31,7 @@ fn a_known_sensor_is_verified_before_it_is_measured() {
     bench.wait(ms(1));
     assert_eq!(bench.phase(), "connected");
     bench.assert_ledger();
-    // one that only listens does not ask
+    // a link that only listens does not ask
     let mut bench = Bench::connected(LinkOptions { listen_only: true, ..known_serial() });
     bench.receive(&serial("8"));
     bench.wait(ms(1000));
@@ -81,7 +81,7 @@ fn settings_are_written_again_after_a_reconnect() {
 }
 
 #[test]
-fn the_baud_rate_is_raised_again_where_the_settings_need_it() {
+fn the_baud_rate_is_raised_again_if_the_settings_need_it() {
     for is_supported in [true, false] {
         let mut bench = Bench::new(slowed());
         bench.wait(ms(150));

@@ -50,7 +50,7 @@ impl Bench {
         self.session.handle_timeout(self.now);
     }
 
-    /// The next time out, from now on.
+    /// The time until the next timeout.
     pub(crate) fn due(&self) -> Option<Duration> {
         self.session.poll_timeout().map(|at| at - self.now)
     }

@@ -1,27 +1,28 @@
 //! The report of a record, and of two.
 
-use std::sync::Arc;
+use vn100_analysis::SourceResult;
 
-use crate::{Measured, Record, figure::Figures, run_name};
-
-use super::fixture::{in_a_warming_room, with_attitude};
-use crate::html::{PageOptions, Program, write_page};
+use crate::{
+    figure::Figures,
+    html::{PageOptions, Program, write_page},
+    run_name,
+    tests::fixture::{in_a_warming_room, with_attitude},
+};
 
 /// The report of these records.
-fn report(all: &[Measured]) -> String {
-    let records: Vec<Record<'_>> = all.iter().map(Record::new).collect();
+fn report(records: &[SourceResult]) -> String {
     let figures: Vec<Figures> = records.iter().map(|record| Figures::of(record, "")).collect();
     let names: Vec<String> = (0..records.len()).map(run_name).collect();
-    let together = if records.len() == 1 { Figures::default() } else { Figures::together(&records, &names) };
+    let together = if records.len() == 1 { Figures::default() } else { Figures::together(records, &names) };
     let options = PageOptions {
         confidence: 0.95,
         asked: "as asked",
-        words: ToString::to_string,
+        words: crate::remedies::page_words,
         program: Program { name: "vn100 test", commit: None },
-        kalibr_span_s: 60.0,
+        span_s: 60.0,
     };
     let mut page = Vec::new();
-    write_page(&mut page, &records, &figures, &together, options).unwrap();
+    write_page(&mut page, records, &figures, &together, options).unwrap();
     String::from_utf8(page).unwrap()
 }
 
@@ -111,9 +112,9 @@ fn a_record_at_a_glance_has_each_parameter_and_what_is_compared_with_the_data_sh
 }
 
 #[test]
-fn the_notes_on_the_parameters_have_commands_as_code() {
+fn the_notes_on_the_parameters_say_what_to_do() {
     let page = report(&[with_attitude(8192, 40.0)]);
-    has(&page, &["<ol class=\"notes\"><li><code>register 6 set to VNIMU</code> records uncompensated rates, "]);
+    has(&page, &["<ol class=\"notes\"><li>measure with message VNIMU (register 6)</li>"]);
 }
 
 #[test]
@@ -131,24 +132,16 @@ fn the_statistics_say_how_the_sensor_stood_and_how_its_attitude_varied() {
 }
 
 #[test]
-fn the_answers_give_the_worst_axis_and_what_white_noise_alone_would_be() {
+fn a_page_ends_with_what_was_not_tested() {
     let page = text(&report(&[with_attitude(8192, 40.0)]));
     has(
         &page,
         &[
-            ", the worst axis of the gyroscope: measured 0.11",
-            "standard deviation of one 40 Hz sample: 1.99·10⁻⁴ rad/s (white noise alone: 1.99·10⁻⁴).",
+            "sensitivity to temperature, supply and acceleration",
+            "its averaging window, calibration",
+            "were not recorded.",
         ],
     );
-}
-
-#[test]
-fn the_first_connection_is_no_reconnection() {
-    for (connects, reconnections) in [(0, "0"), (1, "0"), (3, "2")] {
-        let mut measured = with_attitude(256, 40.0);
-        Arc::make_mut(&mut measured.snapshot).link.connects = connects;
-        assert_eq!(row(&report(&[measured]), "Reconnections"), reconnections);
-    }
 }
 
 #[test]

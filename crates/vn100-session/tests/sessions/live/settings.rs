@@ -1,13 +1,13 @@
-//! What a session sets, and sets back.
+//! The settings that a session changes, and their restoration.
 
 use super::*;
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_is_set_before_and_set_back_behind() {
+async fn a_sensor_is_configured_before_and_restored_after() {
     let sensor = sensor();
     let session = Session::live(LiveSpec { output: rate(20), settings: duration(3), ..of(&sensor) });
     let (result, events) = ended(session).await;
-    assert_eq!(result.snapshot.timing.samples, 60);
+    assert_eq!(result.measured.timing.samples, 60);
     let [SessionEvent::SensorConfigured(set), SessionEvent::SettingsRestored { output_paused: false }] = &events[..]
     else {
         panic!("{events:?}")
@@ -18,7 +18,7 @@ async fn a_sensor_is_set_before_and_set_back_behind() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_that_is_gone_stays_changed_and_the_result_says_so() {
+async fn a_lost_sensor_stays_changed_and_the_result_reports_it() {
     let sensor = sensor();
     let mut session = Session::live(LiveSpec { output: rate(20), ..of(&sensor) });
     until(&mut session, |state| state.snapshot.timing.samples > 20).await;
@@ -68,7 +68,7 @@ async fn an_output_that_the_link_resumed_is_paused_again_at_its_end() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn another_sensor_on_the_port_is_left_as_it_is() {
+async fn another_sensor_on_the_port_is_unchanged() {
     let sensor = sensor();
     sensor.world().registers.insert(3, "100".into());
     let mut session = Session::live(LiveSpec { output: rate(20), ..of(&sensor) });
@@ -85,7 +85,7 @@ async fn another_sensor_on_the_port_is_left_as_it_is() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_cannot_be_set_is_not_measured() {
+async fn a_sensor_that_cannot_be_configured_is_not_measured() {
     let folder = TempDir::new().unwrap();
     let sensor = sensor();
     sensor.world().read_only = Some(7);
@@ -102,7 +102,7 @@ async fn what_cannot_be_set_is_not_measured() {
 
 #[tokio::test(start_paused = true)]
 async fn a_stop_while_the_sensor_is_set_is_no_error_and_leaves_it_as_it_was() {
-    // after so many milliseconds: before it is heard, while it is written, while it is counted
+    // after this many milliseconds: before it is read, while it is written, while samples are counted
     for stop_after in [0, 700, 1500, 3000] {
         let sensor = sensor();
         let spec = LiveSpec { output: rate(20), ..of(&sensor) };
@@ -158,7 +158,7 @@ async fn a_source_is_opened_for_a_few_commands() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_that_comes_back_is_set_again() {
+async fn a_sensor_that_returns_is_configured_again() {
     let sensor = sensor();
     let mut session = Session::live(LiveSpec { output: rate(20), ..of(&sensor) });
     until(&mut session, |state| state.snapshot.timing.samples > 20).await;

@@ -1,4 +1,4 @@
-//! Sessions that nobody watches: they end by the clock.
+//! Unattended sessions: they end by the clock.
 
 use super::*;
 
@@ -22,10 +22,10 @@ async fn a_sensor_that_is_lost_for_good_is_given_up() {
     assert!((4.9..5.2).contains(&waited_s), "{waited_s}");
     let shortfall = result.shortfall.unwrap();
     assert_eq!(shortfall.wanted, Duration::from_secs(20));
-    assert_eq!(shortfall.measured.as_secs_f64(), result.snapshot.timing.duration_s());
-    let outages = result.snapshot.outages;
+    assert_eq!(shortfall.measured.as_secs_f64(), result.measured.timing.duration_s);
+    let outages = result.measured.link.outages;
     assert_eq!((outages.times, outages.seconds()), (1, Some(5.0)), "the outage at the end is told");
-    assert_eq!(result.facts.end, Some(EndKind::GaveUp));
+    assert_eq!(result.measured.source.end, Some(EndKind::GaveUp));
 }
 
 #[tokio::test(start_paused = true)]
@@ -41,7 +41,7 @@ async fn a_sensor_without_a_sample_is_given_up_from_when_it_was_there() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_that_comes_back_in_time_is_measured_on() {
+async fn the_measurement_of_a_sensor_that_returns_in_time_continues() {
     let sensor = sensor();
     let spec = LiveSpec { limits: limits(Some(5), Some(60)), settings: duration(10), ..of(&sensor) };
     let mut session = Session::live(spec);
@@ -53,11 +53,11 @@ async fn a_sensor_that_comes_back_in_time_is_measured_on() {
     }
     let (result, _) = ended(session).await;
     assert!(matches!(*result.end, EndReason::DurationReached), "{:?}", result.end);
-    assert_eq!((result.shortfall, result.facts.end), (None, Some(EndKind::Duration)));
+    assert_eq!((result.shortfall, result.measured.source.end), (None, Some(EndKind::Duration)));
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_wall_time_is_over_whatever_comes() {
+async fn the_wall_time_ends_the_session_in_any_case() {
     for plugged in [true, false] {
         let sensor = sensor();
         let mut session = Session::live(LiveSpec { limits: limits(None, Some(7)), ..of(&sensor) });
@@ -68,7 +68,7 @@ async fn the_wall_time_is_over_whatever_comes() {
         let EndReason::WallTime(wall) = &*result.end else { panic!("{:?}", result.end) };
         assert_eq!((*wall, result.shortfall), (Duration::from_secs(7), None), "no duration was asked for");
         assert!((7.0..7.1).contains(&began.elapsed().as_secs_f64()));
-        assert!(result.snapshot.timing.samples >= 80);
+        assert!(result.measured.timing.samples >= 80);
     }
 }
 
@@ -79,11 +79,11 @@ async fn a_stop_before_the_duration_leaves_a_shortfall() {
     until(&mut session, |state| state.snapshot.timing.samples >= 80).await;
     session.commands.send(Command::Stop).await.unwrap();
     let (result, _) = ended(session).await;
-    assert_eq!(result.facts.end, Some(EndKind::Stopped));
+    assert_eq!(result.measured.source.end, Some(EndKind::Stopped));
     assert_eq!(result.shortfall.unwrap().wanted, Duration::from_secs(20));
 }
 
-/// It never says anything, and never ends.
+/// A source that sends nothing, and never ends.
 struct Mute(std::sync::mpsc::Receiver<()>);
 
 impl io::Read for Mute {
@@ -114,14 +114,14 @@ async fn a_recording_replays_with_the_outage_at_its_end() {
     let path = live.recording.unwrap().path;
     assert_eq!(reason(&path), "the sensor was lost");
     let replay = Session::replay(ReplaySpec::of(path)).result.await.unwrap();
-    assert_eq!(replay.snapshot.outages.seconds(), live.snapshot.outages.seconds());
-    assert_eq!(replay.facts.end, Some(EndKind::EndOfInput));
+    assert_eq!(replay.measured.link.outages.seconds(), live.measured.link.outages.seconds());
+    assert_eq!(replay.measured.source.end, Some(EndKind::EndOfInput));
 }
 
-/// From ten in the evening; the sensor goes for good at three.
+/// From ten in the evening; the sensor is lost for good at three.
 #[tokio::test(start_paused = true)]
-async fn of_a_night_whose_sensor_goes_at_three_the_morning_finds_five_hours_and_why_no_more() {
-    // two minutes: a night of whole hours passes, too, and takes a minute and a half
+async fn a_sensor_lost_at_night_leaves_five_hours_and_the_reason() {
+    // two minutes: a night of whole hours passes as well, but takes a minute and a half
     const HOUR_S: u64 = 120;
     let folder = TempDir::new().unwrap();
     let sensor = Sensor::new(115_200, 4);
@@ -145,12 +145,12 @@ async fn of_a_night_whose_sensor_goes_at_three_the_morning_finds_five_hours_and_
     assert_eq!(after.as_secs(), HOUR_S / 2);
     let took_s = began.elapsed().as_secs_f64() - (5 * HOUR_S + HOUR_S / 2) as f64;
     assert!((-1.0..1.0).contains(&took_s), "{took_s}");
-    let timing = live.snapshot.timing;
+    let timing = live.measured.timing;
     assert!((5 * HOUR_S * 4 - 8..=5 * HOUR_S * 4).contains(&timing.samples), "{timing:?}");
-    assert_eq!((timing.missing, live.snapshot.outages.seconds()), (0, Some((HOUR_S / 2) as f64)));
+    assert_eq!((timing.missing_at_least, live.measured.link.outages.seconds()), (0, Some((HOUR_S / 2) as f64)));
     let shortfall = live.shortfall.unwrap();
     assert_eq!(shortfall.wanted.as_secs(), 9 * HOUR_S);
-    assert_eq!(shortfall.measured.as_secs_f64(), timing.duration_s());
+    assert_eq!(shortfall.measured.as_secs_f64(), timing.duration_s);
 
     let part = |number: u32| folder.path().join(format!("bench.{number:04}.mcap"));
     let parts: Vec<PathBuf> = (1..).map(part).take_while(|part| part.exists()).collect();
@@ -158,7 +158,7 @@ async fn of_a_night_whose_sensor_goes_at_three_the_morning_finds_five_hours_and_
     assert_eq!(reason(parts.last().unwrap()), "the sensor was lost");
     let mut samples = 0;
     for part in &parts {
-        samples += Session::replay(ReplaySpec::of(part.clone())).result.await.unwrap().snapshot.timing.samples;
+        samples += Session::replay(ReplaySpec::of(part.clone())).result.await.unwrap().measured.timing.samples;
     }
     assert!((timing.samples - parts.len() as u64..=timing.samples).contains(&samples), "{samples} of {timing:?}");
 }

@@ -1,10 +1,10 @@
-//! A sensor on the bench: text in, lines out.
+//! A sensor for tests: text in, lines out.
 
 use std::time::Duration;
 
 use vn100_sim::{Device, DeviceConfig};
 
-/// From power-up to the first tick.
+/// The time from power-up to the first tick.
 pub(crate) const BOOT_MS: u64 = 1250;
 
 pub(crate) struct Bench {
@@ -17,7 +17,7 @@ impl Bench {
         Self { device: Device::new(config), now: Duration::ZERO }
     }
 
-    /// As delivered, through its boot, output paused, nothing waiting.
+    /// A sensor with factory defaults, booted, with its output paused and nothing pending.
     pub(crate) fn quiet() -> Self {
         Self::quiet_with(DeviceConfig::default())
     }
@@ -29,7 +29,7 @@ impl Bench {
         bench
     }
 
-    /// All output of a time, as text.
+    /// All output during a time, as text.
     pub(crate) fn wait_ms(&mut self, milliseconds: u64) -> String {
         String::from_utf8(self.wait(Duration::from_millis(milliseconds))).unwrap()
     }
@@ -43,13 +43,13 @@ impl Bench {
         self.device.receive(text.as_bytes(), self.now);
     }
 
-    /// All output of the 300 ms behind a command, which even the slowest line needs no longer for.
+    /// All output in the 300 ms after a command, which suffice even for the slowest line.
     pub(crate) fn ask(&mut self, body: &str) -> String {
         self.send(&format!("${body}*XX\r\n"));
         self.wait_ms(300)
     }
 
-    /// A write that must be taken.
+    /// A write that must be accepted.
     pub(crate) fn set(&mut self, settings: &str) {
         let answer = self.ask(&format!("VNWRG,{settings}"));
         assert!(answer.contains(&format!("$VNWRG,{settings}*")), "{settings}: {answer}");

@@ -6,7 +6,7 @@ use vn100_sim::{DeviceConfig, device::Firmware};
 
 use super::bench::Bench;
 
-/// Replies of real units and of the maker's documents, to reads of a sensor as delivered.
+/// Replies of real units and of the maker's documents, to reads of a sensor with factory defaults.
 const READ: [&str; 23] = [
     "$VNRRG,01,VN-100S-CR*35",
     "$VNRRG,02,7*6A",
@@ -80,7 +80,7 @@ fn answer(bench: &mut Bench, line: &str) -> String {
 }
 
 #[test]
-fn a_sensor_as_delivered_reads_as_real_units_do() {
+fn a_sensor_with_factory_defaults_replies_like_real_units() {
     let mut bench = Bench::quiet_with(DeviceConfig { serial: 100_130_608, ..DeviceConfig::default() });
     for reply in READ {
         let number = &reply[7..9];
@@ -90,7 +90,7 @@ fn a_sensor_as_delivered_reads_as_real_units_do() {
 }
 
 #[test]
-fn firmware_2_1_differs_where_the_maker_says_so() {
+fn firmware_2_1_differs_as_documented() {
     let mut old = Bench::quiet_with(DeviceConfig { firmware: Firmware::V2_1, ..DeviceConfig::default() });
     assert_eq!(old.ask("VNRRG,04"), "$VNRRG,04,2.1.0.0*76\r\n");
     assert!(old.ask("VNRRG,44").starts_with("$VNRRG,44,1,3,5*"));
@@ -101,7 +101,8 @@ fn firmware_2_1_differs_where_the_maker_says_so() {
     new.set("07,0");
 }
 
-/// Register 75 where packets are off, a group of times, the uncertainty of the attitude.
+/// The differences are register 75 with packets off, a group of times, and the uncertainty of the
+/// attitude.
 #[test]
 fn firmwares_differ_in_their_packets() {
     const TIMES: &str = "0,16,02,0001";
@@ -121,7 +122,7 @@ fn firmwares_differ_in_their_packets() {
         }
         bench.set("75,0,16,05,0001,001C");
         bench.set("75,0,0,01,0001");
-        // the same bit of another group, and another of the same
+        // the same bit of another group, and another bit of the same group
         bench.set("75,0,16,01,0100");
         bench.set("75,0,16,10,0002");
         assert_eq!(bench.error("VNWRG,75,0,0,00"), "07", "no group at all");
@@ -139,7 +140,7 @@ fn rate_message_and_frequency_of_either_port_are_written_by_its_number() {
 }
 
 #[test]
-fn published_writes_come_back_as_they_were() {
+fn published_writes_are_echoed_unchanged() {
     let mut bench = Bench::quiet();
     for line in WRITE {
         assert_eq!(answer(&mut bench, line), line);
@@ -151,7 +152,7 @@ fn published_writes_come_back_as_they_were() {
 }
 
 #[test]
-fn numbers_of_registers_come_back_with_two_digits_and_settings_as_they_are_kept() {
+fn numbers_of_registers_are_replied_with_two_digits_and_settings_as_stored() {
     let mut bench = Bench::quiet();
     assert!(bench.ask("VNRRG,8").starts_with("$VNRRG,08,"));
     assert!(bench.ask("VNRRG,006").starts_with("$VNRRG,06,14*"));
@@ -226,7 +227,7 @@ fn a_wrong_command_is_answered_by_the_error_of_its_kind() {
     ] {
         assert_eq!(bench.error(body), code, "{body}");
     }
-    // and nothing has changed
+    // nothing has changed
     for reply in READ.iter().filter(|reply| !reply.starts_with("$VNRRG,03")) {
         assert!(bench.ask(&reply[1..9]).starts_with(&reply[..9]));
     }
@@ -245,7 +246,7 @@ fn check_digits_are_of_either_kind_or_left_out() {
     {
         assert_eq!(answer(&mut bench, line), "$VNERR,03*72", "{line}");
     }
-    // a line feed is enough, and what stands before the last $ is nobody's
+    // a line feed is enough, and bytes before the last $ belong to no command
     bench.send("noise\r\n$VNR$VNRRG,01*72\n");
     assert_eq!(bench.wait_ms(100).trim_end(), hardware);
     bench.send("$VNRRG,01*72");
@@ -267,7 +268,7 @@ fn register_30_chooses_the_check_digits_of_all_output() {
 }
 
 #[test]
-fn error_mode_says_nothing_or_says_and_stops() {
+fn error_mode_suppresses_or_sends_and_stops() {
     let mut bench = Bench::quiet();
     bench.set("30,0,0,0,0,1,0,0");
     assert_eq!(bench.ask("VNXYZ"), "");
@@ -330,9 +331,9 @@ fn commands() -> impl Strategy<Value = Vec<u8>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Also: no bytes make the sensor panic.
+    /// The test also shows that no bytes make the sensor panic.
     #[test]
-    fn where_a_command_is_cut_changes_nothing(bytes in commands(), cuts in prop::collection::vec(1_usize..50, 1..40)) {
+    fn the_division_of_a_command_has_no_effect(bytes in commands(), cuts in prop::collection::vec(1_usize..50, 1..40)) {
         let mut whole = Bench::quiet();
         let mut cut = Bench::quiet();
         whole.device.receive(&bytes, whole.now);

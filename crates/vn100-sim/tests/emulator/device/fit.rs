@@ -1,4 +1,4 @@
-//! What the line carries, and what is refused.
+//! The capacity of the line, and settings that are refused.
 
 use super::bench::Bench;
 
@@ -59,7 +59,7 @@ fn other_messages_at_the_rate_of_delivery() {
 
 #[test]
 fn cases_seen_on_real_units() {
-    // 4880 + 6000 = 10 880 bytes a second of 11 520 were taken, 4880 + 7600 = 12 480 refused
+    // 4880 + 6000 = 10 880 of 11 520 bytes per second were accepted, 4880 + 7600 = 12 480 refused
     let mut bench = Bench::quiet();
     bench.set("75,1,4,01,0200");
     bench.set("75,0,4,01,0200");
@@ -69,14 +69,14 @@ fn cases_seen_on_real_units() {
     let mut bench = Bench::quiet();
     bench.set("05,57600");
     assert_eq!(bench.error("VNWRG,75,1,20,01,0101"), "0C");
-    // output of the other port is no burden
+    // output of the other port adds no load
     bench.set("75,2,20,01,0101");
-    // a rate of the line too low for what is sent is refused as well
+    // a baud rate that is too low for the output is refused as well
     assert_eq!(bench.error("VNWRG,05,38400"), "0C");
     assert!(bench.ask("VNRRG,05").starts_with("$VNRRG,05,57600*"));
 }
 
-/// Register 75 behind the divisor, bytes of a packet, packets a second that 57600, 115200, 230400,
+/// Register 75 after the divisor, bytes of a packet, packets per second that 57600, 115200, 230400,
 /// 460800 and 921600 baud carry.
 const PACKETS: [(&str, u32, [u32; 5]); 8] = [
     ("01,0101", 26, [222, 443, 886, 1772, 3545]),
@@ -90,7 +90,7 @@ const PACKETS: [(&str, u32, [u32; 5]); 8] = [
 ];
 
 #[test]
-fn packets_fit_as_their_length_says() {
+fn packets_fit_according_to_their_length() {
     for (mask, bytes, sustained) in PACKETS {
         for (baud, published) in [57_600, 115_200, 230_400, 460_800, 921_600].into_iter().zip(sustained) {
             let mut bench = Bench::quiet();
@@ -98,7 +98,7 @@ fn packets_fit_as_their_length_says() {
             bench.set(&format!("05,{baud}"));
             for divisor in [1, 2, 4, 5, 8, 10, 20] {
                 let command = format!("75,1,{divisor},{mask}");
-                // rates come in 800/divisor; the published number is rounded
+                // rates are 800/divisor; the published number is rounded
                 if bytes * 800 <= baud / 10 * divisor {
                     bench.set(&command);
                     assert!(800 / divisor <= published);

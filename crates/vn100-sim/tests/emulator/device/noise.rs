@@ -28,7 +28,7 @@ fn column(rows: &[[f64; 12]], index: usize) -> Vec<f64> {
     rows.iter().map(|row| row[index]).collect()
 }
 
-/// White noise alone, of the densities of the data sheet.
+/// Only white noise, with the densities of the data sheet.
 fn white() -> DeviceConfig {
     let mut profile = Profile::datasheet();
     for channel in &mut profile.channels {
@@ -41,7 +41,8 @@ const GYRO_DENSITY: f64 = 6.1087e-5;
 const ACCEL_DENSITY: f64 = 1.37293e-3;
 const MAG_DENSITY: f64 = 1.4e-4;
 
-/// Of the mean of so many values, over that without the sensor's low pass: by its impulse response.
+/// The deviation of the mean of `window` values, divided by that without the sensor's low pass,
+/// from the impulse response.
 fn deviation_behind_low_pass(is_accelerometer: bool, window: usize) -> f64 {
     let (a1, a2) = if is_accelerometer { (0.25, 0.0) } else { (0.499, -0.251) };
     let mut response = vec![0.0; 100];
@@ -54,7 +55,7 @@ fn deviation_behind_low_pass(is_accelerometer: bool, window: usize) -> f64 {
 
 #[test]
 fn sigma_follows_the_window_of_register_85() {
-    // 6000 samples: one standard deviation of the estimate is 0.9 %, more where neighbours are alike
+    // 6000 samples: one standard deviation of the estimate is 0.9 %, more if neighbours are correlated
     for (window, rate_hz, seconds) in
         [(4, 50, 120), (0, 50, 120), (1, 50, 120), (8, 50, 120), (16, 50, 120), (20, 40, 150)]
     {
@@ -90,7 +91,7 @@ fn a_window_can_be_left_out_of_the_compensated_output() {
     assert!((ratio - 1.0).abs() < 0.06, "{ratio}");
 }
 
-/// All floats of each packet behind its masks.
+/// All floats of each packet after its masks.
 fn floats(output: &[u8], header: usize) -> Vec<Vec<f32>> {
     let mut packets = Vec::new();
     Decoder::new(Options::default()).push(output, |item| {
@@ -120,7 +121,7 @@ fn at_800_hz_gyro_is_new_in_every_packet_and_correlated_and_mag_comes_at_250() {
     let mean = rate.iter().sum::<f64>() / rate.len() as f64;
     let covariance =
         |lag: usize| rate.iter().zip(&rate[lag..]).map(|(one, other)| (one - mean) * (other - mean)).sum::<f64>();
-    // as one second of a real sensor has it, within its own uncertainty
+    // as in one second of a real sensor, within its own uncertainty
     for (lag, expected) in [(1, 0.83), (2, 0.49), (3, 0.17), (4, -0.02), (5, -0.05)] {
         let correlation = covariance(lag) / covariance(0);
         assert!((correlation - expected).abs() < 0.05, "lag {lag}: {correlation}");
@@ -185,7 +186,7 @@ fn temperature_rises_to_its_rest_and_pressure_is_that_of_the_air() {
 }
 
 #[test]
-fn calibrations_act_on_compensated_values_alone() {
+fn calibrations_act_only_on_compensated_values() {
     let mut bench = Bench::quiet_with(drifting(0.0));
     bench.set("25,2,0,0,0,1,0,0,0,1,-1,0,0.5");
     assert!(bench.ask("VNRRG,18").starts_with("$VNRRG,18,+02.000,+00.000,-00.500*"));
@@ -209,7 +210,7 @@ fn equal_seeds_give_equal_bytes_and_reading_changes_no_noise() {
 }
 
 #[test]
-fn a_density_stated_for_the_output_comes_out_as_delivered() {
+fn a_density_stated_for_the_output_holds_with_factory_defaults() {
     let published = [0.051601, 0.006165, 0.004488, 0.001378, 0.002924, 0.003743, 0.011822, 0.011932, 0.020968];
     let profile = Profile::lab3();
     let mut bench = Bench::switched_on(DeviceConfig { profile, ..DeviceConfig::default() });
@@ -239,7 +240,7 @@ fn the_bias_follows_the_temperature_as_the_truth_has_it() {
     let [later_rad_s, later_m_s2, ended_c] = measured(&mut bench);
     let degrees = ended_c - begun_c;
     assert!((8.5..10.5).contains(&degrees), "{degrees}");
-    // the temperature is printed to 0.1 °C, and the bias began 5 s behind it
+    // the temperature is printed to 0.1 °C, and the bias lags it by 5 s
     let lagging = 0.06;
     let of_rate = (later_rad_s - rate_rad_s).to_degrees() / (0.5 * degrees);
     let of_force = (later_m_s2 - force_m_s2) / (0.02 * 9.80665 * degrees);

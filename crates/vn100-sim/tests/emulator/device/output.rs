@@ -1,4 +1,4 @@
-//! What is sent: sentences, suffixes and packets.
+//! The output: sentences, suffixes and packets.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ use vn100_sim::{DeviceConfig, Profile, noise::NoiseTruth};
 
 use super::bench::Bench;
 
-/// Number in register 6, header, the register that reads the same, bytes, fields.
+/// Number in register 6, header, the register with the same contents, bytes, fields.
 const MESSAGES: [(u32, &str, u32, usize, usize); 12] = [
     (1, "VNYPR", 8, 38, 3),
     (2, "VNQTN", 9, 51, 4),
@@ -23,7 +23,7 @@ const MESSAGES: [(u32, &str, u32, usize, usize); 12] = [
     (30, "VNDTV", 80, 75, 7),
 ];
 
-/// A sensor without any noise whose channels all have one mean.
+/// A sensor without noise whose channels all have the same mean.
 fn constant(mean: f64) -> DeviceConfig {
     let mut profile = Profile::datasheet();
     for channel in &mut profile.channels {
@@ -32,7 +32,7 @@ fn constant(mean: f64) -> DeviceConfig {
     DeviceConfig { profile, ..DeviceConfig::default() }
 }
 
-/// The first line that is sent of a message.
+/// The first line of a message.
 fn line(bench: &mut Bench) -> String {
     bench.send("$VNASY,1*4E\r\n");
     let output = bench.wait_ms(100);
@@ -41,11 +41,11 @@ fn line(bench: &mut Bench) -> String {
 }
 
 #[test]
-fn every_message_has_its_header_length_and_fields_and_reads_as_its_register() {
+fn every_message_has_its_header_length_and_fields_and_equals_its_register() {
     let mut bench = Bench::quiet();
     for (message, header, register, bytes, fields) in MESSAGES {
         bench.set(&format!("06,{message}"));
-        // integrals begin anew
+        // integrals restart
         bench.ask(&format!("VNRRG,{register}"));
         let line = line(&mut bench);
         assert!(line.starts_with(&format!("${header},")), "{line}");
@@ -74,7 +74,7 @@ fn negative_zero_and_wide_values_are_printed_as_the_sensor_does() {
 }
 
 #[test]
-fn the_decoder_takes_every_line_of_the_measuring_messages() {
+fn the_decoder_accepts_every_line_of_the_measuring_messages() {
     for (message, layout) in [(14, &VNYMR), (19, &VNIMU), (13, &VNMAR), (8, &VNQMR)] {
         let mut bench = Bench::quiet();
         bench.set(&format!("06,{message}"));
@@ -93,7 +93,7 @@ fn the_decoder_takes_every_line_of_the_measuring_messages() {
 }
 
 #[test]
-fn suffixes_stand_before_the_check_digits() {
+fn suffixes_precede_the_check_digits() {
     let mut bench = Bench::quiet();
     bench.set("06,1");
     let body = |bench: &mut Bench| line(bench).split('*').next().unwrap().to_owned();
@@ -147,7 +147,7 @@ fn float(bytes: &[u8], at: usize) -> f32 {
 }
 
 #[test]
-fn a_poll_is_answered_by_the_packet_alone() {
+fn a_poll_is_answered_only_by_the_packet() {
     let mut bench = Bench::quiet();
     bench.set("75,0,0,01,0739");
     bench.send("$VNBOM,1*749D\r\n");
@@ -158,13 +158,13 @@ fn a_poll_is_answered_by_the_packet_alone() {
     let time_ns = u64::from_le_bytes(packet[4..12].try_into().unwrap());
     assert_eq!(time_ns / 10_000_000, bench.now.as_millis() as u64 / 10 - 2);
     assert!((float(packet, 60) + 9.8).abs() < 0.2, "acceleration z");
-    // as delivered a poll gives the time
+    // by default a poll gives the time
     bench.send("$VNBOM,2*46\r\n");
     assert_eq!(bench.wait(Duration::from_millis(20)).len(), 14);
 }
 
 #[test]
-fn an_output_without_a_divisor_sends_only_when_asked() {
+fn an_output_without_a_divisor_sends_only_on_request() {
     let mut bench = Bench::quiet();
     bench.set("75,1,0,01,0001");
     bench.set("06,0");
@@ -226,7 +226,7 @@ fn a_packet_comes_before_the_line_of_its_tick_with_the_same_values() {
 
 #[test]
 fn attitude_agrees_with_a_recorded_packet() {
-    // angles and quaternion of a real unit, as it sent them
+    // angles and quaternion as sent by a real unit
     let angles = [-85.59866, 75.00573, 63.62910];
     let recorded: Vec<u8> = (0..16)
         .map(|index| {

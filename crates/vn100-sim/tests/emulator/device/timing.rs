@@ -1,4 +1,4 @@
-//! When things happen: power-up, the pace of the line, changes of its rate, flash and restarts.
+//! The timing of events: power-up, the rate of the line and its changes, flash and restarts.
 
 use std::time::Duration;
 
@@ -62,12 +62,12 @@ fn polling_often_or_seldom_gives_the_same_bytes_at_the_same_times() {
         pieces += 1;
     }
     assert!(often.starts_with(&seldom[..seldom.len() - 16]));
-    // eight pieces and the tick of each line
+    // eight pieces, and the tick of each line
     assert!((70 * 8..71 * 10).contains(&pieces), "{pieces}");
 }
 
 #[test]
-fn time_that_stands_still_or_goes_back_changes_nothing() {
+fn constant_or_decreasing_time_has_no_effect() {
     let mut bench = Bench::quiet();
     bench.send("$VNRRG,06*75\r\n");
     assert_eq!(bench.device.poll_output(Duration::ZERO), b"");
@@ -102,7 +102,7 @@ fn writing_the_flash_takes_half_a_second_and_commands_wait() {
     bench.send("$VNWNV*57\r\n$VNRRG,06*75\r\n");
     assert_eq!(bench.wait_ms(500), "");
     assert_eq!(bench.wait_ms(10), "$VNWNV*57\r\n$VNRRG,06,14*5C\r\n");
-    // as many as the buffer holds
+    // as many commands as the buffer holds
     bench.send("$VNWNV*57\r\n");
     bench.send(&"$VNRRG,06*75\r\n".repeat(30));
     let overflown = bench.wait_ms(490).matches("$VNERR,02*73").count();
@@ -123,7 +123,7 @@ fn commands_that_wait_for_the_flash_wait_for_a_second_write_and_end_with_a_resta
 }
 
 #[test]
-fn a_restart_forgets_what_was_not_written_to_flash() {
+fn a_restart_forgets_settings_that_were_not_written_to_flash() {
     let mut bench = Bench::quiet();
     bench.set("07,20");
     bench.ask("VNWNV");
@@ -133,7 +133,7 @@ fn a_restart_forgets_what_was_not_written_to_flash() {
     assert_eq!(bench.wait_ms(10), "$VNRST*4D\r\n");
     bench.send("$VNRRG,01*72\r\n");
     assert_eq!(bench.wait_ms(BOOT_MS - 10), "");
-    // output is on again: a pause is no setting
+    // output is on again, because a pause is no setting
     assert_eq!(lines(&bench.wait_ms(1000)), 20);
 }
 
@@ -180,7 +180,7 @@ fn the_frame_turns_after_flash_and_restart_only() {
 }
 
 #[test]
-fn a_crash_reports_itself_and_starts_anew() {
+fn a_crash_is_reported_and_restarts_the_sensor() {
     let mut bench = Bench::quiet();
     bench.device.crash(bench.now);
     assert_eq!(bench.wait_ms(10), "$VNERR,01*70\r\n");
@@ -189,7 +189,7 @@ fn a_crash_reports_itself_and_starts_anew() {
 }
 
 #[test]
-fn power_that_fails_takes_unsent_bytes_along() {
+fn a_power_failure_loses_unsent_bytes() {
     let mut bench = Bench::switched_on(DeviceConfig::default());
     bench.wait_ms(BOOT_MS + 5);
     bench.device.power_cycle(bench.now);
@@ -198,10 +198,10 @@ fn power_that_fails_takes_unsent_bytes_along() {
 }
 
 #[test]
-fn what_does_not_fit_the_buffer_is_dropped_whole_and_told() {
+fn messages_that_do_not_fit_the_buffer_are_dropped_and_reported() {
     let mut bench = Bench::quiet();
     bench.set("06,0");
-    // 11 600 bytes a second of 11 520 would be refused: this is 97 % of the line, and answers are not counted
+    // 11 600 bytes per second of 11 520 would be refused: this is 97 % of the line, and replies do not count
     bench.set("75,1,4,06,0001,001E");
     bench.send("$VNASY,1*4E\r\n");
     let mut text = Vec::new();
@@ -210,7 +210,7 @@ fn what_does_not_fit_the_buffer_is_dropped_whole_and_told() {
         text.extend(bench.wait(Duration::from_millis(5)));
     }
     text.extend(bench.wait(Duration::from_secs(1)));
-    // a reply is whole or not there
+    // a reply is complete or absent
     let count = |pattern: &[u8]| text.windows(pattern.len()).filter(|bytes| *bytes == pattern).count();
     let (whole, dropped) = (count(b"$VNRRG,23"), count(b"$VNERR,0B*03\r\n"));
     assert!(whole < 200 && dropped >= 5, "{whole} {dropped}");

@@ -1,4 +1,4 @@
-//! One fault at a time: what the session makes of it.
+//! One fault at a time, and its effect on the session.
 
 use std::time::Duration;
 
@@ -22,7 +22,7 @@ fn write_baud(bits_per_s: u32) -> SensorCommand {
     SensorCommand::write(&BaudRate::new(bits_per_s).unwrap())
 }
 
-/// What each request was told.
+/// The result of each request.
 fn told(outcomes: &[Outcome]) -> Vec<&str> {
     outcomes.iter().map(Outcome::told).collect()
 }
@@ -41,7 +41,7 @@ fn attempts(outcome: &Outcome) -> u32 {
     }
 }
 
-/// Whether these were sent, and nothing else.
+/// Whether exactly these commands were sent.
 fn assert_sent(link: &Link, commands: &[SensorCommand]) {
     let sent: Vec<_> = link.sent.iter().map(|(_, line)| line.as_str()).collect();
     assert_eq!(sent, commands.iter().map(line).collect::<Vec<_>>());
@@ -78,7 +78,7 @@ fn a_lost_request_is_sent_again() {
 }
 
 #[test]
-fn a_sensor_that_hears_nothing_is_given_up_in_time() {
+fn a_sensor_that_receives_nothing_is_given_up_in_time() {
     let mut link = Link::new();
     link.commands.fates = vec![Fate::LOST; 5].into();
     let outcomes = link.ask(&[READ_RATE, SensorCommand::WriteSettings, SensorCommand::Reset, READ_RATE]);
@@ -89,7 +89,7 @@ fn a_sensor_that_hears_nothing_is_given_up_in_time() {
 }
 
 #[test]
-fn a_lost_answer_is_asked_for_again() {
+fn a_lost_answer_is_requested_again() {
     let mut link = Link::new();
     link.answers.fates = [Fate::LOST].into();
     assert_eq!(told(&link.ask(&[write_rate(20), READ_RATE])), ["20", "20"]);
@@ -115,11 +115,11 @@ fn a_late_answer_is_not_taken_for_that_of_the_next_request() {
     let outcomes = link.ask(&[READ_RATE, write_rate(20), READ_RATE]);
     assert_eq!(told(&outcomes), ["40", "20", "20"]);
     assert_sent(&link, &[READ_RATE, READ_RATE, write_rate(20), READ_RATE]);
-    // a write that comes back late is not held against the next
+    // the late answer to a write does not count as the answer to the next write
     let mut link = Link::new();
     link.answers.fates = [Fate::late(ms(700))].into();
     assert_eq!(told(&link.ask(&[write_rate(20), write_rate(10), READ_RATE])), ["20", "10", "10"]);
-    // an error does not say what it answers: the next request waits for the second one
+    // an error does not name the request that it answers: the next request waits for the second one
     let mut link = Link::new();
     link.answers.fates = [Fate::late(ms(700)), Fate::late(ms(600))].into();
     let outcomes = link.ask(&[READ_ABSENT, READ_RATE]);
@@ -133,11 +133,11 @@ fn an_answer_after_the_end_of_its_request_answers_nothing() {
     link.answers.fates = [Fate::late(ms(3000))].into();
     let outcomes = link.ask(&[SensorCommand::WriteSettings, READ_RATE]);
     assert_eq!(attempts(&outcomes[0]), 1);
-    // it was held up by the late one
+    // it was delayed by the late one
     assert_eq!(attempts(&outcomes[1]), 3);
     assert_eq!(told(&link.ask(&[SensorCommand::Async(false), write_rate(20), READ_RATE])), ["Done", "20", "20"]);
     assert_eq!((link.session.poll_notice(), link.outcomes.len()), (None, 5));
-    // nor is it held against the next write
+    // it does not count as the answer to the next write either
     let mut link = Link::new();
     link.answers.fates = [Fate::late(ms(1600))].into();
     let outcomes = link.ask(&[write_rate(20), write_rate(10), READ_RATE]);
@@ -180,7 +180,7 @@ fn a_refusal_ends_the_request_that_it_answers() {
 }
 
 #[test]
-fn a_flipped_bit_of_a_request_or_an_answer_costs_one_more_attempt() {
+fn a_flipped_bit_of_a_request_or_an_answer_needs_one_more_attempt() {
     let bits = 8 * line(&READ_RATE).len();
     for bit in 0..bits {
         let mut link = Link::new();
@@ -193,11 +193,11 @@ fn a_flipped_bit_of_a_request_or_an_answer_costs_one_more_attempt() {
 }
 
 #[test]
-fn a_sensor_that_loses_its_power_is_asked_until_it_is_given_up_and_heard_again_after() {
+fn a_sensor_that_loses_its_power_is_given_up_and_answers_again_later() {
     let mut link = Link::new();
     link.session.submit(write_rate(20)).unwrap();
     link.session.submit(READ_RATE).unwrap();
-    // the answer is on its way through the sensor
+    // the answer is in transit
     link.run(link.now, 2);
     link.device.power_cycle(link.now);
     link.run(ms(10_000), 2);
@@ -207,7 +207,7 @@ fn a_sensor_that_loses_its_power_is_asked_until_it_is_given_up_and_heard_again_a
 }
 
 #[test]
-fn a_fault_of_the_sensor_is_told_and_answers_nothing() {
+fn a_fault_of_the_sensor_is_reported_and_answers_nothing() {
     let mut link = Link::new();
     assert_eq!(told(&link.ask(&[write_rate(20)])), ["20"]);
     link.session.submit(READ_RATE).unwrap();
@@ -222,13 +222,13 @@ fn a_fault_of_the_sensor_is_told_and_answers_nothing() {
 }
 
 #[test]
-fn nothing_is_asked_while_the_sensor_restarts() {
+fn nothing_is_sent_while_the_sensor_restarts() {
     for restart in [SensorCommand::Reset, SensorCommand::RestoreFactorySettings] {
         let mut link = Link::new();
         let requests = [write_rate(20), restart, READ_RATE];
         let outcomes = link.ask(&requests);
         assert_eq!(told(&outcomes), ["20", "Done", "40"]);
-        // had it been asked before, it would have been asked again
+        // a command sent before would have been repeated
         assert_sent(&link, &requests);
         assert_eq!(link.sent[2].0, outcomes[1].at + BOOT);
     }
@@ -242,7 +242,7 @@ fn the_answer_to_a_change_of_the_baud_rate_comes_at_the_old_one() {
     let mut link = Link::new();
     let outcomes = link.ask(&[write_baud(921_600)]);
     assert_eq!((told(&outcomes), link.sent.len()), (vec!["921600"], 1));
-    // whoever stays at the old rate is not heard
+    // a host that stays at the old rate is not heard
     assert_eq!(attempts(&link.ask(&[READ_RATE])[0]), 3);
     link.host_baud = 921_600;
     assert_eq!(told(&link.ask(&[SensorCommand::ReadRegister(Register::BAUD_RATE), READ_RATE])), ["921600", "40"]);

@@ -1,5 +1,5 @@
-//! A session and a sensor on the two ends of a line that loses, damages, delays and repeats what
-//! the test says.
+//! A session and a sensor on the two ends of a line that loses, damages, delays and repeats lines
+//! as the test prescribes.
 
 use std::{collections::VecDeque, time::Duration};
 
@@ -12,14 +12,14 @@ pub(crate) const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
 }
 
-/// What becomes of one line.
+/// The fate of one line.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fate {
-    /// How often it arrives; 0: it is lost.
+    /// The number of copies that arrive; 0 for a lost line.
     pub(crate) copies: usize,
     /// A bit that is inverted, counted around its length.
     pub(crate) flipped: Option<usize>,
-    /// How much later it arrives, and with it all behind it.
+    /// How much later it arrives, together with all lines after it.
     pub(crate) late: Duration,
 }
 
@@ -40,7 +40,7 @@ impl Fate {
 /// The line in one direction: first in, first out.
 #[derive(Debug, Default)]
 pub(crate) struct Direction {
-    /// Those of the next lines; behind them all are whole.
+    /// The fates of the next lines; later lines are undamaged.
     pub(crate) fates: VecDeque<Fate>,
     under_way: VecDeque<(Duration, Vec<u8>)>,
 }
@@ -55,7 +55,7 @@ impl Direction {
         self.pass(&line, now, fate);
     }
 
-    /// Sends a line on its way whose bytes are what they will be.
+    /// Sends a line with its final bytes.
     fn pass(&mut self, line: &[u8], now: Duration, fate: Fate) {
         let before = self.under_way.back().map_or(now, |(at, _)| *at);
         for _ in 0..fate.copies {
@@ -73,7 +73,7 @@ impl Direction {
     }
 }
 
-/// How a request ended, and when.
+/// The result of a request, and its time.
 #[derive(Debug, Clone)]
 pub(crate) struct Outcome {
     pub(crate) id: RequestId,
@@ -82,7 +82,7 @@ pub(crate) struct Outcome {
 }
 
 impl Outcome {
-    /// The fields that came; `Done` for a command without any.
+    /// The received fields; `Done` for a command without fields.
     pub(crate) fn told(&self) -> &str {
         match &self.result {
             Ok(Response::Register(contents)) => contents.fields.as_str(),
@@ -97,24 +97,24 @@ pub(crate) struct Link {
     pub(crate) session: RequestQueue,
     pub(crate) now: Duration,
     pub(crate) commands: Direction,
-    /// Of the sensor; measurements are always whole but for `flips`.
+    /// The line from the sensor; measurements are undamaged except for `flips`.
     pub(crate) answers: Direction,
     /// Bits of the next measurements that are inverted.
     pub(crate) flips: VecDeque<usize>,
     pub(crate) host_baud: u32,
-    /// The commands sent, `$` and checksum and all, and when.
+    /// The commands sent, with `$` and checksum, and their times.
     pub(crate) sent: Vec<(Duration, String)>,
     pub(crate) outcomes: Vec<Outcome>,
-    /// Good measurements, and lines that are none.
+    /// Good measurements, and other lines.
     pub(crate) samples: u64,
     pub(crate) bad: u64,
     decoder: Decoder,
-    /// What the sensor has sent of its next line.
+    /// The sent part of the sensor's next line.
     begun: Vec<u8>,
 }
 
 impl Link {
-    /// To a sensor as delivered, which sends 40 lines a second since 0.75 s.
+    /// A link to a sensor with factory defaults, which has sent 40 lines per second for 0.75 s.
     pub(crate) fn new() -> Self {
         let mut link = Self {
             device: Device::new(DeviceConfig::default()),
@@ -131,18 +131,18 @@ impl Link {
             decoder: Decoder::new(Options::default()),
             begun: Vec::new(),
         };
-        // nobody has listened so far
+        // earlier output was not received
         link.device.poll_bytes(link.now, |_| {});
         link
     }
 
-    /// Asks all this, and waits until each has ended.
+    /// Sends all these commands, and waits until each has ended.
     pub(crate) fn ask(&mut self, commands: &[SensorCommand]) -> Vec<Outcome> {
         let before = self.outcomes.len();
         for command in commands {
             self.session.submit(command.clone()).unwrap();
         }
-        // longer than any session of as many takes
+        // longer than a session of this many commands takes
         self.run(self.now + ms(10_000 * commands.len() as u64), before + commands.len());
         let outcomes = self.outcomes[before..].to_vec();
         assert_eq!(outcomes.len(), commands.len(), "{outcomes:?}");
@@ -153,12 +153,12 @@ impl Link {
         self.run(self.now + time, usize::MAX);
     }
 
-    /// Lets time pass until `end`, or so many requests have ended.
+    /// Lets time pass until `end`, or this many requests have ended.
     pub(crate) fn run(&mut self, end: Duration, outcomes: usize) {
         loop {
             let ended = std::iter::from_fn(|| self.session.poll_completion());
             self.outcomes.extend(ended.map(|(id, result)| Outcome { id, at: self.now, result }));
-            // nothing of the next request has been sent then
+            // at this point nothing of the next request has been sent
             if self.outcomes.len() >= outcomes {
                 return;
             }
@@ -175,12 +175,12 @@ impl Link {
         }
     }
 
-    /// What the sensor holds at this moment, whatever the session believes.
+    /// The contents of a register in the sensor at this moment, independent of the session.
     pub(crate) fn truth(&self, register: Register) -> String {
         let mut device = self.device.clone();
         let mut now = self.now;
         let mut text = String::new();
-        // a boot, or the writing of the flash, may have to end first
+        // a boot or a flash write may have to end first
         for command in [SensorCommand::Async(false), SensorCommand::ReadRegister(register)] {
             now += ms(1500);
             let _ = device.poll_output(now);
@@ -209,7 +209,7 @@ impl Link {
         }
     }
 
-    /// Takes what the sensor has sent and what has arrived by now.
+    /// Takes the output of the sensor and the lines that have arrived by now.
     fn listen(&mut self) {
         self.deliver_commands();
         let mut sent = Vec::new();
@@ -243,7 +243,6 @@ impl Link {
     }
 }
 
-/// A command as it is sent.
 pub(crate) fn line(command: &SensorCommand) -> String {
     command.sentence(Check::Xor8)
 }

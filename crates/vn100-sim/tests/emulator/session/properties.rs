@@ -1,5 +1,5 @@
-//! Any faults in any order: each request ends once and in time, nothing that may not is sent twice,
-//! and what is told is true.
+//! Any faults in any order: each request ends once and in time, only repeatable commands are sent
+//! twice, and the results are true.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use super::link::{Fate, Link, line, ms};
 
 const ABSENT: Register = Register(99);
 
-/// How much later than usual answers come at most: beyond the time of all attempts of a request.
+/// The largest additional delay of answers: longer than all attempts of a request.
 const LATEST: Duration = ms(1700);
 
 fn command() -> impl Strategy<Value = SensorCommand> {
@@ -42,7 +42,7 @@ fn answer_fate() -> impl Strategy<Value = Fate> {
     ]
 }
 
-/// How often it may be sent.
+/// The most times that it may be sent.
 fn attempts(command: &SensorCommand) -> u32 {
     match command {
         SensorCommand::ReadRegister(_) | SensorCommand::WriteRegister { .. } | SensorCommand::Async(_) => 3,
@@ -81,26 +81,26 @@ proptest! {
                 restarted_at = Some(link.now);
             }
             link.run(limit, index + 1);
-            // one outcome, of this request, in its time
+            // one outcome, of this request, in time
             prop_assert_eq!(link.outcomes.len(), index + 1, "{:?} has not ended by {:?}", command, limit);
             let outcome = &link.outcomes[index];
             prop_assert_eq!(outcome.id, ids[index]);
             // the next may have to wait for late answers, or for the sensor
             free_at = outcome.at + patience(command) + command.busy_time();
-            // it alone was sent meanwhile, as often as it may be
+            // only this command was sent meanwhile, as often as allowed
             let sent = &link.sent[sent_before..];
             prop_assert!(sent.len() <= attempts(command) as usize, "{:?}", sent);
             prop_assert!(sent.iter().all(|(_, sent)| *sent == line(command)), "{:?}", sent);
             if matches!(command, SensorCommand::Reset | SensorCommand::RestoreFactorySettings) {
                 restarted_at = Some(outcome.at);
             }
-            // what is told of a register is told of that one, and true
+            // the result for a register is of that register, and true
             if let Ok(Response::Register(contents)) = &outcome.result {
                 let (SensorCommand::ReadRegister(asked) | SensorCommand::WriteRegister { register: asked, .. }) = command else {
                     panic!("{command:?} was answered with {contents:?}");
                 };
                 prop_assert_eq!(contents.register, *asked);
-                // what left the sensor before a restart answers an equal request as well
+                // an answer from before a restart also answers an equal request
                 if restarted_at.is_none_or(|at| sent[0].0 >= at + LATEST) {
                     prop_assert_eq!(contents.fields.as_str(), link.truth(*asked), "{:?}", command);
                 }

@@ -13,11 +13,12 @@ use serde_json::Value;
 use tempfile::TempDir;
 use tokio::{sync::watch, task::JoinHandle};
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::Completion;
 use vn100_capture::Clock;
 use vn100_driver::{Configured, LinkHandle, OutputSettings};
 use vn100_protocol::Register;
-use vn100_report::words::remedy_words;
-use vn100_report::{Completion, Document};
+use vn100_report::Document;
+use vn100_report::remedies::remedy_words;
 use vn100_session::{Command, EmulatedPort, LiveError, LiveSource, ReplaySpec, Session, SourceState};
 use vn100_view::MessageQueue;
 
@@ -51,7 +52,7 @@ pub(super) struct Running {
     pub(super) commands: tokio::sync::mpsc::Sender<Command>,
     pub(super) stop: CancellationToken,
     messages: MessageQueue,
-    ended: JoinHandle<anyhow::Result<vn100_report::Measured>>,
+    ended: JoinHandle<anyhow::Result<vn100_analysis::SourceResult>>,
 }
 
 impl Bench {
@@ -154,7 +155,7 @@ impl Running {
 
     pub(super) async fn end(self) -> Outcome {
         let measured = self.ended.await.unwrap().unwrap();
-        let document = serde_json::to_value(Document::new(&measured, true, remedy_words)).unwrap();
+        let document = serde_json::to_value(Document::new(&measured, remedy_words)).unwrap();
         Outcome { completion: measured.completion, document, messages: self.messages.take() }
     }
 }
@@ -204,7 +205,7 @@ pub(super) async fn replayed(file: &std::path::Path, options: &str) -> Outcome {
     let result = Session::replay(spec).result.await.unwrap();
     let evaluation = Arc::new(evaluation(&args.files.measure).unwrap());
     let measured = evaluated_replay(result, &evaluation, false).await.unwrap();
-    let document = serde_json::to_value(Document::new(&measured, true, remedy_words)).unwrap();
+    let document = serde_json::to_value(Document::new(&measured, remedy_words)).unwrap();
     Outcome { completion: measured.completion, document, messages: Vec::new() }
 }
 

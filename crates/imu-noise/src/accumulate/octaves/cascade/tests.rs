@@ -4,7 +4,7 @@ use super::Cascade;
 use crate::accumulate::{octaves::window_plan::WindowPlans, record::Deviation, stretch::Stretch};
 use crate::oracle;
 
-/// Compares with the rows `sadevR` and `shdevR` of `stream`; returns how many there were.
+/// Compares with the rows `sadevR` and `shdevR` of `stream`; returns their number.
 fn check(file: &str, stream: &str, runs: &[(u64, &[i32])]) -> usize {
     let rows = oracle::rows(file);
     let mut used = 0;

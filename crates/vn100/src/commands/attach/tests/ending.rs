@@ -24,7 +24,7 @@ async fn a_sensor_that_returns_at_another_rate_ends_the_measurement() {
     bench.configure(rate(20)).await;
     let told = bench.run("attach --duration 60s --json --record {}/rate.mcap").await;
     assert_eq!((told.completion, &told.document["timing"]["rate_hz"]), (Completion::Failed, &20.0.into()));
-    assert!(told.number("/timing/samples") > 0 && told.warned("rate-changed"));
+    assert!(told.number("/timing/samples") > 0 && told.warned("stream-changed"));
     assert_eq!(told.said("the rate changed from 20 to 40 Hz"), 1, "{:?}", told.messages);
     let error = told.error();
     assert!(error.contains("configure imu --set-rate 20`"), "{error}");
@@ -45,7 +45,7 @@ async fn a_sensor_that_goes_for_good_is_given_up_with_the_result_so_far() {
     let down_s = told.document["link"]["down_s"].as_f64().unwrap();
     assert!((0.9..=1.1).contains(&down_s), "{down_s}");
     let warnings = told.document["warnings"].as_array().unwrap();
-    let early = warnings.iter().find(|warning| warning["kind"] == "ended-early").unwrap();
+    let early = warnings.iter().find(|warning| warning["kind"] == "incomplete").unwrap();
     assert_eq!(early["severity"], "problem");
     let text = early["text"].as_str().unwrap();
     assert!(text.starts_with("no sample came for 1 s after "), "{text}");

@@ -1,0 +1,28 @@
+//! That a sensor was moved.
+
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// A sensor that was moved, by the axis that shows it most; its text says so.
+#[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
+pub struct Motion {
+    /// The axis.
+    pub channel: String,
+    /// Its standard deviation over the record, in `unit`.
+    pub std: f64,
+    /// The least that counts as motion.
+    pub limit: f64,
+    /// rad/s or m/s².
+    pub unit: String,
+    /// All axes beyond their limits.
+    pub axes: Vec<String>,
+}
+
+impl fmt::Display for Motion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { channel, std, limit, unit, .. } = self;
+        write!(f, "sensor moved: standard deviation of {channel} {std:.3} {unit}, at rest below {limit}")
+    }
+}

@@ -1,0 +1,276 @@
+//! The result of the measurement of one source: what every face shows of it, as plain data in SI
+//! units.
+
+mod channel;
+mod history;
+mod noise;
+mod time_base;
+mod unread;
+mod verdict;
+
+use std::sync::Arc;
+
+use imu_noise::{Deviation, Estimator, RecordShape};
+use schemars::JsonSchema;
+use serde::Serialize;
+use vn100_protocol::Quantity;
+
+pub use channel::{
+    BlockValues, ChannelResult, Curve, Detectable, HistogramBars, Norm, NormalityTest, Point, Spectrum, Stationarity,
+    Statistics,
+};
+pub use history::{History, HistoryColumn};
+pub use noise::{
+    Budget, Correlation, Graded, GraphicalReading, GraphicalReadings, InUnit, NoiseResult, ParameterResult,
+    TemperatureResult,
+};
+pub use time_base::{LinkCounts, TimeBase};
+
+use crate::{
+    assessment::Assessment,
+    comparison::ComparedRecord,
+    datasheet::{Datasheet, FigureVerdict, Verdicts, not_passed},
+    goal::Goal,
+    motion::Motion,
+    noise_figure::NoiseFigure,
+    snapshot::Snapshot,
+    source_facts::{Device, EndKind, SourceFacts},
+    warning::Warning,
+};
+
+/// Result of a measurement of one source. SI units; angles in degrees, magnetic field in gauss; null
+/// if a number is not known. Fields may be added.
+#[derive(Debug, Clone, JsonSchema, Serialize)]
+pub struct SourceResult {
+    /// The source.
+    pub source: SourceFacts,
+    /// The time base.
+    pub timing: TimeBase,
+    /// What the link or file carried.
+    pub link: LinkCounts,
+    /// Motion of the sensor, which hides its noise; null if the record shows the sensor at rest.
+    pub motion: Option<Motion>,
+    /// The channels: those of the message in its order, then those read from registers.
+    pub channels: Vec<ChannelResult>,
+    /// Magnitudes of the vectors of sensors with three axes.
+    pub norms: Vec<Norm>,
+    /// Data sheet that the channels are compared with; null without one for the sensor.
+    pub datasheet: Option<ComparedSheet>,
+    /// Goals that were not reached, and parameters that did not pass, in words.
+    pub unmet: Vec<String>,
+    /// Why the measurement ended; null while it is under way.
+    pub end_reason: Option<EndKind>,
+    /// Whether the measurement is complete and its goals are met; while it is under way, as if it
+    /// ended now.
+    pub completion: Completion,
+    /// Limits of the result, the gravest first. A document has them in words.
+    #[serde(skip)]
+    pub warnings: Vec<Warning>,
+    /// Level of all intervals, 0 to 1; a document has it with each curve.
+    #[serde(skip)]
+    pub confidence: f64,
+    #[serde(skip)]
+    basis: Arc<Basis>,
+}
+
+/// The sums from which a result was made.
+#[derive(Debug)]
+struct Basis {
+    snapshot: Arc<Snapshot>,
+    assessment: Arc<Assessment>,
+}
+
+/// A data sheet that a result is compared with.
+#[derive(Debug, Clone, PartialEq, Eq, JsonSchema, Serialize)]
+pub struct ComparedSheet {
+    /// Name of the sheet.
+    pub name: String,
+    /// How far the figures of the sheet can be trusted; null if it says nothing about that.
+    pub note: Option<String>,
+    /// Whether typical figures pass and fail, as limits do.
+    pub typical_is_limit: bool,
+}
+
+/// The outcome of a measurement, the best first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Completion {
+    /// The source was read to its end.
+    Complete,
+    /// The source was read to its end, and a goal was not reached or a parameter did not pass.
+    NotMet,
+    /// The measurement could not be finished.
+    Failed,
+    /// The source could not be opened, or gave no valid sample.
+    NoData,
+    /// The user did not give what only the user knows, such as the rate.
+    NotGiven,
+}
+
+/// The parts of a result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Parts {
+    /// All parts.
+    All,
+    /// All but spectra, blocks and histograms, which take as long to make as all others.
+    WithoutSignals,
+}
+
+impl SourceResult {
+    /// The result of a source as if it ended now. The assessment may be that of an earlier snapshot
+    /// of the same measurement: its intervals are taken for those of this one. Without a sample
+    /// there are no channels.
+    #[must_use]
+    pub fn new(facts: SourceFacts, snapshot: Arc<Snapshot>, assessment: Arc<Assessment>, parts: Parts) -> Self {
+        let source = with_stream(facts, &snapshot);
+        let unread = unread::warnings(&source);
+        let mut warnings: Vec<Warning> =
+            snapshot.warnings.iter().chain(&unread).chain(&assessment.warnings).cloned().collect();
+        warnings.sort_by_key(|warning| warning.severity);
+        Self {
+            timing: TimeBase::of(&snapshot),
+            link: LinkCounts::of(&snapshot),
+            motion: assessment.motion.clone(),
+            channels: channel::of(&snapshot, &assessment, parts),
+            norms: snapshot.magnitudes.iter().map(|norm| Norm::of(norm, &snapshot)).collect(),
+            datasheet: None,
+            unmet: Vec::new(),
+            end_reason: source.end,
+            completion: Completion::Complete,
+            warnings,
+            confidence: assessment.confidence,
+            basis: Arc::new(Basis { snapshot, assessment }),
+            source,
+        }
+    }
+
+    /// The result of the same samples, assessed anew: without the intervals of an earlier snapshot.
+    #[must_use]
+    pub fn exact(&self) -> Self {
+        let snapshot = Arc::clone(&self.basis.snapshot);
+        let assessment = Arc::new(Assessment::new(&snapshot, self.confidence));
+        Self::new(self.source.clone(), snapshot, assessment, Parts::All)
+    }
+
+    /// Takes newer facts of the source: its link, recording and replay change while no sample comes.
+    pub fn update(&mut self, facts: SourceFacts) {
+        self.source = with_stream(facts, &self.basis.snapshot);
+    }
+
+    /// The same with verdicts by this data sheet.
+    pub fn judge(&mut self, sheet: &Datasheet) {
+        let Verdicts { datasheet: name, note, channels } = sheet.verdicts(&self.basis.snapshot, &self.basis.assessment);
+        self.datasheet = Some(ComparedSheet { name, note, typical_is_limit: sheet.typical_is_limit });
+        for (channel, verdicts) in self.channels.iter_mut().zip(channels) {
+            channel.verdict = Some(verdicts).filter(|verdicts| !verdicts.is_empty());
+        }
+    }
+
+    /// The channels of `figure` whose verdicts are not all a pass, as [`not_passed`] gives
+    /// them; empty if all pass.
+    #[must_use]
+    pub fn not_passed(&self, figure: &NoiseFigure) -> Vec<(String, Option<FigureVerdict>)> {
+        let verdicts = self.datasheet.as_ref().map(|sheet| Verdicts {
+            datasheet: sheet.name.clone(),
+            note: sheet.note.clone(),
+            channels: self.channels.iter().map(|channel| channel.verdicts().to_vec()).collect(),
+        });
+        let reasons = not_passed(figure, &self.basis.snapshot, verdicts.as_ref());
+        reasons.into_iter().map(|(name, verdict)| (name, verdict.cloned())).collect()
+    }
+
+    /// Whether the stream has a channel of this figure.
+    #[must_use]
+    pub fn has_channel_of(&self, figure: &NoiseFigure) -> bool {
+        self.basis.snapshot.layout_channels().iter().any(|channel| figure.concerns(channel))
+    }
+
+    /// Why no record of this message shows the parameter of the goal; see [`Goal::out_of_reach`].
+    #[must_use]
+    pub fn out_of_reach(&self, goal: &Goal) -> Option<String> {
+        goal.out_of_reach(&self.basis.snapshot)
+    }
+
+    /// How well the parameter of a goal is known by axis; see [`Goal::relative_half_widths`].
+    #[must_use]
+    pub fn half_widths(&self, goal: &Goal) -> Vec<(String, Option<f64>)> {
+        goal.relative_half_widths(&self.basis.snapshot, &self.basis.assessment)
+    }
+
+    /// The channels of that quantity, in their order.
+    #[must_use]
+    pub fn of(&self, quantity: Quantity) -> Vec<&ChannelResult> {
+        self.channels.iter().filter(|channel| channel.quantity == quantity).collect()
+    }
+
+    /// The channels of the stream, without those read from registers.
+    pub fn streamed(&self) -> impl Iterator<Item = &ChannelResult> {
+        self.channels.iter().filter(|channel| channel.is_streamed())
+    }
+
+    /// The deviation that all curves are of.
+    #[must_use]
+    pub fn deviation(&self) -> Deviation {
+        self.basis.snapshot.deviation
+    }
+
+    /// Length, interval and kind of the octaves of a channel with a sample in every row.
+    #[must_use]
+    pub fn shape(&self) -> RecordShape {
+        self.basis.snapshot.shape()
+    }
+
+    /// The windows that enter all curves.
+    #[must_use]
+    pub fn estimator(&self) -> Estimator {
+        self.basis.snapshot.estimator
+    }
+
+    /// The record for a comparison with others.
+    #[must_use]
+    pub fn compared(&self) -> ComparedRecord<'_> {
+        ComparedRecord {
+            name: &self.source.name,
+            snapshot: &self.basis.snapshot,
+            assessment: &self.basis.assessment,
+            started_ns: self.source.recording.as_ref().and_then(|recording| recording.started_ns),
+        }
+    }
+
+    /// The latest samples of the channel at this place.
+    #[must_use]
+    pub fn history(&self, channel: usize, columns: usize, most_slots: usize) -> Option<History> {
+        History::of(&self.basis.snapshot, channel, columns, most_slots)
+    }
+
+    /// The latest temperature that was read from a register, in °C; `None` without a reading.
+    #[must_use]
+    pub fn polled_temperature_c(&self) -> Option<f64> {
+        self.basis.snapshot.polled_temperature_c()
+    }
+
+    /// Adds a warning, at its place by severity, before others as grave.
+    pub fn warn(&mut self, warning: Warning) {
+        let place = self.warnings.partition_point(|other| other.severity < warning.severity);
+        self.warnings.insert(place, warning);
+    }
+
+    /// Notes that the result is incomplete because of a fault that is no error of the source: the
+    /// measurement has failed. An earlier error is kept.
+    pub fn note_failure(&mut self, text: String) {
+        self.source.error.get_or_insert(text);
+        self.completion = self.completion.max(Completion::Failed);
+    }
+}
+
+/// The facts with what the stream itself carries.
+fn with_stream(facts: SourceFacts, snapshot: &Snapshot) -> SourceFacts {
+    let layout = snapshot.layout.as_ref();
+    SourceFacts {
+        message: layout.map(|layout| layout.message.to_string()),
+        compensated: layout.and_then(|layout| layout.compensated),
+        device: Device::of(&snapshot.registers),
+        marks: snapshot.marks.clone(),
+        ..facts
+    }
+}

@@ -1,0 +1,573 @@
+//! The results of one channel, in its own unit.
+
+use imu_noise::{
+    Block, Deviation, Disturbance, Estimator, Frozen, Interval, LevelChange, LevelShape, NoiseChange, NoiseFit,
+    Normality, NotJudged, OctaveSum, Sides, SpectralLine, Spikes, counts_to_unit,
+};
+use schemars::JsonSchema;
+use serde::Serialize;
+use vn100_protocol::{Channel, Quantity};
+
+use super::{
+    Graded, NoiseResult, Parts,
+    verdict::{VerdictDocument, as_documents},
+};
+use crate::{
+    accumulate::magnitude::Magnitude,
+    assessment::{Assessment, ChannelAssessment, Disturbed, OctaveAssessment, Onboard},
+    datasheet::FigureVerdict,
+    sensor::{axes_name, sensor_of},
+    snapshot::{ChannelSnapshot, Snapshot},
+};
+
+/// One channel, in its own unit; null if a number is not known.
+#[derive(Debug, Clone, JsonSchema, Serialize)]
+pub struct ChannelResult {
+    /// Name, such as gyro_x.
+    pub name: String,
+    /// Quantity of the channel.
+    #[serde(skip)]
+    pub quantity: Quantity,
+    /// Unit of the channel: rad/s, m/s^2, gauss, deg, degC, kPa.
+    pub unit: String,
+    /// Decimals that show one count in the unit.
+    #[serde(skip)]
+    pub decimals: usize,
+    /// Sample rate of the channel in Hz: that of the rows, or a part of it if the sensor measures the
+    /// channel more slowly.
+    pub rate_hz: f64,
+    /// Statistics of all samples.
+    pub statistics: Statistics,
+    /// Deviation over averaging times.
+    pub allan: Curve,
+    /// Noise model of an axis; null for channels that are no axis of a sensor.
+    pub noise: Option<NoiseResult>,
+    /// Averaging and decimation inside the sensor; null if they are not known.
+    pub onboard: Option<Onboard>,
+    /// What happened during the record; null for a channel that is not in the stream.
+    pub stationarity: Option<Stationarity>,
+    /// Power spectral density by Welch's method, and its peaks; only at the end.
+    pub spectrum: Option<Spectrum>,
+    /// Consecutive blocks of the record, in time order; only at the end.
+    pub blocks: Option<Vec<BlockValues>>,
+    /// Verdicts on each figure of the data sheet; only at the end, null without figures.
+    #[serde(serialize_with = "as_documents")]
+    #[schemars(with = "Option<Vec<VerdictDocument>>")]
+    pub verdict: Option<Vec<FigureVerdict>>,
+    /// Grade of a gyroscope; null for any other channel.
+    pub grade: Option<Graded>,
+    /// The deviation at each octave, if the curve has other averaging times.
+    #[serde(skip)]
+    octaves: Option<Vec<Point>>,
+}
+
+/// Statistics of all samples of a channel.
+#[derive(Debug, Clone, JsonSchema, Serialize)]
+pub struct Statistics {
+    /// Number of samples.
+    pub count: u64,
+    /// Mean; of an angle the unwrapped one, in (-180, 180].
+    pub mean: Option<f64>,
+    /// Standard deviation, with n - 1 in the denominator.
+    pub std: Option<f64>,
+    /// Third standardised moment.
+    pub skewness: Option<f64>,
+    /// Fourth standardised moment less 3.
+    pub excess_kurtosis: Option<f64>,
+    /// Smallest sample.
+    pub min: Option<f64>,
+    /// Largest sample.
+    pub max: Option<f64>,
+    /// Step of the values.
+    pub resolution: f64,
+    /// Whether the values are normally distributed; null for a channel that is not in the stream.
+    pub normality: Option<NormalityTest>,
+    /// Samples by value; only at the end.
+    pub histogram: Option<HistogramBars>,
+}
+
+/// Whether the values of a channel are normally distributed.
+#[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
+pub struct NormalityTest {
+    /// Whether they are: 99 of 100 normal records are said to be; null if it cannot be judged.
+    pub consistent: Option<bool>,
+    /// Probability that normal values would show as much; null if it cannot be judged.
+    pub p: Option<f64>,
+    /// Why it cannot be judged; null if it can.
+    pub reason: Option<String>,
+    /// Standard error of the skewness of normal values.
+    pub skewness_error: Option<f64>,
+    /// Standard error of the excess kurtosis of normal values.
+    pub excess_kurtosis_error: Option<f64>,
+    /// Independent samples with as much information on the skewness.
+    pub effective_samples: Option<f64>,
+}
+
+/// A histogram in bins of one width.
+#[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
+pub struct HistogramBars {
+    /// Lower end of the first bin.
+    pub first: f64,
+    /// Width of every bin.
+    pub width: f64,
+    /// Samples in each bin.
+    pub counts: Vec<u64>,
+}
+
+/// The deviation over averaging times.
+#[derive(Debug, Clone, JsonSchema, Serialize)]
+pub struct Curve {
+    /// The deviation that it is.
+    pub deviation: Deviation,
+    /// Windows that enter it.
+    pub estimator: Estimator,
+    /// Two-sided level of all intervals, 0 to 1.
+    pub confidence: f64,
+    /// What the numbers of a foreign series are taken for; absent for a sensor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub data: Option<&'static str>,
+    /// Slope of the regression line, in the unit per second.
+    pub slope_s: Option<f64>,
+    /// One point for each averaging time.
+    pub points: Vec<Point>,
+}
+
+/// The deviation at one averaging time.
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
+pub struct Point {
+    /// Averaging factor: samples in a cluster.
+    pub m: u64,
+    /// Averaging time in seconds, m / rate_hz.
+    pub tau_s: f64,
+    /// Deviation in the unit of the channel.
+    pub deviation: Option<f64>,
+    /// Squared differences in the sum.
+    pub terms: u64,
+    /// Equivalent degrees of freedom; null below two, as the interval.
+    pub edf: Option<f64>,
+    /// Exponent of the power law of the spectrum at this averaging time: 0 white, -1 flicker, -2
+    /// walk; null with too few blocks.
+    pub alpha: Option<i8>,
+    /// Lower end of the pointwise confidence interval.
+    pub lower: Option<f64>,
+    /// Upper end of the pointwise confidence interval.
+    pub upper: Option<f64>,
+    /// Deviation of the whole fitted model; null if the fit has no part of it.
+    pub fitted: Option<f64>,
+}
+
+/// The power spectral density of a channel.
+#[derive(Debug, Clone, JsonSchema, Serialize)]
+pub struct Spectrum {
+    /// Frequencies over which the density is spread.
+    pub sides: Sides,
+    /// Samples of a segment; null without a segment.
+    pub segment_samples: Option<usize>,
+    /// Number of segments; null without a segment.
+    pub segments: Option<u64>,
+    /// Frequency of the first point, and step from point to point, in Hz.
+    pub step_hz: Option<f64>,
+    /// Density of each point, in the unit squared per hertz.
+    pub density: Vec<f64>,
+    /// Peaks, in rising frequency.
+    pub lines: Vec<SpectralLine>,
+}
+
+/// One of the consecutive blocks of a record.
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
+pub struct BlockValues {
+    /// Data time from the first sample to the block in seconds, skipped time included.
+    pub start_s: f64,
+    /// Length in seconds of data time.
+    pub duration_s: f64,
+    /// Number of samples.
+    pub count: u64,
+    /// Mean of the samples.
+    pub mean: f64,
+    /// Standard deviation of the samples; null for one sample.
+    pub std: Option<f64>,
+    /// Smallest sample.
+    pub min: f64,
+    /// Largest sample.
+    pub max: f64,
+}
+
+/// What happened during the record, in seconds of data since its first sample, skipped time
+/// included.
+#[derive(Debug, Clone, Default, PartialEq, JsonSchema, Serialize)]
+pub struct Stationarity {
+    /// Short disturbances, in time order.
+    pub disturbances: Vec<Disturbance>,
+    /// Warm-up, step or cycle of the level; null if none was found.
+    pub level_change: Option<LevelChange>,
+    /// Stretch with another noise than the rest; null if none was found.
+    pub noise_change: Option<NoiseChange>,
+    /// Variance of the noise from block to block over that of even noise; null if it is even.
+    pub bursts: Option<f64>,
+    /// Stretch of one value; null if none was found.
+    pub frozen: Option<Frozen>,
+    /// Single samples far out; null if none was found.
+    pub spikes: Option<Spikes>,
+    /// Smallest changes in the middle of the record that nine of ten such records show.
+    pub detectable: Detectable,
+}
+
+/// The smallest changes that a record would show.
+#[derive(Debug, Clone, Copy, Default, PartialEq, JsonSchema, Serialize)]
+pub struct Detectable {
+    /// Factor of the standard deviation; null if none would show.
+    pub noise_factor: Option<f64>,
+    /// Step in the unit of the channel; null if none would show.
+    pub step: Option<f64>,
+}
+
+/// The magnitude of the vector of a sensor, sample by sample.
+#[derive(Debug, Clone, JsonSchema, Serialize)]
+pub struct Norm {
+    /// Name, such as gyro_norm.
+    pub name: String,
+    /// Quantity of the vector.
+    #[serde(skip)]
+    pub quantity: Quantity,
+    /// Unit of all values.
+    pub unit: String,
+    /// Decimals that show one count in the unit.
+    #[serde(skip)]
+    pub decimals: usize,
+    /// Magnitude of the mean vector.
+    pub of_mean: Option<f64>,
+    /// Number of samples.
+    pub count: u64,
+    /// Mean of the magnitudes.
+    pub mean: Option<f64>,
+    /// Standard deviation of the magnitudes.
+    pub std: Option<f64>,
+    /// Smallest magnitude.
+    pub min: Option<f64>,
+    /// Largest magnitude.
+    pub max: Option<f64>,
+}
+
+/// All channels of a snapshot, in order, followed by those of register 54.
+pub(super) fn of(snapshot: &Snapshot, assessment: &Assessment, parts: Parts) -> Vec<ChannelResult> {
+    let streamed = snapshot.measured().zip(&assessment.channels);
+    let streamed = streamed
+        .map(|((channel, results), assessed)| Maker { channel, results, snapshot, parts }.with(assessed, assessment));
+    let polled = snapshot.register_channels.iter().map(|polled| {
+        Maker { channel: &polled.channel, results: &polled.results, snapshot, parts }.channel(assessment.confidence)
+    });
+    streamed.chain(polled).collect()
+}
+
+impl ChannelResult {
+    /// Whether the channel is in the stream, and not read from a register between the samples.
+    #[must_use]
+    pub fn is_streamed(&self) -> bool {
+        self.stationarity.is_some()
+    }
+
+    /// The deviation at each octave.
+    #[must_use]
+    pub fn octaves(&self) -> &[Point] {
+        self.octaves.as_ref().unwrap_or(&self.allan.points)
+    }
+
+    /// Whether the curve has other averaging times than the octaves.
+    #[must_use]
+    pub fn has_other_times(&self) -> bool {
+        self.octaves.is_some()
+    }
+
+    /// The channel with its deviations in a unit of which one of its own is `factor`.
+    #[must_use]
+    pub fn in_unit(&self, unit: &str, factor: f64) -> Self {
+        let mut channel = Self { unit: unit.into(), ..self.clone() };
+        let points = channel.allan.points.iter_mut().chain(channel.octaves.iter_mut().flatten());
+        points.for_each(|point| *point = point.times(factor));
+        channel
+    }
+
+    /// The verdicts on figures of the data sheet; none without a sheet.
+    #[must_use]
+    pub fn verdicts(&self) -> &[FigureVerdict] {
+        self.verdict.as_deref().unwrap_or_default()
+    }
+
+    /// The blocks of the record; none where they are no part of the result.
+    #[must_use]
+    pub fn blocks(&self) -> &[BlockValues] {
+        self.blocks.as_deref().unwrap_or_default()
+    }
+
+    /// The peaks of the spectrum; none where it is no part of the result.
+    #[must_use]
+    pub fn lines(&self) -> &[SpectralLine] {
+        self.spectrum.as_ref().map_or(&[], |spectrum| &spectrum.lines)
+    }
+
+    /// The vibrations of the channel, the strongest first: frequency in hertz, and share of the
+    /// short-term variance, from 0 to 1. Spectral lines within 3 % of their neighbour are one
+    /// vibration, as in the warnings: a turning machine is never quite steady.
+    #[must_use]
+    pub fn vibrations(&self) -> Vec<(f64, f64)> {
+        const APART: f64 = 1.03;
+        let near = |a: &SpectralLine, b: &SpectralLine| b.frequency_hz < APART * a.frequency_hz;
+        let together = |lines: &[SpectralLine]| {
+            let share: f64 = lines.iter().map(|line| line.share_of_variance).sum();
+            let weighted: f64 = lines.iter().map(|line| line.share_of_variance * line.frequency_hz).sum();
+            (weighted / share, share)
+        };
+        let mut vibrations: Vec<(f64, f64)> = self.lines().chunk_by(near).map(together).collect();
+        vibrations.sort_by(|a, b| b.1.total_cmp(&a.1));
+        vibrations
+    }
+}
+
+impl Point {
+    /// The point in a unit of which `factor` are one of the present unit.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        let [deviation, lower, upper, fitted] =
+            [self.deviation, self.lower, self.upper, self.fitted].map(|value| value.map(|value| value * factor));
+        Self { deviation, lower, upper, fitted, ..self }
+    }
+
+    /// Whether the deviation is known well enough for an interval.
+    #[must_use]
+    pub fn is_known(&self) -> bool {
+        self.edf.is_some()
+    }
+}
+
+impl Spectrum {
+    /// Frequency in hertz and density of each point.
+    pub fn points(&self) -> impl Iterator<Item = (f64, f64)> {
+        let step_hz = self.step_hz.unwrap_or(0.0);
+        self.density.iter().enumerate().map(move |(place, density)| ((place + 1) as f64 * step_hz, *density))
+    }
+}
+
+impl NormalityTest {
+    fn of(judged: Result<Normality, NotJudged>) -> Self {
+        let found = judged.ok();
+        Self {
+            consistent: found.map(|normality| normality.is_consistent()),
+            p: found.map(|normality| normality.p()),
+            reason: judged.err().map(|reason| reason.to_string()),
+            skewness_error: found.map(|normality| normality.skewness_error),
+            excess_kurtosis_error: found.map(|normality| normality.excess_kurtosis_error),
+            effective_samples: found.map(|normality| normality.effective_samples),
+        }
+    }
+}
+
+impl Norm {
+    pub(super) fn of(norm: &Magnitude, snapshot: &Snapshot) -> Self {
+        let value = |counts| counts_to_unit(counts, norm.decimals) * norm.scale;
+        let moments = &norm.moments;
+        Self {
+            name: format!("{}_norm", sensor_of(norm.quantity).map_or("", axes_name)),
+            quantity: norm.quantity,
+            unit: norm.unit.clone(),
+            decimals: converted_decimals(norm.decimals, norm.scale),
+            of_mean: snapshot.mean_vector(norm.quantity).map(|[x, y, z]| x.hypot(y).hypot(z)),
+            count: moments.count(),
+            mean: moments.mean_counts().map(value),
+            std: moments.std_counts().map(value),
+            min: moments.min_counts().map(|counts| value(counts.into())),
+            max: moments.max_counts().map(|counts| value(counts.into())),
+        }
+    }
+}
+
+impl Stationarity {
+    /// In seconds since the first sample; `disturbed` has seconds since those skipped.
+    fn of(disturbed: &Disturbed, skipped_s: f64) -> Self {
+        let noise = &disturbed.noise;
+        let shifted = |mut change: LevelChange| {
+            match &mut change.shape {
+                LevelShape::WarmUp { skip_s, .. } => skip_s.iter_mut().for_each(|skip_s| *skip_s += skipped_s),
+                LevelShape::Step { start_s, .. } => *start_s += skipped_s,
+                LevelShape::Cycle { .. } => {}
+            }
+            change
+        };
+        let later = |at: (f64, f64)| (at.0 + skipped_s, at.1 + skipped_s);
+        let disturbances = disturbed.disturbances.iter().map(|disturbance| {
+            let (start_s, end_s) = later((disturbance.start_s, disturbance.end_s));
+            Disturbance { start_s, end_s, ..*disturbance }
+        });
+        Self {
+            disturbances: disturbances.collect(),
+            level_change: disturbed.level_change.map(shifted),
+            noise_change: noise.change.map(|change| {
+                let (start_s, end_s) = later((change.start_s, change.end_s));
+                NoiseChange { start_s, end_s, ..change }
+            }),
+            bursts: noise.bursts,
+            frozen: noise.frozen.map(|frozen| {
+                let (start_s, end_s) = later((frozen.start_s, frozen.end_s));
+                Frozen { start_s, end_s, ..frozen }
+            }),
+            spikes: noise.spikes,
+            detectable: Detectable { noise_factor: noise.detectable_factor, step: disturbed.detectable_step },
+        }
+    }
+
+    /// Whether the noise changes, comes in bursts, freezes or has spikes.
+    #[must_use]
+    pub const fn noise_changes(&self) -> bool {
+        self.noise_change.is_some() || self.bursts.is_some() || self.frozen.is_some() || self.spikes.is_some()
+    }
+}
+
+/// The decimals that resolve one count of 10^-`decimals` in a unit `scale` times as small.
+fn converted_decimals(decimals: u8, scale: f64) -> usize {
+    // of a power of ten, no more for what its logarithm was rounded by
+    (f64::from(decimals) - scale.abs().log10() - 1e-9).ceil().max(0.0) as usize
+}
+
+/// Bins of a histogram at most.
+const MOST_BARS: usize = 64;
+
+struct Maker<'a> {
+    channel: &'a Channel,
+    results: &'a ChannelSnapshot,
+    snapshot: &'a Snapshot,
+    parts: Parts,
+}
+
+impl Maker<'_> {
+    fn value(&self, counts: f64) -> f64 {
+        self.channel.in_unit(counts)
+    }
+
+    /// Without what only a channel of the stream has.
+    fn channel(&self, confidence: f64) -> ChannelResult {
+        let Self { channel, results, snapshot, .. } = *self;
+        let rate_hz = snapshot.rate_of(results);
+        ChannelResult {
+            name: channel.name.to_string(),
+            quantity: channel.quantity,
+            unit: channel.unit.to_string(),
+            decimals: converted_decimals(channel.decimals, channel.scale),
+            rate_hz,
+            statistics: self.statistics(),
+            allan: Curve {
+                deviation: snapshot.deviation,
+                estimator: snapshot.estimator,
+                confidence,
+                data: (channel.quantity == Quantity::Value).then_some("rate"),
+                slope_s: results.slope_counts.map(|slope| self.value(slope) * rate_hz),
+                points: self.points(&results.octaves, &[], None),
+            },
+            noise: None,
+            onboard: None,
+            stationarity: None,
+            spectrum: None,
+            blocks: None,
+            verdict: None,
+            grade: None,
+            octaves: None,
+        }
+    }
+
+    fn with(&self, assessed: &ChannelAssessment, assessment: &Assessment) -> ChannelResult {
+        let Self { results, snapshot, .. } = *self;
+        let fit = assessed.noise.as_ref().map(|noise| &noise.fit);
+        let mut found = self.channel(assessment.confidence);
+        found.allan.points = self.points(&results.octaves, &assessed.octaves, fit);
+        if !results.points.is_empty() {
+            let asked = self.points(&results.points, &assessed.points, fit);
+            found.octaves = Some(std::mem::replace(&mut found.allan.points, asked));
+        }
+        let noise = assessed.noise.as_ref();
+        found.noise = noise.map(|noise| NoiseResult::of(noise, assessment.samples));
+        found.grade = noise.and_then(|noise| noise.grade()).map(Graded::of);
+        found.onboard = assessed.onboard;
+        found.statistics.normality = assessed.normality.map(NormalityTest::of);
+        if let Some(signal) = &results.signal {
+            found.stationarity = Some(Stationarity::of(&assessed.disturbed, snapshot.skipped.as_secs_f64()));
+            if self.parts == Parts::All {
+                found.spectrum = Some(self.spectrum(&assessed.disturbed.lines));
+                found.blocks = Some(signal.blocks().iter().map(|block| self.block(block)).collect());
+            }
+        }
+        found
+    }
+
+    fn statistics(&self) -> Statistics {
+        let Self { channel, results, parts, .. } = *self;
+        let (moments, branch) = (&results.moments, results.branch_counts);
+        let sample = |counts: Option<i32>| counts.map(|counts| self.value((i64::from(counts) - branch) as f64));
+        let bars = (parts == Parts::All).then(|| results.histogram.bars(MOST_BARS)).flatten();
+        Statistics {
+            count: moments.count(),
+            mean: moments.mean_counts().map(|counts| self.value(counts - branch as f64)),
+            std: moments.std_counts().map(|counts| self.value(counts)),
+            skewness: moments.skewness(),
+            excess_kurtosis: moments.excess_kurtosis(),
+            min: sample(moments.min_counts()),
+            max: sample(moments.max_counts()),
+            resolution: results.step(channel),
+            normality: None,
+            histogram: bars.map(|bars| HistogramBars {
+                first: self.value(bars.first_counts - branch as f64),
+                width: self.value(bars.width_counts),
+                counts: bars.frequencies,
+            }),
+        }
+    }
+
+    fn points(&self, sums: &[OctaveSum], assessed: &[OctaveAssessment], fit: Option<&NoiseFit>) -> Vec<Point> {
+        let rate_hz = self.snapshot.rate_of(self.results);
+        let point = |(place, sum): (usize, &OctaveSum)| {
+            let assessed = assessed.get(place);
+            let deviation = sum.deviation_counts().map(|counts| self.value(counts));
+            let relative = assessed.and_then(|assessed| assessed.relative);
+            let bound = |of: fn(&Interval) -> f64| Some(deviation? * of(&relative?));
+            Point {
+                m: sum.m,
+                tau_s: sum.m as f64 / rate_hz,
+                deviation,
+                terms: sum.terms,
+                edf: relative.map(|relative| relative.edf),
+                alpha: assessed.and_then(|assessed| assessed.alpha),
+                lower: bound(|relative| relative.lower),
+                upper: bound(|relative| relative.upper),
+                fitted: fit.and_then(|fit| fit.deviation(sum.m)),
+            }
+        };
+        sums.iter().enumerate().map(point).collect()
+    }
+
+    fn spectrum(&self, lines: &[SpectralLine]) -> Spectrum {
+        let Self { channel, results, snapshot, .. } = *self;
+        let interval_s = snapshot.shape_of(results).interval_s;
+        let signal = results.signal.as_ref();
+        let density = signal.and_then(|signal| signal.spectrum().density(Sides::One, interval_s, channel.decimals));
+        let points = density.iter().flat_map(|density| &density.points);
+        Spectrum {
+            sides: Sides::One,
+            segment_samples: density.as_ref().map(|density| density.segment_samples),
+            segments: density.as_ref().map(|density| density.segments),
+            step_hz: points.clone().next().map(|point| point.frequency_hz),
+            density: points.map(|point| point.density_unit2_hz * (channel.scale * channel.scale)).collect(),
+            lines: lines.to_vec(),
+        }
+    }
+
+    fn block(&self, block: &Block) -> BlockValues {
+        let interval_s = self.snapshot.shape_of(self.results).interval_s;
+        let branch = self.results.branch_counts as f64;
+        BlockValues {
+            start_s: self.snapshot.skipped.as_secs_f64() + block.first_sample as f64 * interval_s,
+            duration_s: block.length as f64 * interval_s,
+            count: block.count,
+            mean: self.value(block.mean_counts - branch),
+            std: block.std_counts.map(|counts| self.value(counts)),
+            min: self.value(f64::from(block.min_counts) - branch),
+            max: self.value(f64::from(block.max_counts) - branch),
+        }
+    }
+}

@@ -1,0 +1,358 @@
+//! The noise parameters of one axis, in SI units (magnetic field in gauss).
+
+use imu_noise::{
+    Convention, FitQuality, Grade, NotRead, Parameter, Sensor, Sides, SlopeLine, Status, Term, conventions,
+    temperature_conventions,
+};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::assessment::{
+    Aliasing, AxisTemperature, BeforeAndAfter, ChannelNoise, DetectableRrw, LongTauValidity, NoGrade, RateShare,
+    WhiteBudget, WhyNoCoefficient, Withheld,
+};
+
+/// The noise model of an axis.
+#[derive(Debug, Clone, JsonSchema, Serialize)]
+pub struct NoiseResult {
+    /// What the axis measures.
+    #[serde(skip)]
+    pub sensor: Sensor,
+    /// Samples the parameters rest on; in a growing record up to a twentieth fewer than it has.
+    pub samples: u64,
+    /// Quality of the fit; null if no range of averaging times follows the model.
+    pub fit: Option<FitQuality>,
+    /// N: angle or velocity random walk, or noise density; two-sided.
+    pub white: Option<ParameterResult>,
+    /// B: the flat part of the deviation is 0.664 B.
+    pub bias_instability: Option<ParameterResult>,
+    /// Minimum of the deviation, as data sheets have in-run bias stability.
+    pub curve_minimum: Option<ParameterResult>,
+    /// K: rate or acceleration random walk.
+    pub rate_random_walk: Option<ParameterResult>,
+    /// R: rate ramp.
+    pub rate_ramp: Option<ParameterResult>,
+    /// Q: quantization noise, if it was asked for.
+    pub quantization: Option<ParameterResult>,
+    /// Smallest K that a longer record would show, if this one is too short for it.
+    pub rate_random_walk_seen_later: Option<DetectableRrw>,
+    /// Why B, K and R are no more than bounded; null if the record decides.
+    pub withheld: Option<Withheld>,
+    /// Whether long averaging times show the noise of the sensor itself.
+    pub long_taus: LongTauValidity,
+    /// Temperature coefficient of the bias; absent without a temperature.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub temperature: Option<TemperatureResult>,
+    /// Correlations of the squared amplitudes of two terms.
+    pub correlations: Vec<Correlation>,
+    /// What the graphical slope method reads, for comparison with published figures.
+    pub classical: GraphicalReadings,
+}
+
+/// A noise parameter, in its SI unit and in every other unit in use.
+#[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
+pub struct ParameterResult {
+    /// The parameter in the SI unit.
+    #[serde(flatten)]
+    pub parameter: Parameter,
+    /// SI unit.
+    pub unit: &'static str,
+    /// The same in every other unit in use.
+    pub conventions: Vec<InUnit>,
+    /// What N is uncertain by; absent for other parameters.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub budget: Option<Budget>,
+}
+
+/// A parameter in another unit.
+#[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
+pub struct InUnit {
+    /// The unit.
+    pub unit: &'static str,
+    /// Frequencies that a density counts; null for any other unit.
+    pub sides: Option<Sides>,
+    /// Estimate; null if there is none.
+    pub value: Option<f64>,
+    /// Lower end of the interval.
+    pub lower: Option<f64>,
+    /// Upper end of the interval, or upper bound.
+    pub upper: Option<f64>,
+}
+
+/// What N is uncertain by, each part relative to it; null if a part is not known. The scale factor of
+/// the sensor is no part: a record at rest does not show it, and its relative error is that of N too.
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
+pub struct Budget {
+    /// Randomness of the record: how far the interval of the fit reaches below and above the value.
+    pub sampling: Option<(f64, f64)>,
+    /// Sample rate.
+    pub rate: RateShare,
+    /// What averaging and decimation on board add to the noise of the sensor.
+    pub aliasing: Option<Aliasing>,
+    /// N of the sensor itself; bounded if the averaging window is not known.
+    pub unaliased: Parameter,
+}
+
+/// The residual temperature coefficient of the bias: what the compensation of the sensor leaves.
+#[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
+pub struct TemperatureResult {
+    /// The coefficient in the SI unit per °C; p without any influence of the temperature, of this
+    /// axis alone.
+    #[serde(flatten)]
+    pub parameter: Parameter,
+    /// Why there is no coefficient; null if there is one.
+    pub reason: Option<&'static str>,
+    /// SI unit.
+    pub unit: &'static str,
+    /// The same in every other unit in use.
+    pub conventions: Vec<InUnit>,
+    /// Whether all axes together prove that this one follows the temperature.
+    pub proved: bool,
+    /// Lag behind the temperature in seconds.
+    pub lag_s: Option<f64>,
+    /// Shortest lag that the record does not exclude.
+    pub lag_lower_s: Option<f64>,
+    /// Longest lag that the record does not exclude.
+    pub lag_upper_s: Option<f64>,
+    /// Whether longer lags than the longest that is searched may hold.
+    pub lag_open: bool,
+    /// Range of the temperature in °C.
+    pub excursion_degc: Option<f64>,
+    /// Correlation of the temperature with time, -1 to 1.
+    pub correlation_with_time: Option<f64>,
+    /// Where the temperature comes from: stream or register.
+    pub from: &'static str,
+    /// The most that it has in the variance of an octave, 0 to 1.
+    pub largest_share: Option<f64>,
+    /// Deviation of each octave with and without the temperature; empty if it is not proved.
+    pub deviations: Vec<BeforeAndAfter>,
+    /// Why there is no coefficient, with the numbers of this record.
+    #[serde(skip)]
+    pub why: Option<WhyNoCoefficient>,
+}
+
+/// The correlation of the squared amplitudes of two terms.
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
+pub struct Correlation {
+    /// The two terms.
+    pub of: [Term; 2],
+    /// From -1 to 1.
+    pub value: f64,
+}
+
+/// What the graphical slope method (IEEE Std 952) reads off the curve.
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
+pub struct GraphicalReadings {
+    /// N: the line of slope -1/2 at 1 s.
+    pub white: GraphicalReading,
+    /// B: the minimum over 0.664.
+    pub bias_instability: GraphicalReading,
+    /// K: the line of slope +1/2 at 3 s.
+    pub rate_random_walk: GraphicalReading,
+}
+
+/// One reading of the graphical slope method; it has no interval.
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
+pub struct GraphicalReading {
+    /// Value in the SI unit; null if it is not read.
+    pub value: Option<f64>,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Averaging time at which the line touches the curve, in seconds.
+    pub tau_s: Option<f64>,
+    /// Why there is no value; null if there is one.
+    pub not_read: Option<NotRead>,
+}
+
+/// The grade of a gyroscope.
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
+pub struct Graded {
+    /// Best grade that the intervals leave possible; null if it is not known.
+    pub best: Option<Grade>,
+    /// Worst grade that they leave possible; equal to the best if the intervals decide.
+    pub worst: Option<Grade>,
+    /// Why there is none; null if there is one.
+    pub reason: Option<NoGrade>,
+}
+
+impl NoiseResult {
+    pub(super) fn of(noise: &ChannelNoise, samples: u64) -> Self {
+        let sensor = noise.sensor;
+        let parameter = |term| {
+            let found = noise.parameter(term)?;
+            // white noise is in every record: that it may be absent is not tested
+            let p = found.p.filter(|_| term != Term::White);
+            Some(ParameterResult::of(Parameter { p, ..found }, conventions(sensor, term)))
+        };
+        let is_carried = |term| noise.parameter(term).is_some_and(|found| found.status != Status::NotMeasurable);
+        let pairs = Term::ALL.iter().enumerate().flat_map(|(place, a)| Term::ALL[place + 1..].iter().map(|b| [*a, *b]));
+        let correlation = |of: [Term; 2]| {
+            let value = noise.fit.correlation(of[0], of[1]).filter(|_| of.into_iter().all(is_carried))?;
+            Some(Correlation { of, value })
+        };
+        let minimum = |found| ParameterResult::of(found, conventions(sensor, Term::BiasInstability));
+        let reading = |term| GraphicalReading::of(noise.classical.of(term), conventions(sensor, term));
+        Self {
+            sensor,
+            samples,
+            fit: noise.fit.quality,
+            white: parameter(Term::White).map(|white| ParameterResult { budget: Budget::of(noise), ..white }),
+            bias_instability: parameter(Term::BiasInstability),
+            curve_minimum: noise.curve_minimum().map(minimum),
+            rate_random_walk: parameter(Term::RateRandomWalk),
+            rate_ramp: parameter(Term::RateRamp),
+            quantization: parameter(Term::Quantization),
+            rate_random_walk_seen_later: noise.detectable_rrw,
+            withheld: noise.withheld(),
+            long_taus: noise.long_taus,
+            temperature: noise.temperature.as_ref().map(|found| TemperatureResult::of(found, sensor)),
+            correlations: pairs.filter_map(correlation).collect(),
+            classical: GraphicalReadings {
+                white: reading(Term::White),
+                bias_instability: reading(Term::BiasInstability),
+                rate_random_walk: reading(Term::RateRandomWalk),
+            },
+        }
+    }
+
+    /// A parameter in all its units: the one source of N, B, K, R and Q for every face, so that what
+    /// is withheld is withheld everywhere. `None` for one that was not asked for.
+    #[must_use]
+    pub fn parameter_in_units(&self, term: Term) -> Option<&ParameterResult> {
+        let found = match term {
+            Term::White => &self.white,
+            Term::BiasInstability => &self.bias_instability,
+            Term::RateRandomWalk => &self.rate_random_walk,
+            Term::RateRamp => &self.rate_ramp,
+            Term::Quantization => &self.quantization,
+        };
+        found.as_ref()
+    }
+
+    /// The same parameter in SI units alone.
+    #[must_use]
+    pub fn parameter(&self, term: Term) -> Option<Parameter> {
+        self.parameter_in_units(term).map(|found| found.parameter)
+    }
+
+    /// The minimum of the curve, in SI units; `None` if B was not asked for.
+    #[must_use]
+    pub fn curve_minimum(&self) -> Option<Parameter> {
+        self.curve_minimum.as_ref().map(|found| found.parameter)
+    }
+
+    /// What N is uncertain by; `None` without N.
+    #[must_use]
+    pub fn budget(&self) -> Option<&Budget> {
+        self.white.as_ref()?.budget.as_ref()
+    }
+
+    /// N of the sensor itself, without what averaging and decimation on board add.
+    #[must_use]
+    pub fn unaliased_white(&self) -> Option<Parameter> {
+        self.budget().map(|budget| budget.unaliased)
+    }
+
+    /// The correlation of the squared amplitudes of two terms; `None` if it is not known.
+    #[must_use]
+    pub fn correlation(&self, a: Term, b: Term) -> Option<f64> {
+        self.correlations.iter().find(|found| found.of == [a, b] || found.of == [b, a]).map(|found| found.value)
+    }
+}
+
+impl ParameterResult {
+    /// The SI unit comes first among `conventions`.
+    fn of(parameter: Parameter, conventions: &[Convention]) -> Self {
+        let unit = conventions.first().map_or("", |si| si.unit);
+        Self { parameter, unit, conventions: in_other_units(&parameter, conventions), budget: None }
+    }
+}
+
+/// A parameter in all units but the first; in none if nothing is known of it.
+fn in_other_units(parameter: &Parameter, conventions: &[Convention]) -> Vec<InUnit> {
+    let says_something = parameter.value.or(parameter.upper).is_some();
+    let in_unit = |convention: &Convention| {
+        let [value, lower, upper] =
+            [parameter.value, parameter.lower, parameter.upper].map(|si| si.map(|si| si * convention.factor));
+        InUnit { unit: convention.unit, sides: convention.sides, value, lower, upper }
+    };
+    conventions.iter().skip(1).filter(|_| says_something).map(in_unit).collect()
+}
+
+impl Budget {
+    fn of(noise: &ChannelNoise) -> Option<Self> {
+        let WhiteBudget { sampling, rate, aliasing } = noise.white_budget;
+        Some(Self { sampling, rate, aliasing, unaliased: noise.unaliased_white()? })
+    }
+}
+
+impl TemperatureResult {
+    fn of(temperature: &AxisTemperature, sensor: Sensor) -> Self {
+        let (found, why) = (temperature.coefficient.ok(), temperature.coefficient.err());
+        let status = match why {
+            None => Status::Estimated,
+            Some(WhyNoCoefficient::BiasNotInStream) => Status::NotMeasurable,
+            Some(_) => Status::NotObservable,
+        };
+        let parameter = Parameter {
+            value: found.map(|found| found.value),
+            lower: found.map(|found| found.lower),
+            upper: found.map(|found| found.upper),
+            p: found.map(|found| found.p),
+            ..Parameter::without_value(status)
+        };
+        let conventions = temperature_conventions(sensor);
+        Self {
+            parameter,
+            reason: why.map(WhyNoCoefficient::code),
+            unit: conventions.first().map_or("", |si| si.unit),
+            conventions: in_other_units(&parameter, conventions),
+            proved: temperature.is_proved,
+            lag_s: found.map(|found| found.lag_s),
+            lag_lower_s: found.map(|found| found.lag_range_s.0),
+            lag_upper_s: found.map(|found| found.lag_range_s.1),
+            lag_open: found.is_some_and(|found| found.is_lag_open),
+            excursion_degc: temperature.excursion_c,
+            correlation_with_time: temperature.correlation_with_time,
+            from: if temperature.is_polled { "register" } else { "stream" },
+            largest_share: (!temperature.deviations.is_empty()).then(|| temperature.largest_share()),
+            deviations: temperature.deviations.clone(),
+            why,
+        }
+    }
+}
+
+impl GraphicalReadings {
+    /// The reading of a parameter, or why there is none.
+    ///
+    /// # Errors
+    /// [`NotRead`] if the parameter is not read.
+    pub fn of(&self, term: Term) -> Result<SlopeLine, NotRead> {
+        let reading = match term {
+            Term::White => self.white,
+            Term::BiasInstability => self.bias_instability,
+            Term::RateRandomWalk => self.rate_random_walk,
+            Term::Quantization | Term::RateRamp => return Err(NotRead::NotApplicable),
+        };
+        let line = reading.value.zip(reading.tau_s).map(|(value, tau_s)| SlopeLine { value, tau_s });
+        line.ok_or(reading.not_read.unwrap_or(NotRead::NotApplicable))
+    }
+}
+
+impl GraphicalReading {
+    fn of(read: Result<SlopeLine, NotRead>, conventions: &[Convention]) -> Self {
+        Self {
+            value: read.ok().map(|line| line.value),
+            unit: conventions.first().map_or("", |si| si.unit),
+            tau_s: read.ok().map(|line| line.tau_s),
+            not_read: read.err(),
+        }
+    }
+}
+
+impl Graded {
+    pub(super) fn of(graded: Result<(Grade, Grade), NoGrade>) -> Self {
+        let range = graded.ok();
+        Self { best: range.map(|(best, _)| best), worst: range.map(|(_, worst)| worst), reason: graded.err() }
+    }
+}

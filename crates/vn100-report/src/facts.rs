@@ -1,0 +1,91 @@
+//! Rate, counts and losses of a source as rows with a name and a value, for pages and terminals.
+
+use vn100_analysis::{MissingFrom, RateFrom, SourceResult};
+
+use crate::{
+    names::{echoes, missing_text, outages, rejected_lines},
+    numbers::{
+        plain::{counted, grouped, ppm, short, time},
+        trimmed,
+    },
+};
+
+/// The text for what is absent.
+pub const NOT_RECORDED: &str = "not recorded";
+
+/// A name and a value; [`NOT_RECORDED`] for one that is absent.
+pub type Row = (String, String);
+
+pub(crate) fn fact(name: &str, value: impl Into<String>) -> Row {
+    (name.to_owned(), value.into())
+}
+
+pub(crate) fn or_not_recorded(name: &str, value: Option<String>) -> Row {
+    fact(name, value.filter(|value| !value.trim().is_empty()).unwrap_or_else(|| NOT_RECORDED.into()))
+}
+
+/// Rate, counts and losses.
+#[must_use]
+pub fn timing(result: &SourceResult) -> Vec<Row> {
+    let SourceResult { timing, link, .. } = result;
+    let from = match timing.rate_from {
+        Some(RateFrom::Option) => "as given by the user",
+        Some(RateFrom::DeviceTime) => "from the device time in each packet",
+        Some(RateFrom::Device) => "reported by the sensor (register 7)",
+        Some(RateFrom::Arrival) => "from arrival times",
+        Some(RateFrom::Assumed) | None => "assumed; the capture does not contain it",
+    };
+    let by = match timing.missing_from {
+        MissingFrom::DeviceTime => "by device time",
+        MissingFrom::Counter => "by the row counter",
+        MissingFrom::Arrival => "by arrival times",
+        MissingFrom::RejectedRows => "by rejected lines; entirely missing lines cannot be detected",
+    };
+    let measured = timing.measured_hz.map(|hz| {
+        let off = |offset| format!(", {} from nominal", ppm(offset));
+        format!("{hz:.4} Hz{}", timing.offset_ppm.map_or_else(String::new, off))
+    });
+    let steps = timing.arrivals.map(|times| {
+        let [median, most, longest] = [times.p50_us, times.p99_us, times.max_us].map(grouped);
+        format!("{median} µs median, {most} µs 99th percentile, {longest} µs longest")
+    });
+    let excluded = match (timing.excluded, timing.skipped_s) {
+        (0, _) => "nothing".into(),
+        (count, skipped_s) if skipped_s > 0.0 => format!(
+            "{} samples: the first {} as requested, or after the requested end",
+            grouped(count),
+            time(skipped_s)
+        ),
+        (count, _) => format!("{} samples after the requested end, or after a change of rate", grouped(count)),
+    };
+    let length =
+        if timing.duration_s < 60.0 { format!("{} s", short(timing.duration_s)) } else { time(timing.duration_s) };
+    let dropped = format!("{} in {}, {by}", missing_text(timing), counted(timing.gaps, "gap"));
+    let (replies, others) = (link.replies, link.other_messages);
+    let sentences =
+        format!("{} ({replies} replies, {}{others} other messages)", grouped(link.frames), echoes(link.echoes));
+    let bytes = format!(
+        "{} ({} discarded, {} lost before this program)",
+        grouped(link.bytes),
+        grouped(link.skipped_bytes),
+        grouped(link.overrun_bytes)
+    );
+    let rate = timing.rate_hz.map(|hz| format!("{} Hz, {from}", trimmed(hz, 6)));
+    let mut rows = vec![
+        fact("Samples", format!("{} in {length}", grouped(timing.samples))),
+        or_not_recorded("Sample rate", rate),
+        or_not_recorded("Measured rate", measured),
+        or_not_recorded("Interarrival times", steps),
+        fact("Dropped samples", dropped),
+        fact("Segments", timing.segments.to_string()),
+        fact("Excluded", excluded),
+        fact("Rejected lines", rejected_lines(link)),
+        fact("Damaged packets", grouped(link.damaged_packets)),
+        fact("Packets", grouped(link.binary_packets)),
+        fact("Valid sentences", sentences),
+        fact("Bytes", bytes),
+        fact("Reconnections", link.reconnects.to_string()),
+    ];
+    rows.extend(outages(link).map(|outages| fact("Link", outages)));
+    rows
+}

@@ -1,0 +1,198 @@
+//! What the user can do, in words for the command line, for Python and for a page: the one table of a
+//! library that names options and commands.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use vn100_analysis::{Remedy, Setting};
+
+/// A remedy: its code in documents, what to do as an imperative, the option or command for it, and
+/// what Python takes for it, if it takes anything.
+struct Row {
+    code: &'static str,
+    what: String,
+    command: String,
+    python: Option<String>,
+}
+
+fn row(remedy: &Remedy) -> Row {
+    let row = |code, what: &str, command: &str, python: Option<&str>| Row {
+        code,
+        what: what.into(),
+        command: command.into(),
+        python: python.map(str::to_owned),
+    };
+    match remedy {
+        Remedy::GiveRate(None) => row("rate", "give the sample rate", "--rate HZ", Some("rate=HZ")),
+        Remedy::GiveRate(Some(hz)) => Row {
+            code: "rate",
+            what: format!("give the sample rate, {hz:.4} Hz if the time stamps are right"),
+            command: format!("--rate {hz:.4}"),
+            python: Some(format!("rate={hz:.4}")),
+        },
+        Remedy::Skip(None) => row("skip", "exclude the beginning of the record", "--skip TIME", Some("skip=SECONDS")),
+        Remedy::Skip(Some(minutes)) => Row {
+            code: "skip",
+            what: format!("exclude the first {minutes} min"),
+            command: format!("--skip {minutes}min"),
+            python: Some(format!("skip={}", 60.0 * minutes)),
+        },
+        Remedy::EndEarlier => {
+            row("duration", "end before the end of the record", "--duration TIME", Some("duration=SECONDS"))
+        }
+        Remedy::AcceptUnchecked => row(
+            "accept-unchecked",
+            "accept sentences without a checksum",
+            "--accept-unchecked",
+            Some("accept_unchecked=True"),
+        ),
+        Remedy::MapColumns(None) => row(
+            "columns",
+            "name the columns and their units",
+            "--columns gyro_x=NAME:rad/s,...",
+            Some("columns=\"gyro_x=NAME:rad/s,...\""),
+        ),
+        Remedy::MapColumns(Some(map)) => Row {
+            code: "columns",
+            what: format!("read the columns as {map}"),
+            command: map_option(map),
+            python: Some(format!("columns={map:?}")),
+        },
+        Remedy::GiveTopic => row("topic", "name one topic", "--topic NAME", Some("topic=\"NAME\"")),
+        Remedy::SayCompensated => row(
+            "compensated",
+            "state whether the rates are compensated",
+            "--compensated yes|no",
+            Some("compensated=True|False"),
+        ),
+        Remedy::GiveDatasheet => row("datasheet", "use another data sheet", "--datasheet FILE.toml", None),
+        Remedy::FillFromDatasheet => {
+            row("fill-from-datasheet", "take it from the data sheet", "--fill-from-datasheet", None)
+        }
+        Remedy::GiveScaleFactor => {
+            row("scale-factor", "give the error of the scale factor in ppm", "--scale-factor PPM", None)
+        }
+        Remedy::GiveWindow => row(
+            "window",
+            "state the averaging window of a VN-100 (register 85)",
+            "--window SAMPLES",
+            Some("window=SAMPLES"),
+        ),
+        Remedy::MeasurePackets => {
+            row("packets", "measure the packets", "--measure packets", Some("measure=\"packets\""))
+        }
+        Remedy::TypicalIsLimit => {
+            row("typical-is-limit", "take typical figures for limits", "--typical-is-limit", None)
+        }
+        Remedy::Configure(setting) => Row {
+            code: "configure",
+            what: format!("set the sensor: {}", register(setting)),
+            command: format!("vn100 configure PORT {}", option(setting)),
+            python: None,
+        },
+        Remedy::MeasureWith(setting) => Row {
+            code: "measure-with",
+            what: format!("measure with {}", register(setting)),
+            command: format!("vn100 attach PORT {}", option(setting)),
+            python: None,
+        },
+        Remedy::MeasureLive => row("measure-live", "measure live, with a short latency timer", "vn100 attach", None),
+        Remedy::ReadTemperature => row(
+            "temperature",
+            "read the temperature between the lines of a live sensor",
+            "vn100 attach --temperature",
+            None,
+        ),
+        Remedy::Record => row(
+            "record",
+            "record the sensor with its registers, temperature and conditions",
+            "vn100 attach PORT --record FILE.mcap --temperature --meta CONDITIONS.toml",
+            None,
+        ),
+        Remedy::Plan => row("plan", "plan how long a record must be", "vn100 plan", None),
+        Remedy::SayStayedOn => row("stayed-on", "state that the sensor stayed on", "vn100 compare --stayed-on", None),
+    }
+}
+
+fn register(setting: &Setting) -> String {
+    match setting {
+        Setting::Message(header) => format!("message {header} (register 6)"),
+        Setting::Window(refreshes) => format!("an averaging window of {refreshes} (register 85)"),
+    }
+}
+
+fn option(setting: &Setting) -> String {
+    match setting {
+        Setting::Message(header) => format!("--set-message {header}"),
+        Setting::Window(refreshes) => format!("--window {refreshes}"),
+    }
+}
+
+/// The option with a map of columns, as a shell takes it. A line of text may end after a comma.
+fn map_option(map: &str) -> String {
+    let quoted = map.replace('\'', "'\\''").replace(',', ", ");
+    format!("--columns '{quoted}'")
+}
+
+/// For a user at a command line: what to do, with the option or the command in quotes of code.
+#[must_use]
+pub fn remedy_words(remedy: &Remedy) -> String {
+    let Row { what, command, .. } = row(remedy);
+    if command.starts_with("--columns '") { format!("set {command}") } else { format!("{what}: `{command}`") }
+}
+
+/// For a user of the Python package: what to do, with the argument if there is one.
+#[must_use]
+pub fn python_words(remedy: &Remedy) -> String {
+    match row(remedy) {
+        Row { what, python: None, .. } => what,
+        Row { what, python: Some(argument), .. } => format!("{what}: `{argument}`"),
+    }
+}
+
+/// For a reader of a page, who may have no program: what to do.
+#[must_use]
+pub fn page_words(remedy: &Remedy) -> String {
+    row(remedy).what
+}
+
+/// The option or command alone, as a command line takes it.
+#[must_use]
+pub fn command(remedy: &Remedy) -> String {
+    row(remedy).command
+}
+
+/// The number or text of a remedy.
+#[derive(Debug, JsonSchema, Serialize)]
+#[serde(untagged)]
+enum RemedyValue {
+    /// A rate or minutes.
+    Number(f64),
+    /// An averaging window.
+    Window(u32),
+    /// A map of columns or a message.
+    Text(String),
+}
+
+/// A remedy as data of a document.
+#[derive(Debug, JsonSchema, Serialize)]
+pub(crate) struct RemedyDocument {
+    /// Code of the remedy, such as rate, skip, columns or measure-with.
+    code: &'static str,
+    /// Rate in Hz, minutes, map of columns, message or averaging window; null without one.
+    value: Option<RemedyValue>,
+}
+
+impl RemedyDocument {
+    pub(crate) fn new(remedy: &Remedy) -> Self {
+        let value = match remedy {
+            Remedy::GiveRate(number) | Remedy::Skip(number) => number.map(RemedyValue::Number),
+            Remedy::MapColumns(map) => map.clone().map(RemedyValue::Text),
+            Remedy::Configure(setting) | Remedy::MeasureWith(setting) => Some(match setting {
+                Setting::Message(header) => RemedyValue::Text((*header).into()),
+                Setting::Window(refreshes) => RemedyValue::Window(*refreshes),
+            }),
+            _ => None,
+        };
+        Self { code: row(remedy).code, value }
+    }
+}
