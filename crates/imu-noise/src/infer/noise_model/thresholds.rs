@@ -71,7 +71,7 @@ pub(super) struct Filter {
 
 impl Filter {
     /// Lags in use, in memories.
-    const LAGS: f64 = 4.0;
+    const LAGS: f64 = 6.0;
 
     pub(super) const fn lags(self) -> usize {
         let lags = (Self::LAGS * self.memory) as usize;
@@ -86,15 +86,13 @@ impl Filter {
 }
 
 /// The filters that are possible; each is as likely as any other, and all together as likely as none.
-pub(super) const FILTERS: [Filter; 10] = [
+pub(super) const FILTERS: [Filter; 8] = [
     Filter { part: 0.0, memory: 0.0 },
     Filter { part: 0.1, memory: 1.0 },
     Filter { part: 1.0, memory: 1.0 },
     Filter { part: 0.1, memory: 2.0 },
     Filter { part: 1.0, memory: 2.0 },
-    Filter { part: 0.1, memory: 4.0 },
     Filter { part: 1.0, memory: 4.0 },
-    Filter { part: 0.1, memory: 10.0 },
     Filter { part: 1.0, memory: 10.0 },
     Filter { part: 1.0, memory: 20.0 },
 ];
