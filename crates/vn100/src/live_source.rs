@@ -23,7 +23,7 @@ pub(crate) fn live_source(name: &SourceName, link: &LinkArgs, read: ReadOptions,
         SourceName::Stdin => LiveSource::stream(io::stdin()),
         SourceName::Tcp(address) => LiveSource::link(TcpServer::new(address, clock)?),
         SourceName::Port(port) => LiveSource::link(SerialPorts::new(port, clock)),
-        SourceName::Sim => LiveSource::link(emulated_port(&link.sim, clock)),
+        SourceName::Sim => LiveSource::link(emulated_port(&link.sim, None, clock).0),
     };
     Ok(as_asked(source, name, link, read, log))
 }
@@ -62,10 +62,10 @@ fn link_hint(hint: LinkHint) -> &'static str {
 /// An emulated sensor that a command starts for itself is past its boot of 1.25 s.
 const ON_FOR: Duration = Duration::from_secs(2);
 
-/// The port of the sensor that the options describe.
-pub(crate) fn emulated_port(args: &SimSensorArgs, clock: Clock) -> EmulatedPort {
+/// The port of the sensor that the options describe, at the end of an adapter with this latency if there is one, and the baud rate of both.
+pub(crate) fn emulated_port(args: &SimSensorArgs, usb_latency: Option<Duration>, clock: Clock) -> (EmulatedPort, u32) {
     let device = sim::device(args);
     let host_baud = NonZeroU32::new(device.baud()).unwrap_or(NonZeroU32::MIN);
-    let wire = Wire::new(device, &args.faults, args.seed, None, host_baud);
-    EmulatedPort::new(wire, ON_FOR, clock.now_ns())
+    let wire = Wire::new(device, &args.faults, args.seed, usb_latency, host_baud);
+    (EmulatedPort::new(wire, ON_FOR, clock.now_ns()), host_baud.get())
 }

@@ -59,7 +59,7 @@ impl Bench {
     /// A sensor as the options of `sim` describe it; it was switched on two seconds ago.
     pub(super) fn new(options: &str) -> Self {
         let (args, _) = parsed(&format!("attach sim {options}"));
-        let port = emulated_port(&args.link.sim, Clock::start());
+        let port = emulated_port(&args.link.sim, None, Clock::start()).0;
         Self { port, folder: tempfile::tempdir().unwrap() }
     }
 
