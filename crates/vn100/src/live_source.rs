@@ -1,18 +1,17 @@
 //! Live sources by their names on the command line; "sim" is an emulated sensor of this program's
 //! own, on a port in memory.
 
-use std::{io, num::NonZeroU32, time::Duration};
+use std::io;
 
 use anyhow::Result;
 use vn100_capture::Clock;
 use vn100_driver::{LinkHint, LinkOptions, SerialPorts, TcpServer};
 use vn100_protocol::stream::ReadOptions;
-use vn100_session::{EmulatedPort, LiveSource};
-use vn100_sim::wire::Wire;
+use vn100_session::LiveSource;
 
 use crate::{
-    args::{LinkArgs, SimSensorArgs, SourceName},
-    commands::sim,
+    args::{LinkArgs, SourceName},
+    emulated_sensor::emulated_port,
     log::Entries,
 };
 
@@ -57,15 +56,4 @@ fn link_hint(hint: LinkHint) -> &'static str {
         LinkHint::ChoosePort => "\"vn100 ports\" lists the ports, those of a sensor first",
         hint => hint.text(),
     }
-}
-
-/// An emulated sensor that a command starts for itself is past its boot of 1.25 s.
-const ON_FOR: Duration = Duration::from_secs(2);
-
-/// The port of the sensor that the options describe, at the end of an adapter with this latency if there is one, and the baud rate of both.
-pub(crate) fn emulated_port(args: &SimSensorArgs, usb_latency: Option<Duration>, clock: Clock) -> (EmulatedPort, u32) {
-    let device = sim::device(args);
-    let host_baud = NonZeroU32::new(device.baud()).unwrap_or(NonZeroU32::MIN);
-    let wire = Wire::new(device, &args.faults, args.seed, usb_latency, host_baud);
-    (EmulatedPort::new(wire, ON_FOR, clock.now_ns()), host_baud.get())
 }

@@ -18,15 +18,14 @@ use vn100_protocol::stream::Chunk;
 use vn100_sim::{
     Generator, PacketStream,
     capture::write_next,
-    device::{Device, DeviceConfig},
     pty::{PtyOptions, PtyStats, serve},
 };
 
 use self::tcp::TcpSensor;
 use crate::{
     args::{CaptureMessage, SimArgs, SimSensorArgs},
+    emulated_sensor::{device, emulated_port},
     exit::{HangUp, print, report, stop_on_interrupt},
-    live_source::emulated_port,
 };
 
 /// The length of a capture, unless asked for.
@@ -90,17 +89,7 @@ fn summary(stats: &PtyStats) -> String {
     )
 }
 
-pub(crate) fn device(args: &SimSensorArgs) -> Device {
-    Device::new(DeviceConfig {
-        profile: args.truth(),
-        seed: args.seed,
-        firmware: args.firmware,
-        clock_error_ppm: args.clock_ppm,
-        ..DeviceConfig::default()
-    })
-}
-
-pub(crate) fn pty_options(args: &SimSensorArgs) -> PtyOptions {
+fn pty_options(args: &SimSensorArgs) -> PtyOptions {
     PtyOptions { faults: args.faults.clone(), seed: args.seed, ..PtyOptions::default() }
 }
 

@@ -25,7 +25,8 @@ use vn100_view::MessageQueue;
 use super::{Job, Prepared, attach_one};
 use crate::{
     args::{Args, AttachArgs, OutputFormat, SourceName, Subcommand},
-    live_source::{as_asked, emulated_port},
+    emulated_sensor::emulated_port,
+    live_source::as_asked,
     log::Entries,
     result::evaluated_replay,
     samples::SampleWriter,
