@@ -90,8 +90,11 @@ fn two_streams_of_one_bag_are_compared_and_exported_apart() {
     report.arg("report").arg(bag("db3_two")).arg("-o").arg(&page).args(["--export", "kalibr,json"]);
     let output = report.output().unwrap();
     let text = String::from_utf8_lossy(&output.stderr);
-    let missing = "two-1.imu.yaml lacks accelerometer_noise_density: not in this capture";
-    assert!(output.status.success() && text.contains(missing), "{text}");
+    let missing = "two-1.imu.yaml not written: N of the accelerometer is missing: the capture has no channel accel";
+    assert!(output.status.code() == Some(1) && text.contains(missing), "{text}");
+    let sheet = ["--export", "kalibr", "--fill-from-datasheet", "--datasheet", "adis16470", "--force"];
+    let output = vn100().arg("report").arg(bag("db3_two")).arg("-o").arg(&page).args(sheet).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let names = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
     let mut names: Vec<String> = names.collect();
     names.sort();

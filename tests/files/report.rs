@@ -464,9 +464,9 @@ fn a_page_uses_one_unit_one_notation_and_one_word_for_one_thing() {
     let capture = simulated(&folder, "units.vnymr", &["--profile", "lab3", "--duration", "20min"]);
     let (_, html) = report(&folder, &[&capture], &["--rate", "40"]);
     assert!(html.contains("typically 0.2 °/√h</td>") && html.contains("= 0.14 mG/√Hz"));
-    // but for the file of Kalibr
-    let (before, after) = html.split("<script").next().unwrap().split_once("<pre>").unwrap();
-    let text = before.to_owned() + after.split_once("</pre>").unwrap().1;
+    // but for what is typed into other programs
+    let (before, after) = html.split("<script").next().unwrap().split_once("<section id=\"filters\">").unwrap();
+    let text = before.to_owned() + after.split_once("</section>").unwrap().1;
     let plain_power = text.match_indices('e').find(|(place, _)| {
         let (before, after) = (text[..*place].chars().next_back(), &text.as_bytes()[place + 1..]);
         before.is_some_and(|c| c.is_ascii_digit()) && after[0] == b'-' && after[1].is_ascii_digit()

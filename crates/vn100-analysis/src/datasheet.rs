@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::{
-    assessment::{Assessment, ChannelAssessment, ChannelNoise, Onboard},
+    assessment::{Assessment, ChannelAssessment, ChannelNoise, Onboard, WindowFrom},
     noise_figure::NoiseFigure,
     snapshot::{RateFrom, Snapshot},
 };
@@ -33,8 +33,8 @@ pub struct Datasheet {
 pub struct SheetOnboard {
     /// Refreshes per second, above 0.
     pub refresh_hz: f64,
-    /// Refreshes averaged for one sample; 1 averages nothing.
-    pub window: u32,
+    /// Refreshes averaged for one sample; 1 averages nothing, `None` if the user sets it.
+    pub window: Option<u32>,
 }
 
 /// One figure of a data sheet.
@@ -220,7 +220,12 @@ impl Datasheet {
             (Some(onboard), _) if onboard.window_known() => Stream::of(onboard.window),
             (Some(onboard), _) => Stream::of_unknown_window(onboard),
             (None, Some(SheetOnboard { refresh_hz, window })) => {
-                let window = BoxcarWindow { length: window, decimation: refresh_hz / snapshot.timing.rate_hz };
+                let rate_hz = snapshot.timing.rate_hz;
+                let of = |length| BoxcarWindow { length, decimation: refresh_hz / rate_hz };
+                let Some(window) = window.map(of) else {
+                    let window_from = WindowFrom::Default;
+                    return Stream::of_unknown_window(Onboard { refresh_hz, rate_hz, window: of(1), window_from });
+                };
                 // the fit allows for refreshes that neighbouring windows share only if the sensor
                 // itself reports the window
                 Stream { is_known: !window.overlaps(), ..Stream::of(window) }

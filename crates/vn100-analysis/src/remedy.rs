@@ -20,6 +20,10 @@ pub enum Remedy {
     SayCompensated,
     /// Give the data sheet of the sensor.
     GiveDatasheet,
+    /// Take from the data sheet what a record does not show.
+    FillFromDatasheet,
+    /// Give the error of the scale factor.
+    GiveScaleFactor,
     /// State the setting of register 85.
     GiveWindow,
     /// Measure the packets of a stream that carries sentences as well.

@@ -1,4 +1,6 @@
-//! Data sheets: the built-in one of the VN-100, and those that users write, as TOML.
+//! Data sheets as users write them, as TOML.
+
+pub(crate) mod built_in;
 
 use std::{fmt, ops::Range};
 
@@ -13,20 +15,10 @@ use vn100_analysis::{Datasheet, DatasheetFigure, SheetOnboard};
 
 use crate::toml_text::{line, parse_toml};
 
-const BUILT_IN: &str = include_str!("../datasheets/vn-100.toml");
-
 /// Why a text is no data sheet: the line, and what would be valid there.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{0}")]
 pub struct DatasheetError(String);
-
-/// The data sheet of the VN-100.
-///
-/// # Errors
-/// None, unless this program was built with an invalid sheet.
-pub fn vn100_datasheet() -> Result<Datasheet, DatasheetError> {
-    parse_datasheet(BUILT_IN)
-}
 
 /// Reads a data sheet that a user wrote, as TOML.
 ///
@@ -136,7 +128,7 @@ struct Sheet {
 #[serde(deny_unknown_fields)]
 struct Onboard {
     refresh_hz: f64,
-    window: u32,
+    window: Option<u32>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -253,7 +245,9 @@ mod tests {
 
     use proptest::{collection::vec, prelude::*, sample::Index};
 
-    use super::*;
+    use super::{built_in::vn100_datasheet, *};
+
+    const BUILT_IN: &str = include_str!("../datasheets/vn-100.toml");
 
     fn claim(sheet: &Datasheet, sensor: Sensor, term: Term) -> Vec<Claim> {
         let figures = sheet.figures.iter().filter(|figure| (figure.sensor, figure.term) == (sensor, term));

@@ -1,11 +1,12 @@
 //! The data sheet and the requirements that a result is judged by.
 
 use vn100_analysis::noise::Claim;
-use vn100_analysis::protocol::BINARY;
+use vn100_analysis::protocol::{BINARY, Quantity};
 use vn100_analysis::{Completion, Datasheet, DatasheetFigure, FigureVerdict, NoiseFigure, SourceResult};
 
 use crate::{
-    datasheet::{DatasheetError, vn100_datasheet},
+    FilterNoise,
+    datasheet::{DatasheetError, built_in::vn100_datasheet},
     names::{sentence, verdict_name},
 };
 
@@ -84,9 +85,21 @@ impl Evaluation {
 
     /// Adds the verdicts on all channels; none without a data sheet for the sensor.
     pub fn judge(&self, result: &mut SourceResult) {
-        if let Some(sheet) = self.datasheet.as_ref().or_else(|| is_of_vn100(result).then_some(&self.vn100)) {
+        if let Some(sheet) = self.sheet_of(result) {
             result.judge(sheet);
         }
+    }
+
+    /// Takes from the data sheet of a source what its record does not show of the values for a filter;
+    /// white noise with the most aliasing that is known of the stream. Nothing without a data sheet.
+    pub fn fill(&self, noise: &mut FilterNoise, result: &SourceResult) {
+        let Some(sheet) = self.sheet_of(result) else { return };
+        let onboard = result.of(Quantity::AngularRate).first().and_then(|axis| axis.onboard);
+        noise.fill(sheet, onboard.map_or(1.0, |onboard| onboard.window.white_factor().max(1.0)));
+    }
+
+    fn sheet_of(&self, result: &SourceResult) -> Option<&Datasheet> {
+        self.datasheet.as_ref().or_else(|| is_of_vn100(result).then_some(&self.vn100))
     }
 }
 

@@ -2,6 +2,7 @@
 //! to do, and where it is defined.
 
 mod codes;
+mod filters;
 mod parameters;
 mod summary;
 
@@ -42,14 +43,15 @@ impl Explanation {
     }
 }
 
-/// All entries: parameters, warnings, the codes of documents, then the words and messages of the
-/// summary.
+/// All entries: parameters, warnings, the codes of documents, the words and messages of the summary,
+/// then programs that take N and K, and data sheets.
 #[must_use]
 pub fn glossary() -> Vec<Explanation> {
     let mut all = parameters::explanations();
     all.extend(WarningKind::ALL.map(of_warning));
     all.extend(codes::explanations());
     all.extend(summary::explanations());
+    all.extend(filters::explanations());
     all
 }
 

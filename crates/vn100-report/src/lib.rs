@@ -4,7 +4,7 @@
 //! Everything is made from a [`SourceResult`](vn100_analysis::SourceResult), completed by an
 //! [`Evaluation`] and, once it is over, by its [`Ended`]. [`Document`], [`ComparisonDocument`] and
 //! [`PlanDocument`] serialise to JSON; [`Figures`](figure::Figures) are drawn, and [`CsvTable`] and
-//! [`KalibrYaml`] are for other programs. Units and numbers are chosen here at last, in
+//! the file of each [`Consumer`] are for other programs. Units and numbers are chosen here at last, in
 //! [`units`] and [`numbers`]. Pure: no file is opened and no clock is read.
 
 mod codes;
@@ -33,7 +33,11 @@ pub mod warnings;
 pub mod words;
 
 pub use codes::{Code, all_codes};
-pub use datasheet::{DatasheetError, parse_datasheet, vn100_datasheet};
+pub use datasheet::{
+    DatasheetError,
+    built_in::{DATASHEETS, built_in_datasheet, vn100_datasheet},
+    parse_datasheet,
+};
 pub use document::{
     Document, analysis_schema,
     comparison::{ComparisonDocument, run_name, run_prefix, tests_by_channel},
@@ -44,7 +48,8 @@ pub use ended::{Ended, no_sample, note_failed_recording, note_interrupted};
 pub use evaluation::{Asked, Evaluation};
 pub use export::{
     archive::{ArchiveRow, ArchivedFile},
-    kalibr::{DEFAULT_KALIBR_SPAN_S, KalibrError, KalibrYaml},
+    consumers::{Consumer, Formula},
+    filter_noise::{DEFAULT_SPAN_S, FilterNoise, Missing, NotWritten, SheetStream},
     metrics::{MeasuredSource, MetricsForm, metrics_text},
     own::is_export,
     samples::SampleTable,

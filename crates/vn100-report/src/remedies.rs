@@ -64,7 +64,13 @@ fn row(remedy: &Remedy) -> Row {
             "--compensated yes|no",
             Some("compensated=True|False"),
         ),
-        Remedy::GiveDatasheet => row("datasheet", "compare with another data sheet", "--datasheet FILE.toml", None),
+        Remedy::GiveDatasheet => row("datasheet", "use another data sheet", "--datasheet FILE.toml", None),
+        Remedy::FillFromDatasheet => {
+            row("fill-from-datasheet", "take it from the data sheet", "--fill-from-datasheet", None)
+        }
+        Remedy::GiveScaleFactor => {
+            row("scale-factor", "give the error of the scale factor in ppm", "--scale-factor PPM", None)
+        }
         Remedy::GiveWindow => row(
             "window",
             "state the averaging window of a VN-100 (register 85)",

@@ -2,6 +2,7 @@
 
 mod choices;
 mod duration;
+mod export;
 mod files;
 mod help;
 mod link;
@@ -23,6 +24,7 @@ use imu_noise::Estimator;
 use vn100_protocol::BaudRate;
 
 use duration::length;
+pub(crate) use export::{ExportArgs, Window};
 pub(crate) use files::{ArchiveArgs, CompareArgs, FileArgs, ReplayArgs};
 pub(crate) use help::{CommandHelp, ENVIRONMENT, help_of};
 use link::baud_rate;
@@ -77,6 +79,7 @@ impl Args {
                 Some("--faults act on a link, and a capture has none: record an emulated sensor, as in \"vn100 record sim --faults ...\"".into())
             }
             Subcommand::Report(args) => args.refused(),
+            Subcommand::Export(args) => args.refused(),
             Subcommand::Replay(ReplayArgs { files, result, serve, .. }) => files
                 .refused_taus()
                 // parts of a recording are one source, which the files themselves say
@@ -137,6 +140,9 @@ pub(crate) enum Subcommand {
     /// programs
     #[command(after_help = help::after("report"))]
     Report(ReportArgs),
+    /// Write the file of a filter from a data sheet alone, without a record
+    #[command(after_help = help::after("export"))]
+    Export(ExportArgs),
     /// Emulate a sensor whose noise is known: on a serial port, or straight into a capture
     #[command(after_help = help::after("sim"))]
     Sim(SimArgs),
@@ -171,6 +177,7 @@ impl Subcommand {
             Self::Archive(_) => "archive",
             Self::Compare(_) => "compare",
             Self::Report(_) => "report",
+            Self::Export(_) => "export",
             Self::Sim(_) => "sim",
             _ => "",
         }

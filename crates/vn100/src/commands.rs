@@ -5,6 +5,7 @@ pub(crate) mod attach;
 pub(crate) mod compare;
 pub(crate) mod documentation;
 pub(crate) mod explain;
+pub(crate) mod export;
 pub(crate) mod plan;
 pub(crate) mod ports;
 pub(crate) mod replay;

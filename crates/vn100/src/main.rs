@@ -28,7 +28,9 @@ use vn100_session::LiveError;
 
 use crate::{
     args::{Args, OutputFormat, Subcommand},
-    commands::{archive, attach, compare, documentation, explain, plan, ports, replay, report, selftest, sensor, sim},
+    commands::{
+        archive, attach, compare, documentation, explain, export, plan, ports, replay, report, selftest, sensor, sim,
+    },
 };
 
 fn main() -> ExitCode {
@@ -45,6 +47,7 @@ fn main() -> ExitCode {
         Subcommand::Compare(args) => compare::compare(&args),
         Subcommand::Plan(args) => plan::plan(&args),
         Subcommand::Report(args) => report::report(&args),
+        Subcommand::Export(args) => export::export(&args),
         Subcommand::Sim(args) => sim::sim(&args),
         Subcommand::Selftest(args) => selftest::selftest(&args),
         Subcommand::Explain(args) => explain::explain(&args),

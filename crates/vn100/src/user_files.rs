@@ -6,7 +6,7 @@ use std::{collections::BTreeMap, fs, io::Read, path::Path};
 use anyhow::{Context, Result, bail};
 use toml::Value;
 use vn100_analysis::Datasheet;
-use vn100_report::{Asked, Evaluation, parse_datasheet, parse_toml};
+use vn100_report::{Asked, DATASHEETS, Evaluation, built_in_datasheet, parse_datasheet, parse_toml};
 use vn100_session::is_reserved;
 
 use crate::{args::MeasureArgs, exit::report};
@@ -49,8 +49,15 @@ fn parse_conditions(text: &str) -> Result<BTreeMap<String, String>> {
     table.into_iter().map(entry).collect()
 }
 
-/// A user's.
+/// A built-in one by its name, or a user's.
 pub(crate) fn open_datasheet(path: &Path) -> Result<Datasheet> {
+    if let Some(sheet) = path.to_str().and_then(built_in_datasheet) {
+        return Ok(sheet?);
+    }
+    if path.extension().is_none() && !path.exists() {
+        let names: Vec<&str> = DATASHEETS.iter().map(|(name, _)| *name).collect();
+        bail!("{} is neither a file nor a built-in data sheet, which are {}", path.display(), names.join(", "));
+    }
     let text = read_text(path).with_context(|| format!("cannot read the data sheet {}", path.display()))?;
     parse_datasheet(&text).with_context(|| format!("the data sheet {}", path.display()))
 }

@@ -65,7 +65,7 @@ fn kalibr_values(yaml: &str) -> Vec<(&str, f64)> {
 fn kalibr_gets_the_noisiest_axis_and_a_walk_that_covers_the_bias_instability() {
     let folder = TempDir::new().unwrap();
     let capture = simulated(&folder, "a.vnimu", &["--message", "VNIMU"]);
-    let (page, html) = report(&folder, &[&capture], &["--export", "kalibr,json", "--kalibr-span", "100s"]);
+    let (page, html) = report(&folder, &[&capture], &["--export", "kalibr,json", "--span", "100s"]);
     let yaml = fs::read_to_string(page.with_extension("imu.yaml")).unwrap();
     let document: Value = serde_json::from_str(&fs::read_to_string(page.with_extension("json")).unwrap()).unwrap();
     let channels = document["channels"].as_array().unwrap();
@@ -94,10 +94,11 @@ fn kalibr_gets_the_noisiest_axis_and_a_walk_that_covers_the_bias_instability() {
     for ((name, value), (expected_name, expected)) in found.into_iter().zip(expected) {
         assert!(name == expected_name && (value / expected - 1.0).abs() < 1e-4, "{name} {value}, {expected}\n{yaml}");
     }
-    assert!(yaml.lines().all(|line| line.len() <= 100), "{yaml}");
-    assert!(yaml.contains("N of ") && yaml.contains(": estimated") && yaml.contains("; upper bound"), "{yaml}");
-    let printed = html.split("<pre>").nth(1).unwrap().split("</pre>").next().unwrap();
-    assert_eq!(printed, yaml, "the page and the file differ");
+    assert!(yaml.contains("# N of the gyroscope = ") && yaml.contains(", estimated"), "{yaml}");
+    assert!(yaml.contains(", upper bound"), "{yaml}");
+    for label in yaml.lines().filter_map(|line| line.strip_prefix("# ")).filter(|line| line.contains(" = ")) {
+        assert!(html.contains(label), "the page lacks {label}");
+    }
 }
 
 #[test]
@@ -111,18 +112,29 @@ fn kalibr_gets_no_random_walk_of_a_compensated_gyroscope() {
     };
     let refused = export(&["--require-estimated"]);
     assert_eq!(refused.0, Some(1), "{}", refused.1);
-    let reason = "gyroscope_random_walk: B and K are not measurable in a bias-compensated message";
-    assert!(refused.1.contains("not every value is estimated") && refused.1.contains(reason), "{}", refused.1);
+    let reason = "K of the gyroscope is missing: B and K are not measurable in a bias-compensated message";
+    assert!(refused.1.contains("not every value is estimated"), "{}", refused.1);
     let file = folder.path().join("r.imu.yaml");
     assert!(page.exists() && !file.exists());
     let (code, told) = export(&["--force"]);
-    assert!(code == Some(0) && told.contains(reason), "{code:?} {told}");
+    assert!(code == Some(1) && told.contains(reason) && !file.exists(), "{code:?} {told}");
+    assert!(
+        told.contains("`vn100 attach PORT --set-message VNIMU`") && told.contains("--fill-from-datasheet"),
+        "{told}"
+    );
+    let (code, told) = export(&["--force", "--fill-from-datasheet"]);
+    assert_eq!(code, Some(0), "{told}");
     let yaml = fs::read_to_string(&file).unwrap();
     let names: Vec<&str> = kalibr_values(&yaml).into_iter().map(|(name, _)| name).collect();
-    let expected =
-        ["accelerometer_noise_density", "accelerometer_random_walk", "gyroscope_noise_density", "update_rate"];
+    let expected = [
+        "accelerometer_noise_density",
+        "accelerometer_random_walk",
+        "gyroscope_noise_density",
+        "gyroscope_random_walk",
+        "update_rate",
+    ];
     assert_eq!(names, expected);
-    assert!(yaml.contains("# gyroscope_random_walk: missing, and Kalibr needs it:\n#   B and K are"), "{yaml}");
+    assert!(yaml.contains("# not measured, from the data sheet of VectorNav VN-100: K of the gyroscope\n"), "{yaml}");
 }
 
 #[test]

@@ -13,8 +13,8 @@ pub struct PageOptions<'a> {
     pub words: RemedyWords,
     /// The program that writes the page.
     pub program: Program<'a>,
-    /// The time over which Kalibr integrates, in seconds.
-    pub kalibr_span_s: f64,
+    /// The time over which a filter integrates, in seconds.
+    pub span_s: f64,
 }
 
 /// A program, by name and commit.

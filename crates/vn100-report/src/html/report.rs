@@ -3,7 +3,9 @@
 use std::io::{self, Write};
 
 use crate::warnings::{details, headline};
-use crate::{KalibrYaml, facts::NOT_RECORDED, figure::Figures, run_name, run_prefix, summary::Summary};
+use crate::{
+    Consumer, FilterNoise, NotWritten, facts::NOT_RECORDED, figure::Figures, run_name, run_prefix, summary::Summary,
+};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use vn100_analysis::{NoiseResult, RemedyWords, SENSORS, SourceResult, noise::Sensor};
 
@@ -135,7 +137,7 @@ fn one(
         ("statistics", "Descriptive statistics", statistics::statistics(record, figures, options.words, captions)),
         ("spectrum", "Spectrum and deviation per segment", figures::spectrum(figures, captions)),
         ("advice", "What to do, and what was not tested", advice(record, &summary)),
-        ("filters", "Values for Kalman filters and Kalibr", filters(record, options.kalibr_span_s)),
+        ("filters", "Values for filters and simulators", filters(record, options.span_s)),
         ("record", "Record and method", facts::facts(record, options, captions)),
     ];
     html! {
@@ -181,13 +183,30 @@ pub(crate) fn warnings(record: &SourceResult, words: RemedyWords) -> Markup {
     }
 }
 
-fn filters(record: &SourceResult, kalibr_span_s: f64) -> Markup {
+/// What to type into each program.
+fn filters(record: &SourceResult, span_s: f64) -> Markup {
+    let noise = FilterNoise::of(record, span_s);
+    if let Err(NotWritten::Moved) = Consumer::ALL[0].file(&noise, false) {
+        return html! { p { "Not given: the sensor was moved." } };
+    }
+    let cell = |value: Option<f64>| value.map_or_else(|| "–".into(), |value| format!("{value:.3e}"));
     html! {
         p {
-            "Use N as measured in the stream that the filter consumes; without the aliased noise the filter would trust the stream too much. Kalibr takes N and K in continuous time and SI units [8]; \
-             it has no bias-instability parameter."
+            "Use N as measured in the stream that the filter consumes; without the aliased noise the filter would trust the stream too much. \
+             Programs type N and K differently, since their recursions do: continuous densities [8], variances of a sample, rates of change. \
+             None has a place for the bias instability: K stands for it."
         }
-        pre { (KalibrYaml::of(record, kalibr_span_s).text()) }
+        ul { @for label in noise.lines() { li { (label) } } }
+        div.scroll { table {
+            thead { tr { th { "program" } th { "N as" } th { "gyroscope" } th { "accelerometer" } th { "K as" } th { "gyroscope" } th { "accelerometer" } } }
+            tbody { @for consumer in &Consumer::ALL {
+                @let [gyro_white, accel_white, gyro_walk, accel_walk] = consumer.typed_values(&noise).map(cell);
+                tr {
+                    th { (consumer.title) } td { (consumer.white.text) } td { (gyro_white) } td { (accel_white) }
+                    td { (consumer.walk.map_or("–", |walk| walk.text)) } td { (gyro_walk) } td { (accel_walk) }
+                }
+            } }
+        } }
     }
 }
 

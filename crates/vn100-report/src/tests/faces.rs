@@ -11,7 +11,7 @@ use vn100_analysis::{
 use super::fixture::measured;
 use crate::remedies::page_words;
 use crate::{
-    ArchiveRow, ArchivedFile, CsvTable, Document, Ended, KalibrYaml, MeasuredSource, MetricsForm,
+    ArchiveRow, ArchivedFile, Consumer, CsvTable, Document, Ended, FilterNoise, MeasuredSource, MetricsForm,
     figure::Figures,
     html::{PageOptions, Program, write_page},
     metrics_text,
@@ -183,7 +183,7 @@ fn what_is_withheld_stands_in_no_face() {
         }
         if !document["motion"].is_null() {
             assert!(summary.sensors.is_empty() && !tables.contains("graphical,"), "{name}");
-            assert!(KalibrYaml::of(result, 60.0).check(false).is_err(), "{name}");
+            assert!(Consumer::ALL.iter().all(|to| to.file(&FilterNoise::of(result, 60.0), false).is_err()), "{name}");
         }
     }
     for status in ["moved", "not-observable", "not-measurable"] {
@@ -247,7 +247,7 @@ fn the_page_has_the_warnings_of_the_document_and_tables_its_codes() {
             asked: "as asked",
             words: page_words,
             program: Program { name: "vn100 test", commit: None },
-            kalibr_span_s: 60.0,
+            span_s: 60.0,
         };
         let mut page = Vec::new();
         let figures = [Figures::of(result, "")];

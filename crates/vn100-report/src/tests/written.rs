@@ -8,7 +8,9 @@ use vn100_analysis::{
 
 use super::fixture::at_rest;
 use crate::remedies::page_words;
-use crate::{Asked, Document, Evaluation, KalibrYaml, MeasuredSource, MetricsForm, metrics_text, summary::Summary};
+use crate::{
+    Asked, Consumer, Document, Evaluation, FilterNoise, MeasuredSource, MetricsForm, metrics_text, summary::Summary,
+};
 
 fn document(result: &SourceResult) -> Value {
     serde_json::to_value(Document::new(result, page_words)).unwrap()
@@ -36,14 +38,17 @@ fn statistics_have_as_many_decimals_as_their_quantity_needs() {
 #[test]
 fn the_file_for_kalibr_says_of_each_value_what_it_is() {
     let measured = at_rest(32_768, &[]);
-    let yaml = KalibrYaml::of(&measured, 60.0);
-    assert_eq!(yaml.missing(), [""; 0]);
-    let text = yaml.text();
+    let kalibr = Consumer::named("kalibr").unwrap();
+    let text = kalibr.file(&FilterNoise::of(&measured, 60.0), false).unwrap();
     for lines in [
-        "#   N of accel_z: estimated\naccelerometer_noise_density: 0.0063467\n",
-        "#   K of accel_z: random walk not detected; upper bound\naccelerometer_random_walk: 4.3849e-4\n",
-        "#   N of gyro_y: estimated\ngyroscope_noise_density: 3.1807e-5\n",
-        "#   K of gyro_z: estimated\ngyroscope_random_walk: 3.0553e-5\n",
+        "m/s^2/sqrt(Hz): accel_z, estimated\n",
+        "\naccelerometer_noise_density: 0.0063467\n",
+        ": accel_z, random walk not detected, upper bound\n",
+        "\naccelerometer_random_walk: 4.3849e-4\n",
+        "rad/s/sqrt(Hz): gyro_y, estimated\n",
+        "\ngyroscope_noise_density: 3.1807e-5\n",
+        ": gyro_z, estimated\n",
+        "\ngyroscope_random_walk: 3.0553e-5\n",
     ] {
         assert!(text.contains(lines), "{lines:?} is not in:\n{text}");
     }

@@ -51,7 +51,7 @@ const PROGRAM: CommandHelp = CommandHelp {
     see_also: &[],
 };
 
-const COMMANDS: [CommandHelp; 16] = [
+const COMMANDS: [CommandHelp; 17] = [
     CommandHelp {
         name: "attach",
         examples: &[
@@ -160,6 +160,16 @@ const COMMANDS: [CommandHelp; 16] = [
         exit_status: OF_MEASUREMENT,
         files: &[RECORDING, SIDECAR, DATASHEET],
         see_also: &["replay", "compare"],
+    },
+    CommandHelp {
+        name: "export",
+        examples: &[
+            ("a VN-100 of 40 Hz for Kalibr", "export --datasheet vn-100 --to kalibr -r 40 -w 4"),
+            ("an MPU-9250 behind its low-pass filter", "export --datasheet mpu-9250 --to vins -r 200 -w all"),
+        ],
+        exit_status: OFFLINE,
+        files: &[DATASHEET],
+        see_also: &["report", "explain"],
     },
     CommandHelp {
         name: "sim",

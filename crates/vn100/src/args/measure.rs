@@ -56,9 +56,9 @@ pub(crate) struct MeasureArgs {
     #[arg(long, help_heading = TARGETS)]
     pub(crate) typical_is_limit: bool,
 
-    /// Compare with this data sheet (TOML) instead of the VN-100's, as in
-    /// crates/vn100-report/datasheets/vn-100.toml
-    #[arg(long, help_heading = TARGETS, value_name = "FILE")]
+    /// Compare with this data sheet instead of the VN-100's: one that `vn100 explain` lists, or a
+    /// file (TOML) as in crates/vn100-report/datasheets
+    #[arg(long, help_heading = TARGETS, value_name = "NAME|FILE")]
     pub(crate) datasheet: Option<PathBuf>,
 
     /// Also fit Q, quantization noise, of sensors that count steps of angle or velocity; the

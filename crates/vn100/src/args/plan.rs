@@ -22,8 +22,9 @@ pub(crate) struct PlanArgs {
     #[arg(long, value_name = "P", value_parser = confidence, default_value_t = DEFAULT_CONFIDENCE)]
     pub(crate) confidence: f64,
 
-    /// Noise of the sensor from this data sheet (TOML) instead of the VN-100's
-    #[arg(long, value_name = "FILE")]
+    /// Noise of the sensor from this data sheet instead of the VN-100's: one that `vn100 explain` lists, or a
+    /// file (TOML)
+    #[arg(long, value_name = "NAME|FILE")]
     pub(crate) datasheet: Option<PathBuf>,
 
     /// Print a JSON document

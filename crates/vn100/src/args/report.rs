@@ -5,9 +5,14 @@ use std::{
     time::Duration,
 };
 
-use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use vn100_report::Consumer;
 
-use super::{FileArgs, duration::length};
+use super::{
+    FileArgs,
+    duration::length,
+    export::{consumers, positive},
+};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ReportArgs {
@@ -30,7 +35,7 @@ pub(crate) struct ReportArgs {
 
     /// Write the numbers for other programs beside it: once for each form, or with commas between
     /// them
-    #[arg(long, help_heading = "Exports", value_name = "FORM", value_enum, value_delimiter = ',')]
+    #[arg(long, help_heading = "Exports", value_name = "FORM", value_parser = export_form(), value_delimiter = ',')]
     pub(crate) export: Vec<ExportForm>,
 
     /// Figures of the export svg, by kind, channel or name: allan, graphical, gyro_y,
@@ -38,12 +43,21 @@ pub(crate) struct ReportArgs {
     #[arg(long, help_heading = "Exports", value_name = "LIST", value_delimiter = ',')]
     pub(crate) figures: Vec<String>,
 
-    /// How long Kalibr integrates: its random walk drifts over this time as the bias instability
+    /// How long a filter integrates: its random walk drifts over this time as the bias instability
     /// does
     #[arg(long, help_heading = "Exports", value_name = "T", value_parser = length, default_value = "60s")]
-    pub(crate) kalibr_span: Duration,
+    pub(crate) span: Duration,
 
-    /// Refuse imu.yaml for Kalibr where one of its values is not estimated, with exit code 1
+    /// Take from the data sheet what the record does not show of the values for a filter, marked in
+    /// a comment
+    #[arg(long, help_heading = "Exports", conflicts_with = "require_estimated")]
+    pub(crate) fill_from_datasheet: bool,
+
+    /// Error of the scale factor, which kf-gins needs and no record at rest shows
+    #[arg(long, help_heading = "Exports", value_name = "PPM", value_parser = positive)]
+    pub(crate) scale_factor: Option<f64>,
+
+    /// Refuse the file for a filter if one of its values is not estimated, with exit code 1
     #[arg(long, help_heading = "Exports")]
     pub(crate) require_estimated: bool,
 }
@@ -62,7 +76,7 @@ impl ReportArgs {
     pub(super) fn refused(&self) -> Option<String> {
         let output = self.output();
         let is_pdf = output.extension().is_some_and(|end| end.eq_ignore_ascii_case("pdf"));
-        if !self.figures.is_empty() && !self.export.contains(&ExportForm::Svg) {
+        if !self.figures.is_empty() && !self.export.iter().any(|form| matches!(form, ExportForm::Svg)) {
             return Some("--figures selects what --export svg writes: add it".into());
         }
         if is_page(&output) || (!is_pdf && !self.export.is_empty() && !self.open) {
@@ -93,16 +107,42 @@ fn page_of(capture: &Path) -> PathBuf {
 }
 
 /// What a report is exported as.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) enum ExportForm {
-    /// Metadata, curves, statistics, parameters in all units, fits, verdicts, warnings, spectrum,
-    /// segments and histograms as tables
+    /// Tables.
     Csv,
-    /// The document of `vn100 replay --json`
+    /// The document of a replay.
     Json,
-    /// imu.yaml for Kalibr: N as estimated, and the larger of K and 1.15 B/√span as random walk;
-    /// an upper bound, marked in a comment, if there is no estimate
-    Kalibr,
-    /// Each figure as SVG, in a folder
+    /// Each figure, in a folder.
     Svg,
+    /// The file that a filter reads.
+    Filter(&'static Consumer),
+}
+
+impl ExportForm {
+    /// The name that selects it.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Json => "json",
+            Self::Svg => "svg",
+            Self::Filter(consumer) => consumer.name,
+        }
+    }
+}
+
+fn export_form() -> impl TypedValueParser<Value = ExportForm> {
+    let forms = [
+        (
+            ExportForm::Csv,
+            "Metadata, curves, statistics, parameters in all units, fits, verdicts, warnings, spectrum, segments and histograms as tables",
+        ),
+        (ExportForm::Json, "The document of `vn100 replay --json`"),
+        (ExportForm::Svg, "Each figure as SVG, in a folder"),
+    ];
+    let described = forms.map(|(form, help)| PossibleValue::new(form.name()).help(help));
+    PossibleValuesParser::new(described.into_iter().chain(consumers())).try_map(move |name| {
+        let form = forms.iter().map(|(form, _)| *form).find(|form| form.name() == name);
+        form.or_else(|| Consumer::named(&name).map(ExportForm::Filter)).ok_or("unknown form")
+    })
 }

@@ -19,7 +19,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use sha2::{Digest, Sha256};
 use vn100_analysis::{Completion, DEFAULT_CONFIDENCE, FileFacts, SourceResult};
 use vn100_report::html::{PageOptions, write_page};
-use vn100_report::{DEFAULT_KALIBR_SPAN_S, figure::Figures, run_name, run_prefix};
+use vn100_report::{DEFAULT_SPAN_S, figure::Figures, run_name, run_prefix};
 
 use vn100_report::remedies::page_words;
 
@@ -34,6 +34,7 @@ use crate::{
     watched::PROGRAM,
 };
 use exports::Exports;
+pub(super) use exports::not_written;
 
 pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     let files = &args.files;
@@ -48,7 +49,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     let stored = thread::scope(|scope| {
         // a checksum takes as long as reading the file once more: beside the measurement
         let stored = scope.spawn(|| inputs.iter().map(capture_of).collect::<Vec<_>>());
-        measure_files(files, &inputs, evaluation, Outputs::default(), |measured| {
+        measure_files(files, &inputs, evaluation.clone(), Outputs::default(), |measured| {
             if let Some(error) = &measured.source.error {
                 complain(error);
             }
@@ -73,12 +74,12 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
             asked: &option_text(args),
             words: page_words,
             program: PROGRAM,
-            kalibr_span_s: args.kalibr_span.as_secs_f64(),
+            span_s: args.span.as_secs_f64(),
         };
         output.write(path, |file| Ok(write_page(file, &records, &figures, &together, options)?))?;
         print_written(path)?;
     }
-    let exported = exports.write(&records, &figures, &together);
+    let exported = exports.write(&records, &figures, &together, &evaluation);
     if let Some(page) = output.page().filter(|_| args.open && is_read)
         && let Err(error) = open(page)
     {
@@ -129,8 +130,8 @@ fn option_text(args: &ReportArgs) -> String {
     let mut asked = measure_options(&files.measure, files.taus.as_ref());
     asked.add("topic", files.topic.clone());
     asked.add("window", files.window.map(|window| window.to_string()));
-    let span = Some(args.kalibr_span).filter(|span| span.as_secs_f64() != DEFAULT_KALIBR_SPAN_S);
-    asked.add("kalibr-span", span.map(length));
+    let span = Some(args.span).filter(|span| span.as_secs_f64() != DEFAULT_SPAN_S);
+    asked.add("span", span.map(length));
     asked.text()
 }
 

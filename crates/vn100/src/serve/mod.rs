@@ -38,7 +38,7 @@ use tokio::{
 use tokio_util::sync::CancellationToken;
 use vn100_report::html::{PageOptions, Program};
 use vn100_report::remedies::page_words;
-use vn100_report::{DEFAULT_KALIBR_SPAN_S, Evaluation, goals::Goals};
+use vn100_report::{DEFAULT_SPAN_S, Evaluation, goals::Goals};
 use vn100_session::SourceState;
 
 use app::App;
@@ -140,7 +140,7 @@ impl ReportSettings {
             asked: &self.asked,
             words: page_words,
             program: self.program,
-            kalibr_span_s: DEFAULT_KALIBR_SPAN_S,
+            span_s: DEFAULT_SPAN_S,
         }
     }
 }

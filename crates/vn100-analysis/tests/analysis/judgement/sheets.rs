@@ -143,7 +143,7 @@ fn a_sheet_of_another_sensor_is_compared_with_the_stream_as_it_is_unless_it_name
         let figures = [Sensor::Gyroscope, Sensor::Magnetometer]
             .map(|sensor| figure(sensor, Term::White, Claim::Limit(1.0)))
             .to_vec();
-        let onboard = onboard.map(|(refresh_hz, window)| SheetOnboard { refresh_hz, window });
+        let onboard = onboard.map(|(refresh_hz, window)| SheetOnboard { refresh_hz, window: Some(window) });
         let verdicts = Datasheet { onboard, ..sheet(figures) }.verdicts(&snapshot, &assessment).channels;
         let of = |channel: usize| verdicts[channel][0].verdict.unwrap();
         (of(6), of(0), (verdicts[6][0].factor.1 * 100.0).round())

@@ -19,7 +19,7 @@ fn report(records: &[SourceResult]) -> String {
         asked: "as asked",
         words: crate::remedies::page_words,
         program: Program { name: "vn100 test", commit: None },
-        kalibr_span_s: 60.0,
+        span_s: 60.0,
     };
     let mut page = Vec::new();
     write_page(&mut page, records, &figures, &together, options).unwrap();

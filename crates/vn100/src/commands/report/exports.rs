@@ -9,7 +9,7 @@ use anyhow::{Error, Result, anyhow};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vn100_analysis::{Completion, SourceResult};
 use vn100_report::{
-    CsvTable, Document, KalibrError, KalibrYaml,
+    Consumer, CsvTable, Document, Evaluation, FilterNoise, NotWritten,
     figure::{Figure, Figures},
     json_line, printable,
 };
@@ -38,7 +38,7 @@ impl<'a> Exports<'a> {
     pub(crate) fn new(args: &'a ReportArgs, inputs: &'a [FileStream], output: &'a Output) -> Result<Self> {
         let mut forms: Vec<ExportForm> = Vec::new();
         for form in &args.export {
-            if !forms.contains(form) {
+            if !forms.iter().any(|other| other.name() == form.name()) {
                 forms.push(*form);
             }
         }
@@ -62,7 +62,13 @@ impl<'a> Exports<'a> {
     /// the others are written.
     ///
     /// `together` are the figures of several records, which only SVG holds.
-    pub(crate) fn write(&self, records: &[SourceResult], figures: &[Figures], together: &Figures) -> Completion {
+    pub(crate) fn write(
+        &self,
+        records: &[SourceResult],
+        figures: &[Figures],
+        together: &Figures,
+        evaluation: &Evaluation,
+    ) -> Completion {
         let mut completion = Completion::Complete;
         let mut check = |written: Result<()>| {
             if let Err(error) = written {
@@ -81,23 +87,30 @@ impl<'a> Exports<'a> {
             }
             check(Err(anyhow!("unknown figure {unknown}; the figures are {}", names.join(", "))));
         }
-        let forms = self.forms.iter().filter(|form| unknown.is_none() || **form != ExportForm::Svg);
+        let forms = self.forms.iter().filter(|form| unknown.is_none() || !is_svg(form));
         for form in forms.clone() {
             for (index, (record, figures)) in records.iter().zip(figures).enumerate() {
                 // nothing could be read: the command says so already
                 if record.timing.samples == 0 {
                     continue;
                 }
-                check(self.write_one(*form, index, record, figures));
+                check(self.write_one(*form, index, record, figures, evaluation));
             }
         }
-        if records.len() > 1 && forms.into_iter().any(|form| *form == ExportForm::Svg) {
+        if records.len() > 1 && forms.into_iter().any(is_svg) {
             check(self.write_figures(&self.output.beside(SVG), together));
         }
         completion
     }
 
-    fn write_one(&self, form: ExportForm, index: usize, record: &SourceResult, figures: &Figures) -> Result<()> {
+    fn write_one(
+        &self,
+        form: ExportForm,
+        index: usize,
+        record: &SourceResult,
+        figures: &Figures,
+        evaluation: &Evaluation,
+    ) -> Result<()> {
         let path = |ending: &str| self.path(index, ending);
         match form {
             ExportForm::Csv => (CsvTable::ALL.iter())
@@ -106,16 +119,27 @@ impl<'a> Exports<'a> {
                 let document = serde_json::to_string(&Document::new(record, remedy_words))?;
                 self.text(&path(JSON), &json_line(&document))
             }
-            ExportForm::Kalibr => {
-                let yaml = KalibrYaml::of(record, self.args.kalibr_span.as_secs_f64());
-                let path = path(KALIBR);
-                yaml.check(self.args.require_estimated).map_err(|error| not_written(&path, &error))?;
-                self.text(&path, &yaml.text())?;
-                yaml.missing().iter().for_each(|missing| complain(&format!("{} lacks {missing}", path.display())));
-                Ok(())
-            }
             ExportForm::Svg => self.write_figures(&path(SVG), figures),
+            ExportForm::Filter(consumer) => self.write_filter(consumer, index, record, evaluation),
         }
+    }
+
+    /// Writes the file of a filter.
+    fn write_filter(
+        &self,
+        consumer: &Consumer,
+        index: usize,
+        record: &SourceResult,
+        evaluation: &Evaluation,
+    ) -> Result<()> {
+        let mut noise = FilterNoise::of(record, self.args.span.as_secs_f64());
+        noise.scale_factor_ppm = self.args.scale_factor;
+        if self.args.fill_from_datasheet {
+            evaluation.fill(&mut noise, record);
+        }
+        let path = self.path(index, consumer.ending);
+        let text = consumer.file(&noise, self.args.require_estimated).map_err(|error| not_written(&path, &error))?;
+        self.text(&path, &text)
     }
 
     /// Writes figures into this folder.
@@ -156,7 +180,6 @@ fn is_named(figure: &Figure, name: &str) -> bool {
 }
 
 const JSON: &str = ".json";
-const KALIBR: &str = ".imu.yaml";
 // a folder, because there are many figures
 const SVG: &str = ".svg-figures";
 
@@ -164,8 +187,8 @@ fn endings(form: ExportForm) -> Vec<&'static str> {
     match form {
         ExportForm::Csv => CsvTable::ALL.map(|table| table.ending).to_vec(),
         ExportForm::Json => vec![JSON],
-        ExportForm::Kalibr => vec![KALIBR],
         ExportForm::Svg => vec![SVG],
+        ExportForm::Filter(consumer) => vec![consumer.ending],
     }
 }
 
@@ -179,11 +202,16 @@ fn progress(path: &Path, parts: u64, files: &FileArgs) -> ProgressBar {
     ProgressBar::with_draw_target(Some(parts), target).with_style(style).with_prefix(name)
 }
 
-fn not_written(path: &Path, error: &KalibrError) -> Error {
+const fn is_svg(form: &ExportForm) -> bool {
+    matches!(form, ExportForm::Svg)
+}
+
+/// Why the file of a filter is not written, and what would give what it lacks.
+pub(crate) fn not_written(path: &Path, error: &NotWritten) -> Error {
     let advice = match error {
-        KalibrError::Moved => ". Record it at rest",
-        KalibrError::Nothing(_) => "",
-        KalibrError::NotEstimated(_) => ". Record longer, or remove --require-estimated",
+        NotWritten::Moved => "record it at rest".into(),
+        NotWritten::NotEstimated(_) => "record longer, or remove --require-estimated".into(),
+        NotWritten::Lacks(_) => error.advice(remedy_words).join(", or "),
     };
-    anyhow!("{} not written: {error}{advice}", path.display())
+    anyhow!("{} not written: {error}. To get it: {advice}", path.display())
 }

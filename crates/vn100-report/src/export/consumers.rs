@@ -1,0 +1,511 @@
+//! The programs that take N and K: one row each, with what they are typed as, where the program's
+//! own code says so, and the file it reads.
+//!
+//! A program's recursion decides what N and K are called: a variance per sample, a rate of change, a
+//! continuous density. The tests propagate white noise and a walk through each recursion.
+
+#[cfg(test)]
+mod recursions;
+
+use std::f64::consts::PI;
+
+use vn100_analysis::Remedy;
+use vn100_analysis::noise::{Sensor, Term};
+
+use super::filter_noise::{FilterNoise, Missing, NotWritten};
+use crate::printable;
+
+/// A program that takes N and K of a gyroscope and an accelerometer.
+#[derive(Debug, Clone, Copy)]
+pub struct Consumer {
+    /// The name that selects it, such as `vins`.
+    pub name: &'static str,
+    /// Its own name.
+    pub title: &'static str,
+    /// What the name of its file ends with.
+    pub ending: &'static str,
+    /// What N is typed as.
+    pub white: Formula,
+    /// What K is typed as; `None` for a program without a place for it.
+    pub walk: Option<Formula>,
+    /// The repository, its commit, and the lines of its code that use the numbers.
+    pub code: &'static str,
+    /// What else its user must know; may be empty.
+    pub remark: &'static str,
+    needs_rate: bool,
+    needs_scale_factor: bool,
+    comment: Comment,
+    write: fn(&Typed) -> String,
+}
+
+/// What a parameter is typed as.
+#[derive(Debug, Clone, Copy)]
+pub struct Formula {
+    /// In words, such as `N sqrt(rate)`.
+    pub text: &'static str,
+    /// Units of the gyroscope and of the accelerometer.
+    pub units: (&'static str, &'static str),
+    /// Of the parameter in SI units and the sample rate in hertz.
+    typed: fn(Sensor, f64, f64) -> f64,
+}
+
+/// How a file marks what its reader is not to read.
+#[derive(Debug, Clone, Copy)]
+enum Comment {
+    Hash,
+    /// After the first line, without which OpenCV opens no file.
+    HashOfOpenCv,
+    Percent,
+    Xml,
+}
+
+/// The numbers of a file, as every reader takes them for numbers.
+struct Typed {
+    accel_white: String,
+    accel_walk: String,
+    gyro_white: String,
+    gyro_walk: String,
+    rate: String,
+    topic: String,
+    scale_factor_ppm: String,
+}
+
+/// The correlation time of KF-GINS' biases in seconds: a walk of less than that stays one.
+const KF_GINS_CORRELATION_S: f64 = 4.0 * 3600.0;
+/// The correlation time of Gazebo's bias in seconds; without one it has no walk.
+const GAZEBO_CORRELATION_S: f64 = 36_000.0;
+
+const DEGREES: f64 = 180.0 / PI;
+/// Milligals in one m/s².
+const MILLIGAL: f64 = 1e5;
+
+const N: Formula = Formula { text: "N", units: ("rad/s/sqrt(Hz)", "m/s^2/sqrt(Hz)"), typed: |_, value, _| value };
+const K: Formula = Formula { text: "K", units: ("rad/s^2/sqrt(Hz)", "m/s^3/sqrt(Hz)"), typed: |_, value, _| value };
+const VARIANCE_OF_A_SAMPLE: Formula =
+    Formula { text: "N^2 rate", units: ("(rad/s)^2", "(m/s^2)^2"), typed: |_, value, rate| value * value * rate };
+
+impl Consumer {
+    /// All of them.
+    pub const ALL: [Self; 10] = [
+        Self {
+            name: "kalibr",
+            title: "Kalibr",
+            ending: ".imu.yaml",
+            white: N,
+            walk: Some(K),
+            code: "ethz-asl/kalibr 1f602274, kalibr_common/ConfigReader.py:441-492, kalibr_imu_camera_calibration/IccSensors.py:628, 768",
+            remark: "update_rate weighs the samples: that of the bag which is calibrated",
+            needs_rate: true,
+            needs_scale_factor: false,
+            comment: Comment::Hash,
+            write: kalibr,
+        },
+        Self {
+            name: "openvins",
+            title: "OpenVINS",
+            ending: ".kalibr_imu_chain.yaml",
+            white: N,
+            walk: Some(K),
+            code: "rpng/open_vins 69488123, ov_msckf/src/core/VioManagerOptions.h:159, ov_msckf/src/state/Propagator.cpp:463, 820",
+            remark: "the matrices stand for an IMU without errors of scale and alignment",
+            needs_rate: false,
+            needs_scale_factor: false,
+            comment: Comment::HashOfOpenCv,
+            write: openvins,
+        },
+        Self {
+            name: "gtsam",
+            title: "GTSAM PreintegrationCombinedParams",
+            ending: ".gtsam.py",
+            white: Formula { text: "N^2", units: ("(rad/s)^2/Hz", "(m/s^2)^2/Hz"), typed: |_, value, _| value * value },
+            walk: Some(Formula {
+                text: "K^2",
+                units: ("(rad/s^2)^2/Hz", "(m/s^3)^2/Hz"),
+                typed: |_, value, _| value * value,
+            }),
+            code: "borglab/gtsam 0ffe6c93, gtsam/navigation/CombinedImuFactor.cpp:164-178, ImuFactor.cpp:79",
+            remark: "up to GTSAM 4.2 the default of biasAccOmegaInt adds white noise of density 1: it is set to 0",
+            needs_rate: false,
+            needs_scale_factor: false,
+            comment: Comment::Hash,
+            write: gtsam,
+        },
+        Self {
+            name: "lio-sam",
+            title: "LIO-SAM",
+            ending: ".lio-sam.yaml",
+            white: N,
+            walk: Some(K),
+            code: "TixiaoShan/LIO-SAM 0be1fbe6, src/imuPreintegration.cpp:215, 225, 374, include/utility.h:203",
+            remark: "these four lines replace those of config/params.yaml",
+            needs_rate: false,
+            needs_scale_factor: false,
+            comment: Comment::Hash,
+            write: lio_sam,
+        },
+        Self {
+            name: "vins",
+            title: "VINS-Fusion, VINS-Mono",
+            ending: ".vins.yaml",
+            white: Formula {
+                text: "N sqrt(2 rate)",
+                units: ("rad/s", "m/s^2"),
+                typed: |_, value, rate| value * (2.0 * rate).sqrt(),
+            },
+            walk: Some(Formula {
+                text: "K sqrt(rate)",
+                units: ("rad/s^2", "m/s^3"),
+                typed: |_, value, rate| value * rate.sqrt(),
+            }),
+            code: "HKUST-Aerial-Robotics/VINS-Fusion be55a937, VINS-Mono 90dabb5e, vins_estimator/src/factor/integration_base.h:31, 122 (22, 113)",
+            remark: "a midpoint of two samples, taken as independent; K/sqrt(rate) would make the walk too small by the rate",
+            needs_rate: true,
+            needs_scale_factor: false,
+            comment: Comment::HashOfOpenCv,
+            write: vins,
+        },
+        Self {
+            name: "fast-lio",
+            title: "FAST-LIO, FAST-LIO2",
+            ending: ".fast-lio.yaml",
+            white: VARIANCE_OF_A_SAMPLE,
+            walk: Some(Formula {
+                text: "K^2 rate",
+                units: ("(rad/s^2)^2", "(m/s^3)^2"),
+                typed: |_, value, rate| value * value * rate,
+            }),
+            code: "hku-mars/FAST_LIO 7cc4175d, include/IKFoM_toolkit/esekfom/esekfom.hpp:381, src/IMU_Processing.hpp:280",
+            remark: "right to 2.5 % at 200 Hz and 10 scans per second, since the end of a scan cuts a sample in two",
+            needs_rate: true,
+            needs_scale_factor: false,
+            comment: Comment::Hash,
+            write: fast_lio,
+        },
+        Self {
+            name: "kf-gins",
+            title: "KF-GINS",
+            ending: ".kf-gins.yaml",
+            white: Formula { text: "N in its units", units: ("deg/sqrt(h)", "m/s/sqrt(h)"), typed: per_root_hour },
+            walk: Some(Formula { text: "K sqrt(corrtime/2)", units: ("deg/h", "mGal"), typed: gauss_markov }),
+            code: "i2Nav-WHU/KF-GINS f39bc2e7, src/kf_gins.cpp:286, 342, src/kf-gins/gi_engine.cpp:47, 275-297",
+            remark: "gbstd and abstd belong to a Gauss-Markov process, not to the bias instability; without initbgstd and initbastd it takes them for the bias at the start, which is far larger",
+            needs_rate: false,
+            needs_scale_factor: true,
+            comment: Comment::Hash,
+            write: kf_gins,
+        },
+        Self {
+            name: "ros",
+            title: "ROS sensor_msgs/Imu covariances",
+            ending: ".ros-covariances.yaml",
+            white: VARIANCE_OF_A_SAMPLE,
+            walk: None,
+            code: "ros2/common_interfaces c0c0bc57, sensor_msgs/msg/Imu.msg; cra-ros-pkg/robot_localization 1cb95337, src/ros_filter.cpp:588, src/ekf.cpp:128",
+            remark: "at the rate of the published message; robot_localization replaces values below 1e-9 by 1e-9",
+            needs_rate: true,
+            needs_scale_factor: false,
+            comment: Comment::Hash,
+            write: ros,
+        },
+        Self {
+            name: "gazebo",
+            title: "Gazebo SDF",
+            ending: ".gazebo.sdf",
+            white: Formula {
+                text: "N sqrt(update_rate)",
+                units: ("rad/s", "m/s^2"),
+                typed: |_, value, rate| value * rate.sqrt(),
+            },
+            walk: Some(K),
+            code: "gazebosim/gz-sensors 9ba02f24, src/GaussianNoiseModel.cc:111-155",
+            remark: "stddev belongs to this update_rate; without dynamic_bias_correlation_time there is no walk",
+            needs_rate: true,
+            needs_scale_factor: false,
+            comment: Comment::Xml,
+            write: gazebo,
+        },
+        Self {
+            name: "matlab",
+            title: "MATLAB imuSensor",
+            ending: "_imu_sensor.m",
+            white: N,
+            walk: Some(K),
+            code: "fusion.internal.IMUSensorSimulator (2017-2023), setStdDevWhiteNoise and setStdDevRandWalk",
+            remark: "NoiseType \"double-sided\", the default, halves the variance of the white noise and doubles that of the walk",
+            needs_rate: true,
+            needs_scale_factor: false,
+            comment: Comment::Percent,
+            write: matlab,
+        },
+    ];
+
+    /// The consumer with this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        const ALL: &[Consumer] = &Consumer::ALL;
+        ALL.iter().find(|consumer| consumer.name == name)
+    }
+
+    /// The file for this program.
+    ///
+    /// # Errors
+    /// [`NotWritten`] if the program needs a value that is not known, or, with `only_estimates`, one
+    /// that is not estimated from the record.
+    pub fn file(&self, noise: &FilterNoise, only_estimates: bool) -> Result<String, NotWritten> {
+        let terms: &[Term] = if self.walk.is_some() { &[Term::White, Term::RateRandomWalk] } else { &[Term::White] };
+        let mut missing = noise.check(terms, only_estimates)?;
+        if self.needs_rate && noise.rate_hz.is_none() {
+            missing.push(Missing {
+                value: "the sample rate".into(),
+                why: "the source does not contain it".into(),
+                remedies: vec![Remedy::GiveRate(None)],
+            });
+        }
+        if self.needs_scale_factor && noise.scale_factor_ppm.is_none() {
+            missing.push(Missing {
+                value: "the error of the scale factor".into(),
+                why: "a record at rest does not show it".into(),
+                remedies: vec![Remedy::GiveScaleFactor],
+            });
+        }
+        if !missing.is_empty() {
+            return Err(NotWritten::Lacks(missing));
+        }
+        let lines = self.comments(noise, terms);
+        let body = (self.write)(&self.typed(noise));
+        let comments: String = lines.iter().map(|line| self.comment.line(line)).collect();
+        Ok(match self.comment {
+            Comment::HashOfOpenCv => format!("%YAML:1.0\n{comments}{body}"),
+            _ => format!("{comments}{body}"),
+        })
+    }
+
+    fn comments(&self, noise: &FilterNoise, terms: &[Term]) -> Vec<String> {
+        let mut lines = vec![format!("{} by vn100", self.title)];
+        lines.extend(noise.remarks.iter().cloned());
+        lines.extend(noise.labels(terms));
+        let walk = self.walk.map_or_else(|| "no place for K".into(), |walk| format!("K as {}", walk.text));
+        lines.push(format!("N is typed as {}, {walk}", self.white.text));
+        lines.extend((!self.remark.is_empty()).then(|| self.remark.to_owned()));
+        lines.push(format!("code: {}", self.code));
+        lines
+    }
+
+    /// N of gyroscope and accelerometer and K of the two, as the program takes them; `None` for one
+    /// that is not known, or that has no place in it.
+    #[must_use]
+    pub fn typed_values(&self, noise: &FilterNoise) -> [Option<f64>; 4] {
+        let rate_hz = if self.needs_rate { noise.rate_hz } else { noise.rate_hz.or(Some(1.0)) };
+        let number = |sensor, term, formula: Option<Formula>| {
+            Some((formula?.typed)(sensor, noise.value(sensor, term)?, rate_hz?))
+        };
+        let (white, walk) = ((Term::White, Some(self.white)), (Term::RateRandomWalk, self.walk));
+        let of =
+            |(term, formula)| [Sensor::Gyroscope, Sensor::Accelerometer].map(|sensor| number(sensor, term, formula));
+        let ([gyro_white, accel_white], [gyro_walk, accel_walk]) = (of(white), of(walk));
+        [gyro_white, accel_white, gyro_walk, accel_walk]
+    }
+
+    fn typed(&self, noise: &FilterNoise) -> Typed {
+        let number = |value: Option<f64>| value.map_or_else(String::new, decimal);
+        let [gyro_white, accel_white, gyro_walk, accel_walk] = self.typed_values(noise).map(number);
+        Typed {
+            accel_white,
+            accel_walk,
+            gyro_white,
+            gyro_walk,
+            rate: number(noise.rate_hz),
+            topic: noise.topic.as_deref().map_or_else(|| "/imu/data".into(), quoted),
+            scale_factor_ppm: number(noise.scale_factor_ppm),
+        }
+    }
+}
+
+impl Comment {
+    /// A line of comment, with its end.
+    fn line(self, text: &str) -> String {
+        match self {
+            Self::Hash | Self::HashOfOpenCv => format!("# {text}\n"),
+            Self::Percent => format!("% {text}\n"),
+            // two dashes end a comment
+            Self::Xml => format!("<!-- {} -->\n", text.replace("--", "- -").trim_end_matches('-')),
+        }
+    }
+}
+
+/// In deg/√h and m/s/√h.
+fn per_root_hour(sensor: Sensor, value: f64, _: f64) -> f64 {
+    let unit = if sensor == Sensor::Gyroscope { DEGREES } else { 1.0 };
+    value * unit * 60.0
+}
+
+/// The standard deviation of the Gauss-Markov process that begins as a walk of K, in deg/h and mGal.
+fn gauss_markov(sensor: Sensor, value: f64, _: f64) -> f64 {
+    let unit = if sensor == Sensor::Gyroscope { DEGREES * 3600.0 } else { MILLIGAL };
+    value * (KF_GINS_CORRELATION_S / 2.0).sqrt() * unit
+}
+
+fn kalibr(typed: &Typed) -> String {
+    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, rate, topic, .. } = typed;
+    format!(
+        "accelerometer_noise_density: {accel_white}\naccelerometer_random_walk: {accel_walk}\n\
+         gyroscope_noise_density: {gyro_white}\ngyroscope_random_walk: {gyro_walk}\n\
+         rostopic: {topic}\nupdate_rate: {rate}\n"
+    )
+}
+
+fn openvins(typed: &Typed) -> String {
+    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, topic, .. } = typed;
+    let matrix = |name: &str, diagonal: f64, size: usize| {
+        let row = |row| (0..size).map(|column| if row == column { diagonal } else { 0.0 }).collect::<Vec<_>>();
+        let rows: String = (0..size).map(|at| format!("    - {:?}\n", row(at))).collect();
+        format!("  {name}:\n{rows}")
+    };
+    let matrices = [
+        ("T_i_b", 1.0, 4),
+        ("Tw", 1.0, 3),
+        ("R_IMUtoGYRO", 1.0, 3),
+        ("Ta", 1.0, 3),
+        ("R_IMUtoACC", 1.0, 3),
+        ("Tg", 0.0, 3),
+    ];
+    let matrices: String = matrices.into_iter().map(|(name, diagonal, size)| matrix(name, diagonal, size)).collect();
+    format!(
+        "imu0:\n  accelerometer_noise_density: {accel_white}\n  accelerometer_random_walk: {accel_walk}\n  \
+         gyroscope_noise_density: {gyro_white}\n  gyroscope_random_walk: {gyro_walk}\n  rostopic: {topic}\n  \
+         time_offset: 0.0\n  model: \"kalibr\"\n{matrices}"
+    )
+}
+
+fn gtsam(typed: &Typed) -> String {
+    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, .. } = typed;
+    format!(
+        "import numpy as np\n\n\ndef set_imu_noise(params):\n    \
+         \"\"\"Sets the noise of gtsam.PreintegrationCombinedParams.\"\"\"\n    \
+         params.setAccelerometerCovariance(np.eye(3) * {accel_white})\n    \
+         params.setGyroscopeCovariance(np.eye(3) * {gyro_white})\n    \
+         params.setBiasAccCovariance(np.eye(3) * {accel_walk})\n    \
+         params.setBiasOmegaCovariance(np.eye(3) * {gyro_walk})\n    \
+         # the error of the integration itself, which is not the sensor's\n    \
+         params.setIntegrationCovariance(np.eye(3) * 1.0e-8)\n    \
+         if hasattr(params, \"setBiasAccOmegaInit\"):\n        \
+         params.setBiasAccOmegaInit(np.zeros((6, 6)))\n"
+    )
+}
+
+fn lio_sam(typed: &Typed) -> String {
+    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, .. } = typed;
+    format!(
+        "lio_sam:\n  imuAccNoise: {accel_white}\n  imuGyrNoise: {gyro_white}\n  imuAccBiasN: {accel_walk}\n  \
+         imuGyrBiasN: {gyro_walk}\n"
+    )
+}
+
+fn vins(typed: &Typed) -> String {
+    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, .. } = typed;
+    format!("acc_n: {accel_white}\ngyr_n: {gyro_white}\nacc_w: {accel_walk}\ngyr_w: {gyro_walk}\n")
+}
+
+fn fast_lio(typed: &Typed) -> String {
+    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, .. } = typed;
+    format!(
+        "mapping:\n    acc_cov: {accel_white}\n    gyr_cov: {gyro_white}\n    b_acc_cov: {accel_walk}\n    \
+         b_gyr_cov: {gyro_walk}\n"
+    )
+}
+
+fn kf_gins(typed: &Typed) -> String {
+    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, scale_factor_ppm, .. } = typed;
+    let hours = decimal(KF_GINS_CORRELATION_S / 3600.0);
+    format!(
+        "imunoise:\n  arw: [{gyro_white}, {gyro_white}, {gyro_white}]\n  vrw: [{accel_white}, {accel_white}, {accel_white}]\n  \
+         gbstd: [{gyro_walk}, {gyro_walk}, {gyro_walk}]\n  abstd: [{accel_walk}, {accel_walk}, {accel_walk}]\n  \
+         gsstd: [{scale_factor_ppm}, {scale_factor_ppm}, {scale_factor_ppm}]\n  \
+         asstd: [{scale_factor_ppm}, {scale_factor_ppm}, {scale_factor_ppm}]\n  corrtime: {hours}\n"
+    )
+}
+
+fn ros(typed: &Typed) -> String {
+    let Typed { accel_white, gyro_white, .. } = typed;
+    let diagonal = |variance: &str| format!("[{variance}, 0.0, 0.0, 0.0, {variance}, 0.0, 0.0, 0.0, {variance}]");
+    format!(
+        "orientation_covariance: [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]\nangular_velocity_covariance: {}\n\
+         linear_acceleration_covariance: {}\n",
+        diagonal(gyro_white),
+        diagonal(accel_white)
+    )
+}
+
+fn gazebo(typed: &Typed) -> String {
+    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, rate, .. } = typed;
+    let time = decimal(GAZEBO_CORRELATION_S);
+    let axis = |axis: &str, white: &str, walk: &str| {
+        format!(
+            "      <{axis}>\n        <noise type=\"gaussian\">\n          <mean>0.0</mean>\n          \
+             <stddev>{white}</stddev>\n          <dynamic_bias_stddev>{walk}</dynamic_bias_stddev>\n          \
+             <dynamic_bias_correlation_time>{time}</dynamic_bias_correlation_time>\n        </noise>\n      </{axis}>\n"
+        )
+    };
+    let sensor = |name: &str, white: &str, walk: &str| {
+        let axes: String = ["x", "y", "z"].map(|name| axis(name, white, walk)).concat();
+        format!("    <{name}>\n{axes}    </{name}>\n")
+    };
+    format!(
+        "<sensor name=\"imu\" type=\"imu\">\n  <update_rate>{rate}</update_rate>\n  <imu>\n{}{}  </imu>\n</sensor>\n",
+        sensor("angular_velocity", gyro_white, gyro_walk),
+        sensor("linear_acceleration", accel_white, accel_walk)
+    )
+}
+
+fn matlab(typed: &Typed) -> String {
+    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, rate, .. } = typed;
+    let params = |name: &str, white: &str, walk: &str| {
+        format!(
+            "{name}params('NoiseDensity', [{white} {white} {white}], 'RandomWalk', [{walk} {walk} {walk}], ...\n    \
+             'NoiseType', \"single-sided\")"
+        )
+    };
+    format!(
+        "gyro = {};\naccel = {};\nimu = imuSensor('accel-gyro', 'SampleRate', {rate}, ...\n    \
+         'Gyroscope', gyro, 'Accelerometer', accel);\n",
+        params("gyro", gyro_white, gyro_walk),
+        params("accel", accel_white, accel_walk)
+    )
+}
+
+/// The name of a topic as a string of YAML: plain, as ROS names are, or between quotes.
+fn quoted(topic: &str) -> String {
+    let is_plain = topic.starts_with('/') && topic.chars().all(|c| c.is_ascii_alphanumeric() || "/_".contains(c));
+    if is_plain { topic.to_owned() } else { format!("'{}'", printable(topic).replace('\'', "''")) }
+}
+
+/// As every YAML reader takes it for a number: with a point, and a sign in the exponent.
+fn decimal(value: f64) -> String {
+    if (1e-3..1e6).contains(&value.abs()) {
+        // five digits, without trailing zeros
+        let text = format!("{:.*}", (4 - value.abs().log10().floor() as i32).max(1) as usize, value);
+        let short = text.trim_end_matches('0');
+        return if short.ends_with('.') { format!("{short}0") } else { short.into() };
+    }
+    let text = format!("{value:.4e}");
+    match text.split_once('e') {
+        Some((_, exponent)) if exponent.starts_with('-') => text,
+        Some((mantissa, exponent)) => format!("{mantissa}e+{exponent}"),
+        None => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_numbers_in_every_yaml() {
+        for (value, text) in
+            [(40.0, "40.0"), (1.2634e-4, "1.2634e-4"), (0.0, "0.0000e+0"), (2e9, "2.0000e+9"), (0.002, "0.002")]
+        {
+            assert_eq!(decimal(value), text);
+            assert_eq!(text.parse::<f64>().unwrap(), value);
+        }
+    }
+}

@@ -1,0 +1,359 @@
+//! White noise N and random walk K of gyroscope and accelerometer as a filter takes them: one
+//! number for all axes, each with what it is, from a record or from a data sheet.
+
+use thiserror::Error;
+use vn100_analysis::noise::{Claim, Sensor, Status, Term};
+use vn100_analysis::protocol::Quantity;
+use vn100_analysis::{
+    ChannelResult, Datasheet, DatasheetFigure, LongTauValidity, Remedy, RemedyWords, Setting, SourceResult, axes_name,
+    letter, uncompensated_message,
+};
+
+use crate::{printable, units::si_unit};
+
+/// The time in seconds over which a filter integrates, where the user does not give one.
+pub const DEFAULT_SPAN_S: f64 = 60.0;
+
+/// The walk of this many B per √(averaging time) drifts over that time as flicker of B does.
+const WALK_OF_FLICKER: f64 = 1.15;
+
+/// The times in seconds over which a walk has the drift of a data sheet's bias instability: no sheet
+/// prints a walk.
+const SHEET_WALK_S: (f64, f64) = (60.0, 1000.0);
+
+/// N and K of the two inertial sensors, the rate of their samples, and what the file of a filter needs
+/// beside them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FilterNoise {
+    /// Sample rate of the stream in hertz; `None` if it is not known.
+    pub rate_hz: Option<f64>,
+    /// Topic of the sensor in the bag that was measured; `None` for any other source.
+    pub topic: Option<String>,
+    /// Error of the scale factor in ppm, which no record at rest shows; `None` if the user gave none.
+    pub scale_factor_ppm: Option<f64>,
+    /// What is said at the head of a file.
+    pub(super) remarks: Vec<String>,
+    /// Of the accelerometer and the gyroscope, each N and K.
+    values: [[FilterValue; 2]; 2],
+    was_moved: bool,
+}
+
+/// N or K of a sensor, or why it is not known.
+type FilterValue = Result<KnownValue, Missing>;
+
+/// A value in SI units.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct KnownValue {
+    pub(super) value: f64,
+    /// What it is, with its axis.
+    pub(super) label: String,
+    origin: Origin,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Origin {
+    Estimate,
+    UpperBound,
+    Datasheet,
+}
+
+/// What the file of a filter needs and a source does not show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Missing {
+    /// The value, such as `K of the gyroscope`.
+    pub value: String,
+    /// Why it is not known.
+    pub why: String,
+    /// What would give it.
+    pub remedies: Vec<Remedy>,
+}
+
+/// Why a file for a filter is not written.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum NotWritten {
+    /// The sensor was moved.
+    #[error("the sensor was moved in this record, which shows none of its noise")]
+    Moved,
+    /// The values that the filter needs and that are not known.
+    #[error("{}", words_of(.0))]
+    Lacks(Vec<Missing>),
+    /// Only estimates were asked for; the values that are not estimated.
+    #[error("not every value is estimated: {}", .0.join("; "))]
+    NotEstimated(Vec<String>),
+}
+
+fn words_of(missing: &[Missing]) -> String {
+    missing.iter().map(|Missing { value, why, .. }| format!("{value} is missing: {why}")).collect::<Vec<_>>().join("; ")
+}
+
+impl NotWritten {
+    /// What would give the missing values, each remedy once, in the words of a face.
+    #[must_use]
+    pub fn advice(&self, words: RemedyWords) -> Vec<String> {
+        let Self::Lacks(missing) = self else { return Vec::new() };
+        let mut all: Vec<String> = Vec::new();
+        for remedy in missing.iter().flat_map(|missing| &missing.remedies) {
+            let words = words(remedy);
+            if !all.contains(&words) {
+                all.push(words);
+            }
+        }
+        all
+    }
+}
+
+/// How the samples of a sensor are made of what its data sheet specifies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SheetStream {
+    /// Samples per second.
+    pub rate_hz: f64,
+    /// Density of white noise in the stream over that of the sensor: 1 without aliasing.
+    pub aliasing: f64,
+}
+
+const QUANTITIES: [(Quantity, Sensor); 2] =
+    [(Quantity::Acceleration, Sensor::Accelerometer), (Quantity::AngularRate, Sensor::Gyroscope)];
+const TERMS: [Term; 2] = [Term::White, Term::RateRandomWalk];
+
+impl FilterNoise {
+    /// For each sensor the values of its noisiest axis: N, and as K the larger of K and 1.15
+    /// B/√span, the walk that drifts in `span_s` seconds as much as the bias instability. A value
+    /// without an estimate is an upper bound; if there is no bound, it is missing.
+    #[must_use]
+    pub fn of(record: &SourceResult, span_s: f64) -> Self {
+        let message = record.source.message.as_deref().unwrap_or("no message");
+        let rate = record.timing.rate_hz.map_or_else(|| "an unknown rate".into(), |hz| format!("{hz} Hz"));
+        let mut remarks = vec![
+            format!(
+                "{} samples of {} at {rate}; upper bounds at a confidence of {}",
+                record.timing.samples,
+                printable(message),
+                record.confidence
+            ),
+            "N and K of the noisiest axis, as measured in this stream at this rate".into(),
+            format!("K: the larger of the random walk and 1.15 B/sqrt({span_s} s)"),
+        ];
+        if record.timing.is_rate_assumed() {
+            remarks.push("the rate is assumed, and N and K with it".into());
+        }
+        if record.source.compensated.is_none() {
+            remarks.push("if the rates are bias-compensated, which is not known, B and K are too small".into());
+        }
+        Self {
+            rate_hz: record.timing.rate_hz,
+            // no filter reads another type
+            topic: record
+                .source
+                .bag
+                .as_ref()
+                .filter(|bag| bag.type_name.ends_with("/Imu"))
+                .map(|bag| bag.topic.clone()),
+            scale_factor_ppm: None,
+            remarks,
+            values: QUANTITIES.map(|(quantity, sensor)| measured(record, quantity, sensor, span_s)),
+            was_moved: record.motion.is_some(),
+        }
+    }
+
+    /// Those that a data sheet gives: N as the upper end of its figure times the aliasing, and as K
+    /// the walk that drifts in a minute as much as the bias instability B of the sheet: of the range
+    /// B/√T with T from 1000 to 60 s the upper end. A figure that the sheet lacks is missing.
+    #[must_use]
+    pub fn of_datasheet(sheet: &Datasheet, stream: SheetStream) -> Self {
+        let SheetStream { rate_hz, aliasing } = stream;
+        let aliased = match aliasing {
+            1.0 => "N as printed: nothing aliases".into(),
+            factor => format!("N is {factor:.3} times the printed one, by aliasing in a stream of {rate_hz} Hz"),
+        };
+        let mut remarks = vec![
+            format!("from a data sheet: {}", printable(&sheet.name)),
+            aliased,
+            "K: no sheet prints it; B/sqrt(T) of the bias instability B, the upper end at T = 60 s".into(),
+        ];
+        remarks.extend(sheet.note.as_deref().map(|note| format!("the sheet: {}", printable(note))));
+        Self {
+            rate_hz: Some(rate_hz),
+            topic: None,
+            scale_factor_ppm: None,
+            remarks,
+            values: QUANTITIES.map(|(_, sensor)| TERMS.map(|term| printed(sheet, sensor, term, aliasing))),
+            was_moved: false,
+        }
+    }
+
+    /// Takes from a data sheet what a record does not show.
+    pub fn fill(&mut self, sheet: &Datasheet, aliasing: f64) {
+        let mut filled = Vec::new();
+        for ((_, sensor), values) in QUANTITIES.iter().zip(&mut self.values) {
+            for (term, value) in TERMS.iter().zip(values) {
+                if value.is_err()
+                    && let Ok(known) = printed(sheet, *sensor, *term, aliasing)
+                {
+                    filled.push(name_of(*sensor, *term));
+                    *value = Ok(known);
+                }
+            }
+        }
+        if !filled.is_empty() {
+            let filled = filled.join(", ");
+            self.remarks.push(format!("not measured, from the data sheet of {}: {filled}", printable(&sheet.name)));
+        }
+    }
+
+    /// N or K of a sensor; `None` for one that is no inertial sensor, and for another term.
+    pub(super) fn get(&self, sensor: Sensor, term: Term) -> Option<&FilterValue> {
+        let sensor = QUANTITIES.iter().position(|(_, of)| *of == sensor)?;
+        Some(&self.values[sensor][TERMS.iter().position(|of| *of == term)?])
+    }
+
+    /// The value of N and K, if it is known.
+    #[must_use]
+    pub fn value(&self, sensor: Sensor, term: Term) -> Option<f64> {
+        Some(self.get(sensor, term)?.as_ref().ok()?.value)
+    }
+
+    /// Whether the values of these terms can be written; with `only_estimates` only if all are
+    /// estimated from the record.
+    pub(super) fn check(&self, terms: &[Term], only_estimates: bool) -> Result<Vec<Missing>, NotWritten> {
+        if self.was_moved {
+            return Err(NotWritten::Moved);
+        }
+        let values = QUANTITIES.iter().flat_map(|(_, sensor)| terms.iter().map(|term| (*sensor, *term)));
+        let values = values.filter_map(|(sensor, term)| Some((sensor, term, self.get(sensor, term)?)));
+        let doubtful = |(sensor, term, value): (Sensor, Term, &FilterValue)| {
+            let known = value.as_ref().ok().filter(|known| known.origin != Origin::Estimate)?;
+            Some(format!("{} is {}", name_of(sensor, term), known.label))
+        };
+        let doubtful: Vec<String> = values.clone().filter_map(doubtful).collect();
+        if only_estimates && !doubtful.is_empty() {
+            return Err(NotWritten::NotEstimated(doubtful));
+        }
+        Ok(values.filter_map(|(.., value)| value.as_ref().err().cloned()).collect())
+    }
+
+    /// What each value of N and K is.
+    pub(crate) fn lines(&self) -> Vec<String> {
+        self.labels(&TERMS)
+    }
+
+    /// Each value of these terms with its SI unit and what it is, as lines.
+    pub(super) fn labels(&self, terms: &[Term]) -> Vec<String> {
+        let values = QUANTITIES.iter().flat_map(|(_, sensor)| terms.iter().map(|term| (*sensor, *term)));
+        let label = |(sensor, term): (Sensor, Term)| {
+            let known = self.get(sensor, term)?.as_ref().ok()?;
+            let KnownValue { value, label, .. } = known;
+            Some(format!("{} = {value:.5e} {}: {label}", name_of(sensor, term), si_unit(sensor, term)))
+        };
+        values.filter_map(label).collect()
+    }
+}
+
+/// Such as `K of the gyroscope`.
+fn name_of(sensor: Sensor, term: Term) -> String {
+    let sensor = if sensor == Sensor::Gyroscope { "gyroscope" } else { "accelerometer" };
+    format!("{} of the {sensor}", letter(term))
+}
+
+/// N and K of one sensor of a record.
+fn measured(record: &SourceResult, quantity: Quantity, sensor: Sensor, span_s: f64) -> [FilterValue; 2] {
+    let axes: Vec<_> = record.streamed().filter(|channel| channel.quantity == quantity).collect();
+    let missing = |term, why: &str, remedies: &[Remedy]| {
+        let remedies = remedies.iter().cloned().chain([Remedy::FillFromDatasheet]).collect();
+        Err(Missing { value: name_of(sensor, term), why: why.into(), remedies })
+    };
+    let Some(noise) = axes.first().and_then(|axis| axis.noise.as_ref()) else {
+        let why = format!("the capture has no channel {}", axes_name(sensor));
+        return TERMS.map(|term| missing(term, &why, &[Remedy::MapColumns(None)]));
+    };
+    let uncompensated = uncompensated_message(record.source.message.as_deref().unwrap_or_default());
+    let another_message = [Remedy::MeasureWith(Setting::Message(uncompensated))];
+    let too_short = "neither an estimate nor an upper bound; the record is too short";
+    let (no_walk, cure): (_, &[Remedy]) = match noise.long_taus {
+        LongTauValidity::Sensor => (None, &[Remedy::Plan]),
+        LongTauValidity::Compensated => {
+            (Some("B and K are not measurable in a bias-compensated message"), &another_message)
+        }
+        LongTauValidity::LooksCompensated => {
+            (Some("a filter removes the bias from this stream, and B and K with it"), &[Remedy::SayCompensated])
+        }
+        LongTauValidity::Surroundings | LongTauValidity::Motion => (Some("B and K are not the sensor's"), &[]),
+    };
+    let white = noisiest(&axes, density).map_or_else(|| missing(Term::White, too_short, &[Remedy::Plan]), Ok);
+    let walk = noisiest(&axes, |axis| random_walk(axis, span_s)).filter(|_| no_walk.is_none());
+    let walk = walk.map_or_else(|| missing(Term::RateRandomWalk, no_walk.unwrap_or(too_short), cure), Ok);
+    [white, walk]
+}
+
+/// The largest value of the axes; an axis without a value is named.
+fn noisiest(axes: &[&ChannelResult], of: impl Fn(&ChannelResult) -> Option<KnownValue>) -> Option<KnownValue> {
+    let unknown: Vec<&str> = axes.iter().filter(|axis| of(axis).is_none()).map(|axis| axis.name.as_str()).collect();
+    let known = axes.iter().filter_map(|axis| of(axis)).max_by(|a, b| a.value.total_cmp(&b.value))?;
+    let except = if unknown.is_empty() { String::new() } else { format!("; not known: {}", unknown.join(", ")) };
+    Some(KnownValue { label: known.label + &except, ..known })
+}
+
+/// The estimate of a parameter, or else its upper bound.
+fn known(axis: &ChannelResult, term: Term) -> Option<(f64, Origin)> {
+    let parameter = axis.noise.as_ref()?.parameter(term)?;
+    let estimate = parameter.value.filter(|_| parameter.status == Status::Estimated);
+    estimate.map(|value| (value, Origin::Estimate)).or_else(|| Some((parameter.upper?, Origin::UpperBound)))
+}
+
+fn density(axis: &ChannelResult) -> Option<KnownValue> {
+    let (value, origin) = known(axis, Term::White)?;
+    let status = if origin == Origin::Estimate { "estimated" } else { "upper bound, N is not estimated" };
+    Some(KnownValue { value, origin, label: format!("{}, {status}", printable(&axis.name)) })
+}
+
+/// Bias instability that was not detected says nothing beside a K that was.
+fn random_walk(axis: &ChannelResult, span_s: f64) -> Option<KnownValue> {
+    let is_estimated = |(_, origin): &(f64, Origin)| *origin == Origin::Estimate;
+    let walk = known(axis, Term::RateRandomWalk);
+    let flicker = known(axis, Term::BiasInstability);
+    let flicker = flicker.map(|(b, origin)| (WALK_OF_FLICKER * b / span_s.sqrt(), origin));
+    let flicker = flicker.filter(|flicker| is_estimated(flicker) || !walk.as_ref().is_some_and(is_estimated));
+    let by_flicker = match (walk, flicker) {
+        (Some((walk, _)), Some((flicker, _))) => flicker > walk,
+        (walk, _) => walk.is_none(),
+    };
+    let (value, origin) = if by_flicker { flicker? } else { walk? };
+    let axis = printable(&axis.name);
+    let label = match (by_flicker, origin) {
+        (false, Origin::Estimate) => format!("{axis}, estimated"),
+        (false, _) => format!("{axis}, random walk not detected, upper bound"),
+        (true, Origin::Estimate) => format!("{axis}, by its bias instability over {span_s} s, B estimated"),
+        (true, _) => format!("{axis}, by its bias instability over {span_s} s, B not detected, upper bound"),
+    };
+    Some(KnownValue { value, origin, label })
+}
+
+/// N or K by a data sheet.
+fn printed(sheet: &Datasheet, sensor: Sensor, term: Term, aliasing: f64) -> FilterValue {
+    let of_sheet = if term == Term::RateRandomWalk { Term::BiasInstability } else { term };
+    let Some(figure) = figure(sheet, sensor, term).or_else(|| figure(sheet, sensor, of_sheet)) else {
+        let asked = if term == of_sheet { "density of the white noise" } else { "bias instability" };
+        return Err(Missing {
+            value: name_of(sensor, term),
+            why: format!("the data sheet {} gives no {asked} of this sensor", printable(&sheet.name)),
+            remedies: vec![Remedy::GiveDatasheet, Remedy::Record],
+        });
+    };
+    let largest = figure.claim.ends().1;
+    let figures = printable(&figure.printed);
+    let (value, label) = if term == Term::White {
+        let sides = if figure.is_of_unknown_sides { ", taken as two-sided; as one-sided 0.707 times" } else { "" };
+        (largest * aliasing, format!("data sheet, {figures}{sides}"))
+    } else if figure.term == Term::RateRandomWalk {
+        (largest, format!("data sheet, {figures}"))
+    } else {
+        let [high, low] = [SHEET_WALK_S.0, SHEET_WALK_S.1].map(|time_s| largest / time_s.sqrt());
+        (high, format!("data sheet, upper end of {low:.2e} to {high:.2e}, B {figures}"))
+    };
+    Ok(KnownValue { value, label, origin: Origin::Datasheet })
+}
+
+/// The figure of a term that says the most: a typical value of one meaning before any other.
+fn figure(sheet: &Datasheet, sensor: Sensor, term: Term) -> Option<&DatasheetFigure> {
+    let figures = sheet.figures.iter().filter(|figure| figure.sensor == sensor && figure.term == term);
+    figures.min_by_key(|figure| (figure.is_of_unknown_sides, matches!(figure.claim, Claim::Limit(_))))
+}

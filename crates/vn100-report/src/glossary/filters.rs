@@ -1,0 +1,73 @@
+//! The programs that take N and K, the two forms of these, and the data sheets they can come from.
+
+use vn100_analysis::{Remedy, axes_name, letter};
+
+use super::Explanation;
+use crate::{Consumer, DATASHEETS, parse_datasheet};
+
+pub(super) fn explanations() -> Vec<Explanation> {
+    let programs = Consumer::ALL.iter().map(of_program);
+    let sheets = DATASHEETS.iter().filter_map(|(name, text)| of_sheet(name, text));
+    std::iter::once(discrete()).chain(programs).chain(sheets).collect()
+}
+
+fn discrete() -> Explanation {
+    Explanation {
+        group: "Programs that take N and K",
+        code: "discrete",
+        aliases: vec!["continuous", "discrete noise", "sigma of a sample"],
+        title: "N and K in continuous time, and by sample".into(),
+        meaning: "N and K are continuous densities, which do not depend on the rate. At a rate f the white noise of one sample has the standard \
+                  deviation N sqrt(f), and the bias walks by K/sqrt(f) from sample to sample. The variance of the angle or velocity is N^2 t, \
+                  and that of the bias K^2 t, in either form."
+            .into(),
+        why: "A number in the form that a program does not expect is wrong by sqrt(f), often ten times or more. What a program calls its noise \
+              depends on its recursion: VINS takes N sqrt(2 f) and K sqrt(f), FAST-LIO N^2 f and K^2 f. The gyr_w and acc_w of imu_utils are \
+              the bias instability, and no walk.",
+        advice: "Take the file that is written for the program. Explain its name for the formula and the lines of its code.",
+        remedies: &[],
+        source: "",
+    }
+}
+
+fn of_program(consumer: &'static Consumer) -> Explanation {
+    let white = format!(
+        "N is typed as {} in {} (gyroscope) and {} (accelerometer)",
+        consumer.white.text, consumer.white.units.0, consumer.white.units.1
+    );
+    let walk = match consumer.walk {
+        Some(walk) => format!("K as {} in {} and {}", walk.text, walk.units.0, walk.units.1),
+        None => "it has no place for K".into(),
+    };
+    Explanation {
+        group: "Programs that take N and K",
+        code: consumer.name,
+        aliases: Vec::new(),
+        title: consumer.title.into(),
+        meaning: format!("{white}, {walk}. Note: {}.", consumer.remark),
+        why: "With these numbers its own recursion gives the variances N^2 t and K^2 t.",
+        advice: "A record at rest knows nothing of scale factor, vibration rectification, timing and linearisation: its values are lower bounds.",
+        remedies: &[],
+        source: consumer.code,
+    }
+}
+
+fn of_sheet(name: &'static str, text: &str) -> Option<Explanation> {
+    let sheet = parse_datasheet(text).ok()?;
+    let figures = sheet.figures.iter().map(|figure| {
+        let source = figure.source.as_deref().map_or(String::new(), |source| format!(" ({source})"));
+        format!("{} {} {}{source}.", axes_name(figure.sensor), letter(figure.term), figure.printed)
+    });
+    let note = sheet.note.map_or(String::new(), |note| format!("; {note}"));
+    Some(Explanation {
+        group: "Data sheets",
+        code: name,
+        aliases: Vec::new(),
+        title: sheet.name + &note,
+        meaning: figures.collect::<Vec<_>>().join(" "),
+        why: "A data sheet prints no random walk, and often not which frequencies its densities count.",
+        advice: "",
+        remedies: &[Remedy::GiveDatasheet],
+        source: "",
+    })
+}

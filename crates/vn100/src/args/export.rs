@@ -1,0 +1,94 @@
+//! The options of `export`.
+
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use vn100_report::Consumer;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ExportArgs {
+    /// The data sheet of the sensor: its name, as `vn100 explain` lists them, or a file (TOML)
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) datasheet: PathBuf,
+
+    /// The program that reads the values
+    #[arg(long, value_name = "PROGRAM", value_parser = consumer())]
+    pub(crate) to: &'static Consumer,
+
+    /// Samples per second in the stream that the program gets
+    #[arg(short, long, help_heading = "Stream", value_name = "HZ", value_parser = positive)]
+    pub(crate) rate: Option<f64>,
+
+    /// Internal samples that the sensor averages for one sample, or "all" between two samples, as
+    /// after a low-pass filter at half the rate: what is not averaged aliases
+    #[arg(short, long, help_heading = "Stream", value_name = "N|all", value_parser = window)]
+    pub(crate) window: Option<Window>,
+
+    /// Internal samples per second, unless the data sheet has them
+    #[arg(long, help_heading = "Stream", value_name = "HZ", value_parser = positive)]
+    pub(crate) refresh: Option<f64>,
+
+    /// Error of the scale factor, which kf-gins needs
+    #[arg(long, help_heading = "Stream", value_name = "PPM", value_parser = positive)]
+    pub(crate) scale_factor: Option<f64>,
+
+    /// The file to write [default: standard output]
+    #[arg(short, long, help_heading = "Output", value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// Replace an existing file
+    #[arg(long, help_heading = "Output", requires = "output")]
+    pub(crate) force: bool,
+}
+
+/// What a sensor averages for one sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Window {
+    /// Everything between two samples: nothing aliases.
+    All,
+    /// This many internal samples.
+    Samples(u32),
+}
+
+impl ExportArgs {
+    /// What the command cannot do without.
+    pub(super) fn refused(&self) -> Option<String> {
+        let rate = self.rate.is_none().then_some("--rate HZ, the samples per second that the program gets");
+        let window = self
+            .window
+            .is_none()
+            .then_some("--window N, the internal samples averaged for one of them, or --window all if nothing aliases");
+        let missing: Vec<&str> = rate.into_iter().chain(window).collect();
+        (!missing.is_empty()).then(|| {
+            format!("the noise of a stream depends on more than the data sheet: give {}", missing.join(", and "))
+        })
+    }
+}
+
+/// The programs that take N and K, each with what it takes them as.
+pub(super) fn consumers() -> impl Iterator<Item = PossibleValue> {
+    Consumer::ALL.iter().map(|consumer| {
+        let walk = consumer.walk.map_or_else(|| "no K".into(), |walk| format!("K as {}", walk.text));
+        PossibleValue::new(consumer.name).help(format!("{}: N as {}, {walk}", consumer.title, consumer.white.text))
+    })
+}
+
+fn consumer() -> impl TypedValueParser<Value = &'static Consumer> {
+    PossibleValuesParser::new(consumers()).try_map(|name| Consumer::named(&name).ok_or("unknown program"))
+}
+
+/// A number above 0.
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
+        _ => Err("not a number above 0".into()),
+    }
+}
+
+fn window(text: &str) -> Result<Window, String> {
+    match (text, text.parse::<u32>()) {
+        ("all", _) => Ok(Window::All),
+        (_, Ok(samples)) if samples > 0 => Ok(Window::Samples(samples)),
+        _ => Err("not a number of samples, nor \"all\"".into()),
+    }
+}
