@@ -499,7 +499,9 @@ impl Maker<'_> {
                 };
                 let noise = found.noise.as_ref().filter(is_sensors).filter(|_| assessment.motion.is_none());
                 let noise = noise.filter(|_| snapshot.deviation == Deviation::Allan);
-                found.inflation = noise.and_then(|noise| Inflation::of(found.octaves(), noise));
+                let octaves = found.octaves().iter().map_while(|point| Some((point.tau_s, point.upper?)));
+                let octaves: Vec<(f64, f64)> = octaves.collect();
+                found.inflation = noise.and_then(|noise| Inflation::of(&octaves, noise));
                 found.blocks = Some(signal.blocks().iter().map(|block| self.block(block)).collect());
             }
         }
