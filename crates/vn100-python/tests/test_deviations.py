@@ -120,7 +120,7 @@ def test_any_array_of_the_same_numbers_gives_the_same(data):
     analyzer, other = (vn100.Analyzer(["gyro_x"], rate=1.0, resolution=1.0) for _ in range(2))
     analyzer.push(data)
     other.push(BASE)
-    assert analyzer.to_dict() == other.to_dict()
+    assert analyzer.result().to_dict() == other.result().to_dict()
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,8 @@ from importlib.metadata import version as _version
 
 from ._analyzer import Analyzer
 from ._deviations import adev, hdev, oadev, ohdev
-from ._result import Channel, Curve, Noise, Parameter, Result, replay
+from ._replay import Results, replay
+from ._result import Channel, Curve, Noise, Parameter, Result, ResultWarning
 from ._rows import Rows, captures, rows
 from ._vn100 import CaptureError, archive_rows
 
@@ -23,6 +24,8 @@ __all__ = [
     "Noise",
     "Parameter",
     "Result",
+    "ResultWarning",
+    "Results",
     "Rows",
     "adev",
     "archive_rows",
