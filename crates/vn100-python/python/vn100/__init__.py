@@ -8,7 +8,7 @@ divided. The document of a result (``to_dict``) is that of ``vn100 replay --json
 from importlib.metadata import version as _version
 
 from ._analyzer import Analyzer
-from ._deviations import adev, hdev, oadev, ohdev
+from ._deviations import adev, hdev, mdev, oadev, ohdev, totdev
 from ._replay import Results, replay
 from ._result import Channel, Curve, Noise, Parameter, Result, ResultWarning
 from ._rows import Rows, captures, rows
@@ -31,8 +31,10 @@ __all__ = [
     "archive_rows",
     "captures",
     "hdev",
+    "mdev",
     "oadev",
     "ohdev",
     "replay",
     "rows",
+    "totdev",
 ]

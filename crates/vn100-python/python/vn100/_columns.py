@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._arrays import numbers
 
-Quantity: TypeAlias = Literal["gyro", "accel", "mag", "value"]
+# of a sensor, or of a neutral series
+Quantity: TypeAlias = Literal["gyro", "accel", "mag"] | Literal["value"]
 
 QUANTITIES: tuple[Quantity, ...] = ("gyro", "accel", "mag", "value")
 
