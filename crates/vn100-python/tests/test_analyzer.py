@@ -288,3 +288,16 @@ def test_an_array_has_no_range_of_a_sensor():
     analyzer = vn100.Analyzer(["mag_x"], rate=40.0)
     analyzer.push(50 + 1e-3 * np.random.default_rng(3).standard_normal(5000))
     assert "full-range" not in [warning.code for warning in analyzer.result().warnings]
+
+
+def test_missing_rows_at_the_beginning_decide_nothing():
+    numbers = 1e-3 * np.random.default_rng(4).standard_normal(2000)
+    expected = vn100.Analyzer(["gyro_x"], rate=40.0)
+    expected.push(numbers)
+    for begin in ([np.full(3000, np.nan)], [np.full(900, np.nan), [np.nan]]):
+        together, apart = (vn100.Analyzer(["gyro_x"], rate=40.0) for _ in range(2))
+        together.push(np.concatenate([*begin, numbers]))
+        for rows in (*begin, numbers):
+            apart.push(rows)
+        for analyzer in (together, apart):
+            assert analyzer.result().to_dict() == expected.result().to_dict()

@@ -158,8 +158,13 @@ class Analyzer:
             self._refuse_what_zeros_do_not_tell(values)
             self._sums.push(values, gaps)
             return
+        if np.isnan(values).all():
+            # such rows decide nothing, and are not kept
+            self._pending.append(len(values) + sum(missing for _, missing in gaps))
+            return
         pending = [*self._pending, (values.copy(), gaps)]
-        if self._steps is not None or sum(len(item[0]) for item in pending if isinstance(item, tuple)) >= _FIRST:
+        known = sum(int(_has_number(item[0]).sum()) for item in pending if isinstance(item, tuple))
+        if self._steps is not None or known >= _FIRST:
             self._sums, self._pending = self._started(pending, rate), []
         else:
             # numbers that cannot be counted are refused with the rows that have them
@@ -171,7 +176,7 @@ class Analyzer:
         most = np.zeros(len(self._names))
         seen = 0
         for values in (item[0] for item in pending if isinstance(item, tuple)):
-            first = values[: _FIRST - seen]
+            first = values[_has_number(values)][: _FIRST - seen]
             most = np.fmax(most, np.nanmax(np.abs(np.nan_to_num(first)), axis=0, initial=0.0))
             seen += len(first)
         for name, largest in zip(self._names, most, strict=True):
@@ -225,7 +230,7 @@ class Analyzer:
             if self._sums is not None:
                 return self._sums.samples
             arrays = (item[0] for item in self._pending if isinstance(item, tuple))
-            return sum(int((~np.isnan(values)).any(axis=1).sum()) for values in arrays)
+            return sum(int(_has_number(values).sum()) for values in arrays)
 
     def result(self) -> Result:
         """Everything, as of a capture; the same object until rows follow. Raises
@@ -238,3 +243,8 @@ class Analyzer:
                 sums = self._sums or self._started(self._pending, self._rate or 1.0)
                 self._result = Result(sums.result())
             return self._result
+
+
+def _has_number(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Of each row, whether any number is there."""
+    return np.asarray(np.any(~np.isnan(values), axis=1), bool)
