@@ -4,7 +4,9 @@
 use crate::html::glance;
 use crate::{
     graphical::GRAPHICAL,
-    names::{QUANTITIES, TERMS, budget_rows, decided_by, in_words, names_of, parameter_names, verdict_name},
+    names::{
+        QUANTITIES, TERMS, budget_rows, decided_by, in_words, motion_text, names_of, parameter_names, verdict_name,
+    },
     numbers::{
         NOTHING, digits, duration, four_digits, p_value,
         plain::{digits_trimmed, short},
@@ -256,7 +258,7 @@ pub(crate) fn verdicts(record: &SourceResult, words: RemedyWords, captions: &Cap
     if let Some(motion) = &record.motion {
         return html! {
             p { b { (sheet.name) } }
-            p { "Nothing is compared: " (pretty_unit(&motion.to_string())) "." }
+            p { "Nothing is compared: " (pretty_unit(&motion_text(motion))) "." }
         };
     }
     let rows: Vec<(&ChannelResult, &FigureVerdict)> = (QUANTITIES.into_iter())
