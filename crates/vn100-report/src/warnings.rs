@@ -348,7 +348,9 @@ pub fn headline(warning: &Warning) -> String {
         Finding::Compensated(message) => format!("{message} is bias-compensated: gyro B and K not measurable"),
         Finding::BiasTracked => format!("a filter removes the bias of {on}: B and K not measurable"),
         Finding::MaybeCompensated => "unknown whether a filter has removed the gyroscope bias".into(),
-        Finding::LowPass(from_s) => format!("low-pass filter on {on}: N fitted from {from_s:.3} s"),
+        Finding::LowPass(samples) => {
+            format!("low-pass filter on {on}: white noise correlated over {samples:.1} samples")
+        }
         Finding::MaybeLowPass => format!("possible filter on {on}: N known less well"),
         Finding::Rotated => "axes rotated by the sensor (register 26)".into(),
         Finding::WindowIgnored(given, [accel, gyro]) => {
@@ -612,7 +614,7 @@ mod tests {
             (on(Kind::MagnitudeOff, Finding::Gravity(3.923)), "3.923 m/s^2, -5.884 from standard gravity"),
             (on(Kind::CompensatedStream, Finding::BiasTracked), "removes the bias of gyro_x gyro_y"),
             (on(Kind::CompensationUnknown, Finding::MaybeCompensated), "unknown whether"),
-            (on(Kind::LowPass, Finding::LowPass(0.2)), "N fitted from 0.200 s"),
+            (on(Kind::LowPass, Finding::LowPass(4.0)), "white noise correlated over 4.0 samples"),
             (on(Kind::SensorSettings, Finding::WindowIgnored(20, [4, 4])), "averaging window 20 ignored"),
             (on(Kind::QuantisationFloor, Finding::TwoValues), "no more than two values on gyro_x gyro_y"),
             (

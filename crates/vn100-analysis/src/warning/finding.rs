@@ -118,7 +118,7 @@ pub enum Finding {
     BiasTracked,
     /// Nothing says whether the values are compensated.
     MaybeCompensated,
-    /// N is fitted from this averaging time, in seconds.
+    /// White noise is correlated over so many samples.
     LowPass(f64),
     /// The spectrum may be that of a filter.
     MaybeLowPass,
