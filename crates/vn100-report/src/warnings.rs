@@ -173,9 +173,9 @@ pub const fn warning_words(kind: WarningKind) -> WarningWords {
             "",
         ),
         Kind::LowPass => (
-            "A low-pass filter slower than the output removes the high frequencies, or may do so.",
-            "N is fitted from longer averaging times; if a filter is only possible, its interval covers both cases.",
-            "Widen the bandwidth of a filter that is not intended; a longer record decides whether there is one.",
+            "A low-pass filter slower than the output removes the high frequencies.",
+            "N is the density at low frequencies; its interval holds with every filter that the record does not decide against.",
+            "Widen the bandwidth of a filter that is not intended.",
             &[Remedy::GiveWindow],
             "",
         ),
@@ -351,7 +351,6 @@ pub fn headline(warning: &Warning) -> String {
         Finding::LowPass(samples) => {
             format!("low-pass filter on {on}: white noise correlated over {samples:.1} samples")
         }
-        Finding::MaybeLowPass => format!("possible filter on {on}: N known less well"),
         Finding::Rotated => "axes rotated by the sensor (register 26)".into(),
         Finding::WindowIgnored(given, [accel, gyro]) => {
             format!("averaging window {given} ignored: register 85 is {accel} (accel), {gyro} (gyro)")

@@ -33,11 +33,6 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment], was_
         let samples = assessed.iter().filter_map(correlated_over).fold(0.0, f64::max);
         warnings.push(Warning::new(WarningKind::LowPass, Finding::LowPass(samples)).of(filtered));
     }
-    let unsure = names(&|_, _, assessed| assessed.noise.as_ref().is_some_and(|noise| noise.fit.may_be_filtered));
-    if !unsure.is_empty() {
-        let found = Warning::new(WarningKind::LowPass, Finding::MaybeLowPass).of(unsure);
-        warnings.push(found.as_severe_as(Severity::Note));
-    }
     let full = names(&|_, _, assessed| assessed.noise.as_ref().is_some_and(|noise| noise.fit.lacks_free_band));
     if !full.is_empty() {
         warnings.push(Warning::new(WarningKind::VibrationLine, Finding::NoFreeBand).of(full));

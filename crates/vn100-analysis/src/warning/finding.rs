@@ -120,8 +120,6 @@ pub enum Finding {
     MaybeCompensated,
     /// White noise is correlated over so many samples.
     LowPass(f64),
-    /// The spectrum may be that of a filter.
-    MaybeLowPass,
     /// Register 26 holds a rotation.
     Rotated,
     /// The averaging window that was given, and those of accelerometer and gyroscope in register 85.

@@ -23,11 +23,11 @@ pub(super) fn drift(record: &SourceResult, figures: &Figures, captions: &Caption
     html! {
         p { (ASSUMPTIONS) " One drift lies within the given limit with the probability of the confidence level, the uncertainty of the standard deviation included; apart from it stands the interval of the standard deviation." }
         (figures::grid(&figures.drifts, captions))
-        div.scroll { table {
-            thead { tr { th { "axis" } th { "drift of the" } th { "coast" } th { "within" } th { "standard deviation" } th { "its interval" } th { "accelerometer alone" } th { "unit" } } }
+        div.scroll { table aria-label="Drift while coasting" {
+            thead { tr { th scope="col" { "axis" } th scope="col" { "drift of the" } th scope="col" { "coast" } th scope="col" { "within" } th scope="col" { "standard deviation" } th scope="col" { "its interval" } th scope="col" { "accelerometer alone" } th scope="col" { "unit" } } }
             tbody { @for found in &record.drift {
                 tr {
-                    th { (found.axis) } td { (kind_name(found.of)) } td { (duration(found.coast_s)) }
+                    th scope="row" { (found.axis) } td { (kind_name(found.of)) } td { (duration(found.coast_s)) }
                     @if found.status == Status::Estimated {
                         td { (number(found.within)) } td { (number(found.std)) } td { (number(found.lower)) " to " (number(found.upper)) }
                         td { @if found.of_accelerometer.is_some() { (number(found.of_accelerometer)) } } td { (pretty_unit(found.unit)) }
@@ -56,10 +56,10 @@ fn inflation(record: &SourceResult) -> Markup {
                 "Lower bound of inflation: the smallest N and K whose density lies above the measured one, with the upper end of its interval, at all frequencies from "
                 (format!("{:.3}", 1.0 / first.use_s)) " Hz on. A record at rest knows nothing of scale factor, vibration in motion, timing and linearisation, for which filters are inflated further."
             }
-            div.scroll { table {
-                thead { tr { th { "axis" } th { "N at least" } th { "over N" } th { "K at least" } th { "over K" } } }
+            div.scroll { table aria-label="Lower bound of inflation" {
+                thead { tr { th scope="col" { "axis" } th scope="col" { "N at least" } th scope="col" { "over N" } th scope="col" { "K at least" } th scope="col" { "over K" } } }
                 tbody { @for (axis, found) in &axes {
-                    tr { th { (axis.name) } td { (digits(found.white, 3)) } td { (factor(found.white_factor)) } td { (digits(found.walk, 3)) } td { (factor(found.walk_factor)) } }
+                    tr { th scope="row" { (axis.name) } td { (digits(found.white, 3)) } td { (factor(found.white_factor)) } td { (digits(found.walk, 3)) } td { (factor(found.walk_factor)) } }
                 } }
             } }
         }
@@ -80,12 +80,12 @@ pub(super) fn filters(record: &SourceResult, span_s: f64) -> Markup {
              None has a place for the bias instability: K stands for it."
         }
         ul { @for label in noise.lines() { li { (label) } } }
-        div.scroll { table {
-            thead { tr { th { "program" } th { "N as" } th { "gyroscope" } th { "accelerometer" } th { "K as" } th { "gyroscope" } th { "accelerometer" } } }
+        div.scroll { table aria-label="Values by program" {
+            thead { tr { th scope="col" { "program" } th scope="col" { "N as" } th scope="col" { "gyroscope" } th scope="col" { "accelerometer" } th scope="col" { "K as" } th scope="col" { "gyroscope" } th scope="col" { "accelerometer" } } }
             tbody { @for consumer in &Consumer::ALL {
                 @let [gyro_white, accel_white, gyro_walk, accel_walk] = consumer.typed_values(&noise).map(cell);
                 tr {
-                    th { (consumer.title) } td { (consumer.white.text) } td { (gyro_white) } td { (accel_white) }
+                    th scope="row" { (consumer.title) } td { (consumer.white.text) } td { (gyro_white) } td { (accel_white) }
                     td { (consumer.walk.map_or("–", |walk| walk.text)) } td { (gyro_walk) } td { (accel_walk) }
                 }
             } }

@@ -7,7 +7,7 @@ use super::{
     parameter::ramp,
     search::{Candidate, Found, Search, WHITE},
     spectral_rows::ChannelData,
-    thresholds::{FILTERS, LEAST_EDF, PRESENT, PROVED, RAMP_PRESENT, REJECTED, WIDER},
+    thresholds::{FILTERS, LEAST_EDF, PRESENT, PROVED, RAMP_PRESENT, REJECTED},
 };
 use crate::accumulate::record::{Deviation, Octave};
 use crate::infer::chi_squared;
@@ -214,7 +214,7 @@ impl<'a> ReadOut<'a> {
         if fit.is_process_proved {
             fit.processes = self.processes(&best.scored.parameters);
         }
-        self.add_filter(search, &white, &mut fit);
+        self.add_filter(search, &mut fit);
         self.add_curve(search, &mut fit);
         self.add_correlations(search, &mut fit);
         Some(fit)
@@ -323,7 +323,7 @@ impl<'a> ReadOut<'a> {
         self.model.layout.processes.clone().filter_map(of).collect()
     }
 
-    fn add_filter(&self, search: &Search<'_>, white: &Found, fit: &mut NoiseFit) {
+    fn add_filter(&self, search: &Search<'_>, fit: &mut NoiseFit) {
         let best = search.best();
         let score = |is_meant: bool| {
             let meant = search.candidates.iter().filter(|of| (of.filter == 0) == is_meant);
@@ -335,9 +335,6 @@ impl<'a> ReadOut<'a> {
             let white = best.scored.parameters[WHITE];
             let correlation_samples = white / (white + cosines).max(1e-3 * white);
             fit.roll_off = (correlation_samples > 1.0).then_some(RollOff { correlation_samples });
-        } else {
-            let (lower, upper) = search.limits_of_white(|of| of.filter == 0);
-            fit.may_be_filtered = (white.upper / white.lower).sqrt().ln() > WIDER * (upper / lower).sqrt().ln();
         }
         let interval_s = self.model.shape.interval_s;
         let (chi2, dof) = (search.chi2, search.dof);

@@ -21,9 +21,6 @@ pub struct NoiseFit {
     pub lacks_free_band: bool,
     /// A low pass slower than the output, beyond doubt.
     pub roll_off: Option<RollOff>,
-    /// A short filter is possible but not proved, and makes the interval of N more than 1.5 times as
-    /// wide.
-    pub may_be_filtered: bool,
     /// What explains the record about as well as B, K and R, which are bounded for it, by term.
     pub(super) rivals: [Option<Rival>; Term::ALL.len()],
     /// Averaging factor and edf of each octave from the shortest in use on.
@@ -76,7 +73,6 @@ impl NoiseFit {
             is_process_proved: false,
             lacks_free_band: false,
             roll_off: None,
-            may_be_filtered: false,
             rivals: [None; Term::ALL.len()],
             edf: Vec::new(),
             expected: Vec::new(),

@@ -45,10 +45,6 @@ pub(super) const OVERDISPERSED: f64 = 3.0;
 /// Beyond this ratio of the squared deviations to the expected ones no model is believed.
 pub(super) const REJECTED: f64 = 6.0;
 
-/// An interval of N that a possible filter makes wider than this times that without one is said to
-/// be so.
-pub(super) const WIDER: f64 = 2.0;
-
 /// Octaves with fewer degrees of freedom in a random walk have no part: two that share all samples
 /// show next to nothing.
 pub(super) const LEAST_EDF: f64 = 2.0;
