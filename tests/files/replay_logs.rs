@@ -1,6 +1,10 @@
 //! The captures of the project: the result of the program for each equals the expected one in the
 //! same folder.
 
+#[path = "../../crates/vn100-sim/examples/replay_logs/main.rs"]
+#[allow(dead_code, reason = "the recipe's own main")]
+mod recipe;
+
 use std::{fs, path::Path};
 
 use serde_json::Value;
@@ -60,5 +64,14 @@ fn counts_are_conserved_in_every_log() {
             + count("/link/replies")
             + count("/link/other_messages");
         assert_eq!(count("/link/frames"), good, "{log}");
+    }
+}
+
+#[test]
+fn the_captures_equal_the_output_of_the_example_that_writes_them() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../replay-logs");
+    for recipe::Log { name, bytes } in recipe::logs().unwrap() {
+        let shipped = fs::read(folder.join(name)).unwrap();
+        assert!(shipped == bytes, "{name} differs: run the example replay_logs, or undo the change");
     }
 }

@@ -11,3 +11,4 @@ mod readme;
 mod reliability;
 mod source;
 mod validation;
+mod version;

@@ -4,6 +4,7 @@ pub mod chi_squared;
 pub(crate) mod confidence;
 pub(crate) mod convention;
 pub(crate) mod disturbance;
+pub(crate) mod drift;
 pub(crate) mod identification;
 mod least_squares;
 pub(crate) mod level_change;

@@ -103,6 +103,7 @@ pub use infer::chi_squared;
 pub use infer::confidence::{Interval, edf};
 pub use infer::convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, conventions, temperature_conventions};
 pub use infer::disturbance::Disturbance;
+pub use infer::drift::{CurvePoint, Drift, Integral};
 pub use infer::level_change::{LevelChange, LevelFindings, LevelSearch, LevelShape};
 pub use infer::level_series::LevelSeries;
 pub use infer::narrow_bands::NarrowBand;

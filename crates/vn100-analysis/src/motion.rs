@@ -1,11 +1,9 @@
 //! That a sensor was moved.
 
-use std::fmt;
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// A sensor that was moved, by the axis that shows it most; its text says so.
+/// A sensor that was moved, by the axis that shows it most.
 #[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
 pub struct Motion {
     /// The axis.
@@ -18,11 +16,4 @@ pub struct Motion {
     pub unit: String,
     /// All axes beyond their limits.
     pub axes: Vec<String>,
-}
-
-impl fmt::Display for Motion {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { channel, std, limit, unit, .. } = self;
-        write!(f, "sensor moved: standard deviation of {channel} {std:.3} {unit}, at rest below {limit}")
-    }
 }

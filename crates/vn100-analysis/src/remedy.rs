@@ -32,6 +32,15 @@ pub enum Remedy {
     TypicalIsLimit,
     /// Set the sensor permanently.
     Configure(Setting),
+    /// Set a sensor that has lost its settings as it was.
+    Restore {
+        /// Its port.
+        port: String,
+        /// Header of its message, if that has changed.
+        message: Option<String>,
+        /// Its output rate in Hz, if that is known.
+        rate_hz: Option<f64>,
+    },
     /// Set the sensor for one measurement.
     MeasureWith(Setting),
     /// Measure the live sensor, whose port then has a short latency.

@@ -2,7 +2,9 @@
 //! units.
 
 mod channel;
+mod drift;
 mod history;
+mod inflation;
 mod noise;
 mod time_base;
 mod unread;
@@ -19,9 +21,11 @@ pub use channel::{
     BlockValues, ChannelResult, Curve, Detectable, HistogramBars, Norm, NormalityTest, Point, Spectrum, Stationarity,
     Statistics,
 };
+pub use drift::{DriftResult, Drifting, angle_drift};
 pub use history::{History, HistoryColumn};
+pub use inflation::Inflation;
 pub use noise::{
-    Budget, Correlation, Graded, GraphicalReading, GraphicalReadings, InUnit, NoiseResult, ParameterResult,
+    Budget, Correlation, Discrete, Graded, GraphicalReading, GraphicalReadings, InUnit, NoiseResult, ParameterResult,
     TemperatureResult,
 };
 pub use time_base::{LinkCounts, TimeBase};
@@ -54,6 +58,8 @@ pub struct SourceResult {
     pub channels: Vec<ChannelResult>,
     /// Magnitudes of the vectors of sensors with three axes.
     pub norms: Vec<Norm>,
+    /// Drift of angle, velocity and position while the sensor coasts after a rest; only at the end.
+    pub drift: Vec<DriftResult>,
     /// Data sheet that the channels are compared with; null without one for the sensor.
     pub datasheet: Option<ComparedSheet>,
     /// Goals that were not reached, and parameters that did not pass, in words.
@@ -127,11 +133,16 @@ impl SourceResult {
         let mut warnings: Vec<Warning> =
             snapshot.warnings.iter().chain(&unread).chain(&assessment.warnings).cloned().collect();
         warnings.sort_by_key(|warning| warning.severity);
+        let channels = channel::of(&snapshot, &assessment, parts);
+        let is_final = parts == Parts::All && snapshot.deviation == Deviation::Allan;
+        let was_moved = assessment.motion.is_some();
+        let drift = if is_final { drift::of(&channels, was_moved, assessment.confidence) } else { Vec::new() };
         Self {
             timing: TimeBase::of(&snapshot),
             link: LinkCounts::of(&snapshot),
             motion: assessment.motion.clone(),
-            channels: channel::of(&snapshot, &assessment, parts),
+            channels,
+            drift,
             norms: snapshot.magnitudes.iter().map(|norm| Norm::of(norm, &snapshot)).collect(),
             datasheet: None,
             unmet: Vec::new(),

@@ -24,7 +24,7 @@ mod _vn100 {
     #[pymodule_export]
     use super::deviations::deviations;
     #[pymodule_export]
-    use super::measured::CaptureError;
+    use super::measured::{CaptureError, Measured};
     #[pymodule_export]
     use super::rows::Rows;
     #[pymodule_export]

@@ -2,12 +2,16 @@
 
 use pyo3::{
     create_exception,
-    exceptions::{PyException, PyOSError, PyRuntimeError},
+    exceptions::{PyException, PyOSError, PyRuntimeError, PyValueError},
     prelude::*,
 };
 use vn100_analysis::SourceResult;
 use vn100_capture::OpenError;
-use vn100_report::{Asked, Document, Ended, Evaluation, remedies::python_words, warnings::headline};
+use vn100_report::figure::Figures;
+use vn100_report::html::{PageOptions, Program, write_page};
+use vn100_report::{
+    Asked, Consumer, Document, Ended, Evaluation, FilterNoise, NotWritten, remedies::python_words, warnings::headline,
+};
 use vn100_session::{EndReason, SessionResult, StartError};
 
 create_exception!(vn100, CaptureError, PyException, "A capture could not be read, or holds no sample.");
@@ -60,8 +64,62 @@ pub(crate) fn not_opened(error: &OpenError) -> PyErr {
     }
 }
 
-/// The document `vn100.analysis/2`.
-pub(crate) fn document(result: &SourceResult) -> PyResult<String> {
-    let document = Document::new(result, python_words);
-    serde_json::to_string(&document).map_err(|error| PyRuntimeError::new_err(error.to_string()))
+/// The result of one source, and what is written of it.
+#[pyclass(module = "vn100", frozen)]
+pub(crate) struct Measured(pub(crate) SourceResult);
+
+#[pymethods]
+impl Measured {
+    /// The document `vn100.analysis/2`.
+    fn document(&self) -> PyResult<String> {
+        let document = Document::new(&self.0, python_words);
+        serde_json::to_string(&document).map_err(|error| PyRuntimeError::new_err(error.to_string()))
+    }
+
+    /// What can be done about each warning, in the order of the document.
+    fn remedies(&self) -> Vec<Vec<String>> {
+        self.0.warnings.iter().map(|warning| warning.remedies.iter().map(python_words).collect()).collect()
+    }
+
+    /// The page of `vn100 report`; a filter integrates over `span` seconds.
+    fn page(&self, py: Python<'_>, span: f64) -> PyResult<Vec<u8>> {
+        let options = PageOptions {
+            confidence: self.0.confidence,
+            asked: "",
+            words: python_words,
+            program: Program { name: concat!("vn100 ", env!("CARGO_PKG_VERSION"), " for Python"), commit: None },
+            span_s: checked_span(span)?,
+        };
+        let written = py.detach(|| {
+            let (records, figures) = ([self.0.clone()], [Figures::of(&self.0, "")]);
+            let mut page = Vec::new();
+            write_page(&mut page, &records, &figures, &Figures::default(), options).map(|()| page)
+        });
+        written.map_err(|error| PyRuntimeError::new_err(error.to_string()))
+    }
+
+    /// The file of the filter of that name.
+    fn filter_file(&self, name: &str, span: f64, scale_factor: Option<f64>) -> PyResult<String> {
+        let consumer = Consumer::named(name).ok_or_else(|| {
+            let names: Vec<_> = Consumer::ALL.iter().map(|consumer| consumer.name).collect();
+            PyValueError::new_err(format!("{name:?} is none of {}", names.join(", ")))
+        })?;
+        let mut noise = FilterNoise::of(&self.0, checked_span(span)?);
+        noise.scale_factor_ppm = scale_factor;
+        consumer.file(&noise, false).map_err(|error| {
+            let advice = match &error {
+                NotWritten::Moved => "record it at rest".into(),
+                NotWritten::NotEstimated(_) | NotWritten::Lacks(_) => error.advice(python_words).join(", or "),
+            };
+            PyValueError::new_err(format!("no file for {}: {error}. To get it: {advice}", consumer.title))
+        })
+    }
+}
+
+fn checked_span(seconds: f64) -> PyResult<f64> {
+    if seconds.is_finite() && seconds > 0.0 {
+        Ok(seconds)
+    } else {
+        Err(PyValueError::new_err(format!("span: {seconds} s is not a duration above 0")))
+    }
 }

@@ -12,7 +12,7 @@ use std::{
 use pyo3::{
     exceptions::{PyTypeError, PyUserWarning, PyValueError},
     prelude::*,
-    types::PyDict,
+    types::{PyBool, PyDict},
 };
 use vn100_analysis::Settings;
 use vn100_analysis::noise::{Deviation, Estimator};
@@ -33,6 +33,9 @@ pub(crate) struct ReplayOptions {
 /// Options of how a capture is read; the others concern what is measured.
 const READING: [&str; 4] = ["accept_unchecked", "columns", "measure", "topic"];
 
+/// Options that are numbers.
+const NUMBERS: [&str; 5] = ["confidence", "duration", "rate", "skip", "window"];
+
 /// Windows of the averaging filter of the sensor, in samples at 800 Hz.
 const WINDOWS: RangeInclusive<u32> = 1..=800;
 
@@ -41,9 +44,14 @@ impl ReplayOptions {
         let mut options = Self::default();
         for (name, value) in given.into_iter().flatten() {
             let name: String = name.extract()?;
-            if !value.is_none() {
-                named(py, &name, options.set(&name, &value))?;
+            if value.is_none() {
+                continue;
             }
+            // Python counts a truth value as 0 or 1
+            if value.is_instance_of::<PyBool>() && NUMBERS.contains(&name.as_str()) {
+                return Err(PyTypeError::new_err(format!("{name}: {value} is no number")));
+            }
+            named(py, &name, options.set(&name, &value))?;
         }
         let Settings { skip, duration, .. } = options.settings;
         match duration.filter(|duration| *duration <= skip) {

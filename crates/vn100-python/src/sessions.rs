@@ -6,7 +6,10 @@ use pyo3::{exceptions::PyRuntimeError, prelude::*, types::PyDict};
 use tokio::{runtime::Runtime, time};
 use vn100_session::{ReplaySpec, Session, SessionResult};
 
-use crate::{measured, options::ReplayOptions};
+use crate::{
+    measured::{self, Measured},
+    options::ReplayOptions,
+};
 
 /// How often signals are checked.
 const PERIOD: Duration = Duration::from_millis(50);
@@ -16,7 +19,7 @@ pub(crate) fn runtime() -> PyResult<Runtime> {
     built.map_err(|error| PyRuntimeError::new_err(format!("no thread to read with: {error}")))
 }
 
-/// The documents of all streams of a capture, or of the parts of one, as JSON.
+/// The results of all streams of a capture, or of the parts of one.
 ///
 /// # Errors
 /// `CaptureError` or `FileNotFoundError` where nothing could be measured.
@@ -27,11 +30,11 @@ pub(crate) fn replay(
     path: PathBuf,
     parts: Vec<PathBuf>,
     options: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Vec<String>> {
+) -> PyResult<Vec<Measured>> {
     let mut given = ReplayOptions::of(py, options)?;
     let path = given.join(py, path, parts)?;
     let evaluation = measured::evaluation()?;
-    let mut documents = Vec::new();
+    let mut results = Vec::new();
     for spec in py.detach(|| given.specs(&path)) {
         let is_one_of_several = spec.is_one_of_several;
         let result = session(py, spec)?;
@@ -42,9 +45,9 @@ pub(crate) fn replay(
             measured::explain(&mut measured);
             measured::failure(&end, &measured).map_or(Ok(()), Err)?;
         }
-        documents.push(measured::document(&measured)?);
+        results.push(Measured(measured));
     }
-    Ok(documents)
+    Ok(results)
 }
 
 /// Measures one stream of a capture; ends with the exception of a signal, if one comes.

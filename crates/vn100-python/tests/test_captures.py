@@ -3,8 +3,11 @@
 import errno
 import gzip
 import html
+import io
 import json
+import math
 import os
+import pickle
 import re
 import signal
 import subprocess
@@ -19,18 +22,18 @@ import vn100
 
 
 def test_a_capture_is_measured(log):
-    result = vn100.replay(log, rate=40)
+    result = vn100.replay(log, rate=40).only
     assert result.samples > 1000 and result.rate == 40.0
-    curve = result.channels["gyro_x"].curve
+    curve = result["gyro_x"].curve
     assert curve.m[0] == 1 and curve.tau[0] == 0.025 and len(curve.tau) == len(curve.edf)
-    assert result.channels["gyro_x"].noise.white.status == "estimated"
+    assert result["gyro_x"].noise.white.status == "estimated"
     assert result.to_dict()["schema"] == "vn100.analysis/2"
     assert "<table>" in result._repr_html_() and str(result.samples) in repr(result)
 
 
 def test_a_document_is_that_of_the_command_line(log, program):
     printed = subprocess.run([program, "replay", str(log), "--json"], capture_output=True, check=True)
-    documents = [vn100.replay(log).to_dict(), json.loads(printed.stdout)]
+    documents = [vn100.replay(log).only.to_dict(), json.loads(printed.stdout)]
     worded = [[warning.pop("text") for warning in document["warnings"]] for document in documents]
     assert documents[0] == documents[1]
     # what to do is said in the terms of each
@@ -49,9 +52,9 @@ def test_rows_are_the_samples(log):
     assert rows.channels[-1] == "gyro_z" and rows.units[-1] == "rad/s"
     blocks = list(rows)
     times, values = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
-    result = vn100.replay(log, rate=40)
+    result = vn100.replay(log, rate=40).only
     assert values.shape == (result.samples, len(rows.channels)) and times.shape == (result.samples,)
-    np.testing.assert_allclose(values.mean(axis=0)[-1], result.channels["gyro_z"].mean, rtol=1e-9)
+    np.testing.assert_allclose(values.mean(axis=0)[-1], result["gyro_z"].mean, rtol=1e-9)
 
 
 def test_threads_may_share_the_rows(log, tmp_path):
@@ -70,16 +73,16 @@ def test_threads_may_share_the_rows(log, tmp_path):
         thread.start()
     for thread in threads:
         thread.join()
-    assert not failed and sum(counted) == vn100.replay(long, rate=40).samples
+    assert not failed and sum(counted) == vn100.replay(long, rate=40).only.samples
     assert isinstance(rows, vn100.Rows) and repr(rows) == "<vn100.Rows of long.vnymr: 12 channels>"
 
 
 def test_rows_of_an_archive_are_the_numbers_of_the_result(log, tmp_path):
     rows = [json.loads(line) for line in vn100.archive_rows(log, rate=40)]
-    result = vn100.replay(log, rate=40)
-    assert [row["channel"] for row in rows] == list(result.channels) and {row["rows"] for row in rows} == {len(rows)}
+    result = vn100.replay(log, rate=40).only
+    assert [row["channel"] for row in rows] == list(result) and {row["rows"] for row in rows} == {len(rows)}
     gyro = next(row for row in rows if row["channel"] == "gyro_x")
-    white = result.channels["gyro_x"].noise.white
+    white = result["gyro_x"].noise.white
     assert (gyro["white_status"], gyro["white"], gyro["white_upper"]) == (white.status, white.value, white.upper)
     broken = tmp_path / "broken.vnymr"
     broken.write_bytes(b"nothing of a sensor")
@@ -93,8 +96,8 @@ MEASURES = [vn100.replay, vn100.rows]
 @pytest.mark.parametrize("measure", MEASURES)
 def test_parts_are_taken_in_their_order(measure, parts):
     def bits(found):
-        if isinstance(found, vn100.Result):
-            return json.dumps(found.to_dict())
+        if isinstance(found, vn100.Results):
+            return json.dumps(found.only.to_dict())
         return [values.tolist() for _, values in found]
 
     with warnings.catch_warnings():
@@ -131,7 +134,7 @@ def test_errors_are_exceptions_with_the_words_of_the_command_line(log, tmp_path)
             measure(unchecked)
     with pytest.raises(vn100.CaptureError, match="lines rejected: no checksum"):
         vn100.replay(unchecked)
-    assert vn100.replay(unchecked, accept_unchecked=True, rate=40).samples > 1000
+    assert vn100.replay(unchecked, accept_unchecked=True, rate=40).only.samples > 1000
 
 
 @pytest.mark.skipif(sys.platform == "win32" or os.geteuid() == 0, reason="root may read every file")
@@ -150,6 +153,7 @@ def test_a_file_without_permission_is_a_permission_error(log, tmp_path):
         ({"rates": 40}, TypeError, "rates: there is no such option"),
         ({"rate": "40"}, TypeError, "rate: must be real number"),
         ({"rate": 0}, ValueError, "rate: 0 Hz"),
+        ({"rate": True}, TypeError, "rate: True is no number"),
         ({"estimator": "all"}, ValueError, 'estimator: "all" is none of'),
         ({"window": 0}, ValueError, "window: 0 is not between 1 and 800"),
         ({"window": 801}, ValueError, "window: 801 is not"),
@@ -172,7 +176,7 @@ def test_options_that_cannot_be_given_are_said(log, options, error, words):
 
 def test_what_is_known_of_the_sensor_is_given(log):
     for compensated in (True, "yes"):
-        noise = vn100.replay(log, rate=40, compensated=compensated, window=20).channels["gyro_x"].noise
+        noise = vn100.replay(log, rate=40, compensated=compensated, window=20).only["gyro_x"].noise
         assert noise.bias_instability.status == "not-measurable"
 
 
@@ -213,24 +217,24 @@ def test_an_interrupt_ends_a_replay(log, tmp_path):
 def test_a_plot_is_drawn_where_there_is_matplotlib(log):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("agg")
-    axes = vn100.replay(log, rate=40).plot("gyro_x", "gyro_y")
-    assert len(axes.lines) == 2 and axes.get_ylabel() == "Allan deviation in rad/s"
-    all_of_them = vn100.replay(log, rate=40).plot()
-    labels = [text.get_text() for text in all_of_them.get_legend().get_texts()]
-    assert len({(line.get_color(), line.get_linestyle()) for line in all_of_them.lines}) == len(labels) == 12
-    all_of_them.figure.draw_without_rendering()
-    assert all_of_them.get_legend().get_window_extent().x0 >= all_of_them.get_window_extent().x1
-    assert "accel_x (m/s^2)" in labels and all_of_them.get_ylabel() == "Allan deviation in the unit of each channel"
+    result = vn100.replay(log, rate=40).only
+    (axes,) = result.plot("gyro_x", "gyro_y").axes
+    # each with its model
+    assert len(axes.lines) == 4 and axes.get_ylabel() == "Allan deviation in rad/s"
+    figure = result.plot()
+    assert len({axes.get_ylabel() for axes in figure.axes}) == len(figure.axes) == len({c.unit for c in result.values()})
+    assert sum(len(axes.get_legend().get_texts()) for axes in figure.axes) == len(result) == 12
+    figure.draw_without_rendering()
 
 
 def test_without_matplotlib_a_plot_says_what_to_install(log, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
     with pytest.raises(ImportError, match="pip install matplotlib"):
-        vn100.replay(log, rate=40).plot("gyro_x")
+        vn100.replay(log, rate=40).only.plot("gyro_x")
 
 
 def test_objects_show_themselves_in_a_line(log):
-    channel = vn100.replay(log, rate=40).channels["gyro_x"]
+    channel = vn100.replay(log, rate=40).only["gyro_x"]
     assert repr(channel) == f"<vn100.Channel gyro_x: {channel.count} samples in rad/s>"
     assert repr(channel.curve) == f"<vn100.Curve: allan deviation at {len(channel.curve.tau)} averaging times>"
 
@@ -257,7 +261,99 @@ def test_captures_are_those_of_a_folder(tmp_path):
 def test_a_result_shows_itself_with_its_error(log, tmp_path):
     packed = tmp_path / "cut.vnymr.gz"
     packed.write_bytes(gzip.compress(log.read_bytes())[:-20_000])
-    result = vn100.replay(packed, rate=40)
+    result = vn100.replay(packed, rate=40).only
     shown = result._repr_html_()
     assert result.error is not None and html.escape(result.error) in shown and "<td>gyro_x</td>" in shown
     assert "not measurable" in shown and "–" in shown
+
+
+def test_bytes_and_open_files_give_what_their_file_gives(log):
+    whole = vn100.replay(log).only.to_dict()
+
+    def results(document):
+        return document["channels"], document["timing"]["samples"]
+
+    with log.open("rb") as file:
+        opened = vn100.replay(file).only
+    sources = [opened, *(vn100.replay(data).only for data in (log.read_bytes(), memoryview(log.read_bytes()), io.BytesIO(log.read_bytes())))]
+    assert opened.name == log.name
+    for found in sources:
+        assert results(found.to_dict()) == results(whole)
+    with pytest.raises(TypeError, match="open as text"), log.open() as text:
+        vn100.replay(text)
+    with pytest.raises(vn100.CaptureError):
+        vn100.replay(b"")
+
+
+def test_results_are_a_sequence_and_a_result_is_its_channels(log):
+    results = vn100.replay(log, rate=40)
+    assert len(results) == 1 and results[0] is results.only and [*results] == [results.only]
+    assert isinstance(results[:1], vn100.Results) and "<table>" in results._repr_html_()
+    with pytest.raises(ValueError, match="0 results, not one"):
+        _ = results[1:].only
+    with pytest.raises(TypeError, match=r"take \.only\['gyro_x'\]"):
+        results["gyro_x"]
+    result = results.only
+    assert "gyro_x" in result and [*result] == [channel.name for channel in result.values()]
+    with pytest.raises(KeyError, match="gyro_x may be meant"):
+        result["gyro_X"]
+
+
+def columns(frame):
+    return {name: list(frame[name]) for name in frame}
+
+
+@pytest.mark.parametrize("has_pandas", [True, False])
+def test_tables_are_the_numbers_of_the_objects(log, monkeypatch, has_pandas):
+    if has_pandas:
+        pytest.importorskip("pandas")
+    else:
+        monkeypatch.setitem(sys.modules, "pandas", None)
+    result = vn100.replay(log, rate=40).only
+    curve = columns(result.curve("gyro_x"))
+    assert curve["tau"] == result["gyro_x"].curve.tau.tolist() and len(curve["fitted"]) == len(curve["deviation"])
+    table = columns(result.parameters())
+    place = [*zip(table["channel"], table["parameter"])].index(("gyro_x", "white"))
+    white = result["gyro_x"].noise.white
+    assert [table[name][place] for name in ("status", "value", "upper", "unit")] == [white.status, white.value, white.upper, white.unit]
+    unknown = [*zip(table["channel"], table["parameter"])].index(("gyro_x", "bias_instability"))
+    assert table["status"][unknown] == "not-measurable" and math.isnan(table["value"][unknown])
+
+
+def test_a_parameter_has_the_units_of_its_field(log):
+    white = vn100.replay(log, rate=40).only["gyro_x"].noise.white
+    for unit in ("deg/sqrt(h)", "°/√h"):
+        converted = white.to(unit)
+        assert converted.unit == "deg/sqrt(h)"
+        for one, other in ((converted.value, white.value), (converted.lower, white.lower), (converted.upper, white.upper)):
+            assert math.isclose(one, math.degrees(other) * 60)
+    assert white.to(white.unit) == white and math.isclose(white.to("deg/s/sqrt(Hz)").value, math.degrees(white.value))
+    with pytest.raises(ValueError, match="mg is none of the units of this parameter: rad/s/sqrt"):
+        white.to("mg")
+
+
+def test_a_result_is_written_for_people_and_programs(log, tmp_path):
+    result = vn100.replay(log, rate=40).only
+    page = tmp_path / "x.html"
+    result.report(page)
+    assert page.read_text().startswith("<!DOCTYPE html>") and log.name in page.read_text() and "--rate" not in page.read_text()
+    with pytest.raises(FileExistsError):
+        result.report(page)
+    result.report(page, overwrite=True)
+    with pytest.raises(ValueError, match='"kalibre" is none of kalibr, '):
+        result.export("kalibre")
+    with pytest.raises(ValueError, match="span"):
+        result.export("kalibr", span=0.0)
+    with pytest.raises(ValueError, match="no file for Kalibr: K of the gyroscope is missing"):
+        result.export("kalibr")
+    copy = pickle.loads(pickle.dumps(result))
+    assert copy.to_dict() == result.to_dict() and copy["gyro_x"].noise == result["gyro_x"].noise
+    with pytest.raises(ValueError, match="was pickled"):
+        copy.export("kalibr")
+
+
+def test_warnings_say_what_to_do_in_arguments(log):
+    found = {warning.code: warning for warning in vn100.replay(log).only.warnings}
+    assumed = next(warning for warning in found.values() if any("rate=HZ" in remedy for remedy in warning.remedies))
+    assert assumed.severity in ("problem", "caution") and str(assumed) == assumed.text
+    assert found["compensated-stream"].channels == ["gyro_x", "gyro_y", "gyro_z"]

@@ -7,7 +7,7 @@ use vn100_analysis::{Completion, Datasheet, DatasheetFigure, FigureVerdict, Nois
 use crate::{
     FilterNoise,
     datasheet::{DatasheetError, built_in::vn100_datasheet},
-    names::{sentence, verdict_name},
+    names::{motion_text, sentence, verdict_name},
 };
 
 /// The data sheet and requirements that every result is completed with.
@@ -69,7 +69,7 @@ impl Evaluation {
             let failed = result.not_passed(figure);
             if !failed.is_empty() {
                 let reasons: Vec<_> = match &result.motion {
-                    Some(motion) => vec![motion.to_string()],
+                    Some(motion) => vec![motion_text(motion)],
                     None => {
                         let absent = why_absent(figure, &result);
                         failed.iter().map(|(name, verdict)| reason(name, verdict.as_ref(), absent)).collect()

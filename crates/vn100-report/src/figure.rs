@@ -4,6 +4,7 @@
 mod allan;
 mod axes;
 mod drawing;
+mod drift;
 mod fitted_model;
 mod graphical;
 mod histogram;
@@ -15,6 +16,7 @@ mod spectrum;
 mod svg;
 mod text_width;
 
+use vn100_analysis::noise::Deviation;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelResult, SENSORS, SourceResult, axes_name};
 
@@ -26,6 +28,7 @@ pub use last_minutes::last_minutes;
 use crate::names::names_of;
 use allan::{allan_of_axes, allan_of_each, allan_of_records};
 use drawing::{Anchor, Colour, Dash, Drawing, Marker, Primitive, Stroke};
+use drift::drift;
 use graphical::graphical;
 use histogram::histogram;
 use over_time::{envelope, segments};
@@ -42,6 +45,8 @@ pub struct Figures {
     /// The Allan deviation of the y axis of gyroscope and accelerometer, with the lines of the
     /// graphical slope method.
     pub graphical: Vec<Figure>,
+    /// The drift of the angles while the sensor coasts.
+    pub drifts: Vec<Figure>,
     /// One channel over the time of the record: range and mean of each block.
     pub times: Vec<Figure>,
     /// The histogram of one channel beside the normal curve of its mean and deviation.
@@ -63,6 +68,9 @@ impl Figures {
             let axes = record.of(quantity).into_iter().map(|channel| shown_with(channel, record));
             let y = axes.into_iter().find(|channel| channel.name.ends_with("_y"));
             all.graphical.extend(y.and_then(|y| graphical(&y, deviation)));
+        }
+        if record.motion.is_none() && deviation == Deviation::Allan {
+            all.drifts.extend(drift(&record.of(Quantity::AngularRate)));
         }
         // what was read between the lines has no such figure
         for channel in record.streamed() {
@@ -103,8 +111,8 @@ impl Figures {
     }
 
     fn named(mut self, prefix: &str) -> Self {
-        let Self { allan_sensors, allan_axes, graphical, times, histograms, spectra, segments } = &mut self;
-        for figures in [allan_sensors, allan_axes, graphical, times, histograms, spectra, segments] {
+        let Self { allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments } = &mut self;
+        for figures in [allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments] {
             for figure in figures {
                 figure.id.insert_str(0, prefix);
                 figure.prefix = prefix.len();
@@ -140,8 +148,8 @@ impl Figures {
 
     /// All figures, in the order of the page.
     pub fn all(&self) -> impl Iterator<Item = &Figure> {
-        let Self { allan_sensors, allan_axes, graphical, times, histograms, spectra, segments } = self;
-        [allan_sensors, allan_axes, graphical, times, histograms, spectra, segments].into_iter().flatten()
+        let Self { allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments } = self;
+        [allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments].into_iter().flatten()
     }
 }
 

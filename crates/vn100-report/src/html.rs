@@ -24,6 +24,7 @@ mod caption;
 mod elements;
 mod facts;
 mod figures;
+mod filters;
 mod glance;
 mod lab;
 mod live;

@@ -10,6 +10,7 @@
 mod codes;
 mod datasheet;
 mod document;
+mod drift;
 mod ended;
 mod evaluation;
 mod export;

@@ -3,8 +3,8 @@
 use vn100_analysis::noise::{Deviation, Grade, Parameter, Sensor, Status, Term, Verdict};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
-    Aliasing, Budget, Comparison, DecidedBy, FigureVerdict, Graded, LinkCounts, NoGrade, Onboard, Ranking, RateFrom,
-    Ratio, TimeBase, Untested, WhyNone, WhyUse, WindowFrom,
+    Aliasing, Budget, Comparison, DecidedBy, FigureVerdict, Graded, LinkCounts, Motion, NoGrade, NoPrediction, Onboard,
+    Ranking, RateFrom, Ratio, TimeBase, Untested, WhyNone, WhyUse, WindowFrom,
 };
 
 use crate::{
@@ -397,6 +397,22 @@ pub fn untested(why: Untested) -> &'static str {
         Untested::SameTime => "made at the same time",
         Untested::NoiseUnknown => "B and K are unknown",
     }
+}
+
+/// Why there is no prediction of the next sensor or recording.
+#[must_use]
+pub fn no_prediction(why: NoPrediction) -> &'static str {
+    match why {
+        NoPrediction::Bound => "a recording only bounds it: record longer",
+        NoPrediction::Lengths => "the longest recording is more than twice as long as the shortest: take like lengths",
+        NoPrediction::Streams => "the recordings differ in message or rate: take those of one stream",
+        NoPrediction::Few => "it takes three sensors, or three recordings of one",
+    }
+}
+
+/// That a sensor was moved, by the axis that shows it most.
+pub(crate) fn motion_text(Motion { channel, std, limit, unit, .. }: &Motion) -> String {
+    format!("sensor moved: standard deviation of {channel} {std:.3} {unit}, at rest below {limit}")
 }
 
 /// Why N is not compared if white noise aliases differently, by the names that `name` gives to

@@ -89,6 +89,17 @@ fn row(remedy: &Remedy) -> Row {
             command: format!("vn100 configure PORT {}", option(setting)),
             python: None,
         },
+        Remedy::Restore { port, message, rate_hz } => {
+            let settings: Vec<String> = message.iter().cloned().chain(rate_hz.map(|hz| format!("{hz} Hz"))).collect();
+            let options = (message.iter().map(|message| format!(" --set-message {message}")))
+                .chain(rate_hz.map(|hz| format!(" --set-rate {hz}")));
+            Row {
+                code: "restore",
+                what: format!("set the sensor to {} again, and save its settings", settings.join(" at ")),
+                command: format!("vn100 configure {port}{} --save", options.collect::<String>()),
+                python: None,
+            }
+        }
         Remedy::MeasureWith(setting) => Row {
             code: "measure-with",
             what: format!("measure with {}", register(setting)),

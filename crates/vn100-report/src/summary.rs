@@ -7,7 +7,10 @@ pub(crate) mod status;
 
 use vn100_analysis::{RemedyWords, Severity, SourceFacts, SourceResult, TimeBase};
 
-use crate::numbers::plain::{grouped, short, time};
+use crate::{
+    drift,
+    numbers::plain::{grouped, short, time},
+};
 pub use statistics::mean_temperature;
 pub use status::StatusWord;
 
@@ -23,6 +26,8 @@ pub struct Summary {
     pub statuses: Vec<AspectStatus>,
     /// The noise parameters; none if the sensor was moved.
     pub sensors: Vec<SensorTable>,
+    /// How far heading, velocity and position drift while the sensor coasts, in one line each.
+    pub drift: Vec<String>,
     /// Means and standard deviations of single samples.
     pub statistics: Vec<StatisticsRow>,
     /// What to do, in sentences. [`AspectStatus::findings`] and [`SensorTable::notes`] refer to
@@ -122,7 +127,8 @@ impl Summary {
             Some(_) => Vec::new(),
             None => parameters::tables(result, &mut notes),
         };
-        Self { identity: identity(result), statuses, sensors, statistics: statistics::rows(result), notes: notes.texts }
+        let (identity, statistics) = (identity(result), statistics::rows(result));
+        Self { identity, statuses, sensors, drift: drift::lines(result), statistics, notes: notes.texts }
     }
 }
 

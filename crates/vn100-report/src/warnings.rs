@@ -11,7 +11,7 @@ use vn100_analysis::{
 };
 
 use crate::{
-    names::names_of,
+    names::{motion_text, names_of},
     numbers::plain::{counted, ppm, short},
 };
 
@@ -334,7 +334,7 @@ pub fn headline(warning: &Warning) -> String {
         }
         Finding::Peaks(peaks) => format!("spectral peak: {}", list(peaks, 1, peak)),
         Finding::NoFreeBand => format!("spectral peaks cover more than half of the band on {on}"),
-        Finding::Moved(motion) => motion.to_string(),
+        Finding::Moved(motion) => motion_text(motion),
         Finding::Events(events) => format!("not stationary: {}", list(events, 1, happening)),
         Finding::WarmUp(found) => format!("warm-up transient: {}", list(found, 1, warm_up)),
         Finding::Temperature(_, share) if *share <= 0.0 => format!("bias of {on} follows the temperature"),

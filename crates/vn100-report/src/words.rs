@@ -30,17 +30,14 @@ pub fn end(name: &str, end: &End, framed_bytes: u64, words: RemedyWords) -> Opti
         }),
         End::OtherMessages { message, other, rate_hz, after } => {
             let instead = other.map_or("binary packets".into(), |other| format!("other messages, such as {other}"));
-            let rate = rate_hz.map_or(String::new(), |hz| format!(" --set-rate {hz}"));
-            let seconds = after.as_secs();
-            Some(format!(
-                "{name}: no {message} has arrived for {seconds} s but {instead}{LOST}`vn100 configure {name} --set-message {message}{rate}` \
-                 restores it; --save keeps it"
-            ))
+            let restore = Remedy::Restore { port: name.into(), message: Some(message.clone()), rate_hz: *rate_hz };
+            let (seconds, cure) = (after.as_secs(), words(&restore));
+            Some(format!("{name}: no {message} has arrived for {seconds} s but {instead}{LOST}To continue, {cure}"))
         }
-        End::OtherRate(RateChange { from_hz, to_hz, .. }) => Some(format!(
-            "{name}: lines come at {to_hz} Hz, no longer at {from_hz}{LOST}`vn100 configure {name} --set-rate {from_hz}` restores it; --save \
-             keeps it"
-        )),
+        End::OtherRate(RateChange { from_hz, to_hz, .. }) => {
+            let cure = words(&Remedy::Restore { port: name.into(), message: None, rate_hz: Some(*from_hz) });
+            Some(format!("{name}: lines come at {to_hz} Hz, no longer at {from_hz}{LOST}To continue, {cure}"))
+        }
         End::SourceEnded
         | End::DurationReached
         | End::GoalsDecided

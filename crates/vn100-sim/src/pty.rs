@@ -67,7 +67,7 @@ pub struct PtyStats {
 pub enum PtyError {
     /// This system is not Linux.
     #[error(
-        "an emulated port needs a pseudo-terminal of Linux, which this system does not have: write a capture instead"
+        "an emulated port needs a pseudo-terminal of Linux, which this system does not have: serve the sensor at a TCP address, or write a capture"
     )]
     Unsupported,
     /// The system provides no pseudo-terminal.

@@ -1,18 +1,17 @@
 //! Live sources by their names on the command line; "sim" is an emulated sensor of this program's
 //! own, on a port in memory.
 
-use std::{io, num::NonZeroU32, time::Duration};
+use std::io;
 
 use anyhow::Result;
 use vn100_capture::Clock;
 use vn100_driver::{LinkHint, LinkOptions, SerialPorts, TcpServer};
 use vn100_protocol::stream::ReadOptions;
-use vn100_session::{EmulatedPort, LiveSource};
-use vn100_sim::wire::Wire;
+use vn100_session::LiveSource;
 
 use crate::{
-    args::{LinkArgs, SimSensorArgs, SourceName},
-    commands::sim,
+    args::{LinkArgs, SourceName},
+    emulated_sensor::emulated_port,
     log::Entries,
 };
 
@@ -23,7 +22,7 @@ pub(crate) fn live_source(name: &SourceName, link: &LinkArgs, read: ReadOptions,
         SourceName::Stdin => LiveSource::stream(io::stdin()),
         SourceName::Tcp(address) => LiveSource::link(TcpServer::new(address, clock)?),
         SourceName::Port(port) => LiveSource::link(SerialPorts::new(port, clock)),
-        SourceName::Sim => LiveSource::link(emulated_port(&link.sim, clock)),
+        SourceName::Sim => LiveSource::link(emulated_port(&link.sim, None, clock).0),
     };
     Ok(as_asked(source, name, link, read, log))
 }
@@ -57,15 +56,4 @@ fn link_hint(hint: LinkHint) -> &'static str {
         LinkHint::ChoosePort => "\"vn100 ports\" lists the ports, those of a sensor first",
         hint => hint.text(),
     }
-}
-
-/// An emulated sensor that a command starts for itself is past its boot of 1.25 s.
-const ON_FOR: Duration = Duration::from_secs(2);
-
-/// The port of the sensor that the options describe.
-pub(crate) fn emulated_port(args: &SimSensorArgs, clock: Clock) -> EmulatedPort {
-    let device = sim::device(args);
-    let host_baud = NonZeroU32::new(device.baud()).unwrap_or(NonZeroU32::MIN);
-    let wire = Wire::new(device, &args.faults, args.seed, None, host_baud);
-    EmulatedPort::new(wire, ON_FOR, clock.now_ns())
 }

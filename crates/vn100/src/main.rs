@@ -4,6 +4,7 @@
 mod args;
 mod asked;
 mod commands;
+mod emulated_sensor;
 mod exit;
 mod heartbeat;
 mod inputs;

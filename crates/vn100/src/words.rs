@@ -92,6 +92,7 @@ mod tests {
             ("", Remedy::Configure(Setting::Message("VNYMR")), ""),
             ("", Remedy::Configure(window), ""),
             ("", Remedy::MeasureWith(window), ""),
+            ("", Remedy::Restore { port: "x".into(), message: Some("VNYMR".into()), rate_hz: Some(40.0) }, ""),
             ("", Remedy::MeasureLive, " PORT"),
             ("", Remedy::ReadTemperature, " PORT"),
             ("", Remedy::Record, ""),

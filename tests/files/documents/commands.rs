@@ -25,8 +25,9 @@ const NOT_RUN: &[(&str, &str)] = &[
     ("VN100_WRITE=1 cargo test", "it writes a document"),
     ("cargo install --locked --path crates/vn100", "a build"),
     ("cargo bench", "minutes of measuring"),
-    ("cargo run -p vn100-sim --example replay_logs", "a test of vn100-sim compares what it writes"),
+    ("cargo run -p vn100-sim --example replay_logs", "a test compares what it writes"),
     (".ci/package", "a build, with the packages of one distribution"),
+    (".ci/archive", "a build for another system"),
     ("pip install maturin && maturin build", "a build, made by the gate"),
     ("pip install wheels/vn100-*.whl", "installed by the gate"),
     ("ssh -L", "another machine"),
@@ -109,7 +110,7 @@ fn runnable(line: &str) -> String {
     }
     let is_live = words.starts_with(&["vn100", "attach"])
         || words.starts_with(&["vn100", "record"])
-        || words.starts_with(&["vn100", "sim"]) && words.contains(&"--link");
+        || words.starts_with(&["vn100", "sim"]) && ["--link", "--tcp"].iter().any(|word| words.contains(word));
     if is_live {
         match words.iter().position(|word| ["-d", "--duration"].contains(word)) {
             Some(option) => words[option + 1] = LIVE,

@@ -75,8 +75,8 @@ pub(super) fn caveats(records: &[ComparedRecord<'_>], same: &[SameSamples], stay
     }
     caveats.extend(rate_assumed(records));
     for (number, record) in records.iter().enumerate() {
-        if let Some(motion) = &record.assessment.motion {
-            let text = format!("{}: {motion}. Its means are no bias and are excluded", record.name);
+        if record.assessment.motion.is_some() {
+            let text = format!("{}: sensor moved. Its means are no bias and are excluded", record.name);
             caveats.push(Caveat { kind: CaveatKind::Moved, records: vec![number], text, remedy: None });
         }
     }

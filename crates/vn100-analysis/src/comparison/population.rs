@@ -1,7 +1,5 @@
 //! N, B and K over three recordings or more: what units have, and what the next one will have.
 
-use std::fmt;
-
 use imu_noise::{Parameter, Sensor, Status, Term, chi_squared};
 
 use super::{ComparedRecord, SameSamples};
@@ -60,17 +58,6 @@ pub enum NoPrediction {
     Streams,
     /// There are two units, or too few recordings of one.
     Few,
-}
-
-impl fmt::Display for NoPrediction {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Bound => "a recording only bounds it: record longer",
-            Self::Lengths => "the longest recording is more than twice as long as the shortest: take like lengths",
-            Self::Streams => "the recordings differ in message or rate: take those of one stream",
-            Self::Few => "it takes three sensors, or three recordings of one",
-        })
-    }
 }
 
 /// A recording that says something of a parameter.

@@ -2,19 +2,19 @@
 
 use imu_noise::{
     Block, Deviation, Disturbance, Estimator, Frozen, Interval, LevelChange, LevelShape, NoiseChange, NoiseFit,
-    Normality, NotJudged, OctaveSum, Sides, SpectralLine, Spikes, counts_to_unit,
+    Normality, NotJudged, OctaveSum, Sensor, Sides, SpectralLine, Spikes, counts_to_unit,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
 use vn100_protocol::{Channel, Quantity};
 
 use super::{
-    Graded, NoiseResult, Parts,
+    Graded, Inflation, NoiseResult, Parts,
     verdict::{VerdictDocument, as_documents},
 };
 use crate::{
     accumulate::magnitude::Magnitude,
-    assessment::{Assessment, ChannelAssessment, Disturbed, OctaveAssessment, Onboard},
+    assessment::{Assessment, ChannelAssessment, Disturbed, LongTauValidity, OctaveAssessment, Onboard},
     datasheet::FigureVerdict,
     sensor::{axes_name, sensor_of},
     snapshot::{ChannelSnapshot, Snapshot},
@@ -48,6 +48,9 @@ pub struct ChannelResult {
     pub stationarity: Option<Stationarity>,
     /// Power spectral density by Welch's method, and its peaks; only at the end.
     pub spectrum: Option<Spectrum>,
+    /// Smallest N and K of a filter by the density; only at the end, null if the record does not show
+    /// it.
+    pub inflation: Option<Inflation>,
     /// Consecutive blocks of the record, in time order; only at the end.
     pub blocks: Option<Vec<BlockValues>>,
     /// Verdicts on each figure of the data sheet; only at the end, null without figures.
@@ -465,6 +468,7 @@ impl Maker<'_> {
             onboard: None,
             stationarity: None,
             spectrum: None,
+            inflation: None,
             blocks: None,
             verdict: None,
             grade: None,
@@ -482,7 +486,7 @@ impl Maker<'_> {
             found.octaves = Some(std::mem::replace(&mut found.allan.points, asked));
         }
         let noise = assessed.noise.as_ref();
-        found.noise = noise.map(|noise| NoiseResult::of(noise, assessment.samples));
+        found.noise = noise.map(|noise| NoiseResult::of(noise, assessment.samples, found.rate_hz));
         found.grade = noise.and_then(|noise| noise.grade()).map(Graded::of);
         found.onboard = assessed.onboard;
         found.statistics.normality = assessed.normality.map(NormalityTest::of);
@@ -490,6 +494,14 @@ impl Maker<'_> {
             found.stationarity = Some(Stationarity::of(&assessed.disturbed, snapshot.skipped.as_secs_f64()));
             if self.parts == Parts::All {
                 found.spectrum = Some(self.spectrum(&assessed.disturbed.lines));
+                let is_sensors = |noise: &&NoiseResult| {
+                    noise.long_taus == LongTauValidity::Sensor && noise.sensor != Sensor::Magnetometer
+                };
+                let noise = found.noise.as_ref().filter(is_sensors).filter(|_| assessment.motion.is_none());
+                let noise = noise.filter(|_| snapshot.deviation == Deviation::Allan);
+                let octaves = found.octaves().iter().map_while(|point| Some((point.tau_s, point.upper?)));
+                let octaves: Vec<(f64, f64)> = octaves.collect();
+                found.inflation = noise.and_then(|noise| Inflation::of(&octaves, noise));
                 found.blocks = Some(signal.blocks().iter().map(|block| self.block(block)).collect());
             }
         }

@@ -59,9 +59,28 @@ pub struct ParameterResult {
     pub unit: &'static str,
     /// The same in every other unit in use.
     pub conventions: Vec<InUnit>,
+    /// The same by sample; absent for parameters other than N and K.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub discrete: Option<Discrete>,
     /// What N is uncertain by; absent for other parameters.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub budget: Option<Budget>,
+}
+
+/// N and K by sample, as simulators and some filters take them: N √rate, the standard deviation of
+/// the white noise of one sample, and K/√rate, that of the step of the walk between two.
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
+pub struct Discrete {
+    /// Samples per second.
+    pub rate_hz: f64,
+    /// Unit of a sample.
+    pub unit: &'static str,
+    /// Estimate; null if there is none.
+    pub value: Option<f64>,
+    /// Lower end of the interval.
+    pub lower: Option<f64>,
+    /// Upper end of the interval, or upper bound.
+    pub upper: Option<f64>,
 }
 
 /// A parameter in another unit.
@@ -176,13 +195,17 @@ pub struct Graded {
 }
 
 impl NoiseResult {
-    pub(super) fn of(noise: &ChannelNoise, samples: u64) -> Self {
+    pub(super) fn of(noise: &ChannelNoise, samples: u64, rate_hz: f64) -> Self {
         let sensor = noise.sensor;
         let parameter = |term| {
             let found = noise.parameter(term)?;
             // white noise is in every record: that it may be absent is not tested
             let p = found.p.filter(|_| term != Term::White);
-            Some(ParameterResult::of(Parameter { p, ..found }, conventions(sensor, term)))
+            let discrete = Discrete::of(&found, sensor, term, rate_hz);
+            Some(ParameterResult {
+                discrete,
+                ..ParameterResult::of(Parameter { p, ..found }, conventions(sensor, term))
+            })
         };
         let is_carried = |term| noise.parameter(term).is_some_and(|found| found.status != Status::NotMeasurable);
         let pairs = Term::ALL.iter().enumerate().flat_map(|(place, a)| Term::ALL[place + 1..].iter().map(|b| [*a, *b]));
@@ -264,7 +287,7 @@ impl ParameterResult {
     /// The SI unit comes first among `conventions`.
     fn of(parameter: Parameter, conventions: &[Convention]) -> Self {
         let unit = conventions.first().map_or("", |si| si.unit);
-        Self { parameter, unit, conventions: in_other_units(&parameter, conventions), budget: None }
+        Self { parameter, unit, conventions: in_other_units(&parameter, conventions), discrete: None, budget: None }
     }
 }
 
@@ -277,6 +300,20 @@ fn in_other_units(parameter: &Parameter, conventions: &[Convention]) -> Vec<InUn
         InUnit { unit: convention.unit, sides: convention.sides, value, lower, upper }
     };
     conventions.iter().skip(1).filter(|_| says_something).map(in_unit).collect()
+}
+
+impl Discrete {
+    fn of(found: &Parameter, sensor: Sensor, term: Term, rate_hz: f64) -> Option<Self> {
+        let factor = match term {
+            Term::White => rate_hz.sqrt(),
+            Term::RateRandomWalk => 1.0 / rate_hz.sqrt(),
+            Term::BiasInstability | Term::RateRamp | Term::Quantization => return None,
+        };
+        let [value, lower, upper] = [found.value, found.lower, found.upper].map(|si| si.map(|si| si * factor));
+        // B has the unit of a sample
+        let unit = conventions(sensor, Term::BiasInstability).first().map_or("", |si| si.unit);
+        Some(Self { rate_hz, unit, value, lower, upper })
+    }
 }
 
 impl Budget {

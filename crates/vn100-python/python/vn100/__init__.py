@@ -8,8 +8,9 @@ divided. The document of a result (``to_dict``) is that of ``vn100 replay --json
 from importlib.metadata import version as _version
 
 from ._analyzer import Analyzer
-from ._deviations import adev, hdev, oadev, ohdev
-from ._result import Channel, Curve, Noise, Parameter, Result, replay
+from ._deviations import adev, hdev, mdev, oadev, ohdev, totdev
+from ._replay import Results, replay
+from ._result import Channel, Curve, Noise, Parameter, Result, ResultWarning
 from ._rows import Rows, captures, rows
 from ._vn100 import CaptureError, archive_rows
 
@@ -23,13 +24,17 @@ __all__ = [
     "Noise",
     "Parameter",
     "Result",
+    "ResultWarning",
+    "Results",
     "Rows",
     "adev",
     "archive_rows",
     "captures",
     "hdev",
+    "mdev",
     "oadev",
     "ohdev",
     "replay",
     "rows",
+    "totdev",
 ]

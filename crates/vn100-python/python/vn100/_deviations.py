@@ -64,9 +64,66 @@ def hdev(
     return _four(data, rate, data_type, taus, hadamard=True, overlapping=False)
 
 
+def mdev(
+    data: ArrayLike, rate: float = 1.0, data_type: Literal["phase", "freq"] = "phase", taus: Taus = None
+) -> Four:
+    """Modified Allan deviation (NIST SP 1065, eq. 15), which tells white from flicker
+    phase noise; as :func:`oadev`, in floats as allantools."""
+    hz, values, factors = _prepared(data, rate, data_type, taus)
+    phase = _phase(values, data_type)
+    # longer windows than three in the record have no term
+    factors = factors[3 * factors <= len(phase)]
+    squares, windows = [], []
+    for m in factors:
+        sums = np.concatenate([[0.0], np.cumsum(phase[2 * m :] - 2 * phase[m:-m] + phase[: -2 * m])])
+        terms = (sums[m:] - sums[:-m]) / m
+        squares.append(np.mean(terms * terms))
+        windows.append(len(terms))
+    return _finished(hz, len(values), data_type, factors, np.sqrt(np.array(squares) / 2) / factors, windows)
+
+
+def totdev(
+    data: ArrayLike, rate: float = 1.0, data_type: Literal["phase", "freq"] = "phase", taus: Taus = None
+) -> Four:
+    """Total deviation (NIST SP 1065, eq. 25): the record is continued at both ends by
+    its reflections, for more confidence at long averaging times. As :func:`oadev`, in floats
+    as allantools, without a correction of the bias."""
+    hz, values, factors = _prepared(data, rate, data_type, taus)
+    phase = _phase(values, data_type)
+    inner = max(len(phase) - 2, 0)
+    whole = np.concatenate([2 * phase[:1] - phase[-2:0:-1], phase, 2 * phase[-1:] - phase[-2:0:-1]])
+    squares = []
+    for m in factors:
+        middle, before, after = (whole[inner + 1 + shift :][:inner] for shift in (0, -m, m))
+        squares.append(np.sum((before - 2 * middle + after) ** 2) / max(inner, 1))
+    return _finished(hz, len(values), data_type, factors, np.sqrt(np.array(squares) / 2) / factors, [inner] * len(factors))
+
+
+def _phase(values: NDArray[np.float64], data_type: str) -> NDArray[np.float64]:
+    """In samples, of rates without their mean."""
+    if not np.isfinite(values).all():
+        raise ValueError("the data have a gap (NaN), or an infinite value: use Analyzer, which takes gaps")
+    largest = float(np.abs(values).max(initial=0.0))
+    if largest and not 1e-150 < largest < 1e150:
+        raise ValueError("the data leave the range of floats when they are summed or divided: scale them")
+    if data_type == "phase":
+        return values
+    return np.concatenate([[0.0], np.cumsum(values - np.mean(values))]) if len(values) else values
+
+
 def _four(
     data: ArrayLike, rate: float, data_type: str, taus: Taus, *, hadamard: bool, overlapping: bool
 ) -> Four:
+    hz, values, factors = _prepared(data, rate, data_type, taus)
+    work = np.empty(len(values) + 1)
+    found, windows = _vn100.deviations(values, work, data_type == "phase", hadamard, overlapping, factors.tolist())
+    return _finished(hz, len(values), data_type, factors, np.array(found, np.float64), windows)
+
+
+def _prepared(
+    data: ArrayLike, rate: float, data_type: str, taus: Taus
+) -> tuple[float, NDArray[np.float64], NDArray[np.int64]]:
+    """The rate in hertz, the values and the averaging factors."""
     if data_type not in ("phase", "freq"):
         raise ValueError(f"data_type {data_type!r} is neither 'phase' nor 'freq'")
     hz = _rate(rate)
@@ -76,20 +133,22 @@ def _four(
     is_phase = data_type == "phase"
     if not is_phase:
         values = _trimmed(values)
-    factors = _factors(len(values) + (not is_phase), hz, taus)
-    work = np.empty(len(values) + 1)
-    deviations, windows = _vn100.deviations(values, work, is_phase, hadamard, overlapping, factors.tolist())
+    return hz, values, _factors(len(values) + (not is_phase), hz, taus)
+
+
+def _finished(
+    hz: float, count: int, data_type: str, factors: NDArray[np.int64], found: NDArray[np.float64], windows: list[int]
+) -> Four:
     ns = np.array(windows, np.float64)
-    found = np.array(deviations, np.float64) * (hz if is_phase else 1.0)
     kept = ns > 1
     if not kept.any():
-        raise ValueError(f"{len(values)} values are too few for two windows at any of the averaging times")
-    errors = found[kept] / np.sqrt(ns[kept])
-    return factors[kept] / hz, found[kept], errors, ns[kept]
+        raise ValueError(f"{count} values are too few for two windows at any of the averaging times")
+    deviations = found[kept] * (hz if data_type == "phase" else 1.0)
+    return factors[kept] / hz, deviations, deviations / np.sqrt(ns[kept]), ns[kept]
 
 
 def _rate(rate: float) -> float:
-    if not isinstance(rate, Real):
+    if isinstance(rate, bool) or not isinstance(rate, Real):
         raise TypeError(f"the rate {rate!r} is no number of hertz")
     hz = float(rate)
     if not 1e-100 < hz < 1e100:

@@ -13,7 +13,7 @@ use vn100_analysis::{
 
 use crate::{
     codes::term_name,
-    names::recommendation,
+    names::{no_prediction, recommendation},
     units::si_unit,
     warnings::{caveat_in_words, in_words},
 };
@@ -81,7 +81,7 @@ struct PopulationDocument {
     /// The prediction interval of the next sensor, or of the next recording if all are of one.
     next_lower: Option<f64>,
     next_upper: Option<f64>,
-    no_interval: Option<String>,
+    no_interval: Option<&'static str>,
     sensors: Vec<UnitDocument>,
 }
 
@@ -113,7 +113,7 @@ impl PopulationDocument {
             spread: population.spread,
             next_lower: next.map(|next| next[0]),
             next_upper: next.map(|next| next[1]),
-            no_interval: population.prediction.err().map(|why| why.to_string()),
+            no_interval: population.prediction.err().map(no_prediction),
             sensors: population.units.iter().map(sensor).collect(),
         }
     }

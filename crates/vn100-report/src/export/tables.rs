@@ -132,7 +132,13 @@ fn parameters(record: &SourceResult) -> String {
             in_units(&mut table, &channel.name, term_name(term), noise.parameter_in_units(term));
         }
         if let Some(TemperatureResult { parameter, unit, conventions, .. }) = &noise.temperature {
-            let found = ParameterResult { parameter: *parameter, unit, conventions: conventions.clone(), budget: None };
+            let found = ParameterResult {
+                parameter: *parameter,
+                unit,
+                conventions: conventions.clone(),
+                discrete: None,
+                budget: None,
+            };
             in_units(&mut table, &channel.name, "temperature_coefficient", Some(&found));
         }
         in_units(&mut table, &channel.name, "curve_minimum", noise.curve_minimum.as_ref());

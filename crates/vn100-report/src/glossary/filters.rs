@@ -8,7 +8,7 @@ use crate::{Consumer, DATASHEETS, parse_datasheet};
 pub(super) fn explanations() -> Vec<Explanation> {
     let programs = Consumer::ALL.iter().map(of_program);
     let sheets = DATASHEETS.iter().filter_map(|(name, text)| of_sheet(name, text));
-    std::iter::once(discrete()).chain(programs).chain(sheets).collect()
+    [discrete(), drift(), inflation()].into_iter().chain(programs).chain(sheets).collect()
 }
 
 fn discrete() -> Explanation {
@@ -27,6 +27,42 @@ fn discrete() -> Explanation {
         advice: "Take the file that is written for the program. Explain its name for the formula and the lines of its code.",
         remedies: &[],
         source: "",
+    }
+}
+
+fn drift() -> Explanation {
+    Explanation {
+        group: "Programs that take N and K",
+        code: "drift",
+        aliases: vec!["coasting", "dead reckoning"],
+        title: "drift while coasting".into(),
+        meaning: "How far angle, velocity and position run away while the sensor coasts, after a rest over which its mean was taken for its bias. \
+                  If the rest is as long as the coast T, the variance of the angle or velocity is 2 T^2 times the Allan variance at T, with no \
+                  model. A tilt error times gravity is part of velocity and position: most of it as a rule."
+            .into(),
+        why: "It is what the noise costs. One drift lies within the given limit with the level of the intervals (95 %), the uncertainty of the \
+              standard deviation included; the interval of the standard deviation stands apart.",
+        advice: "It holds at rest, at constant temperature, for a level start, without an error of the scale factor. A compensated message shows \
+                 the tracker of the filter, not the sensor: record an uncompensated one. A coast of ten minutes needs a record of an hour or more.",
+        remedies: &[Remedy::Plan],
+        source: "IEEE Std 952-1997, annex C; NIST SP 1065; Farrell et al., IEEE Control Systems Magazine 42(6), 2022",
+    }
+}
+
+fn inflation() -> Explanation {
+    Explanation {
+        group: "Programs that take N and K",
+        code: "inflation",
+        aliases: vec!["inflate", "lower bound of inflation"],
+        title: "lower bound of what a filter is given".into(),
+        meaning: "The smallest N and K together whose density N^2 + K^2/(2 pi f)^2 lies above the measured one, with the upper end of its interval, \
+                  at all frequencies from that of a minute of use on; over the estimates, the least factors of inflation."
+            .into(),
+        why: "White noise and a walk alone lie below the density where flicker, correlated noise or vibration add to it, and a filter is then too sure.",
+        advice: "Do not go below it. A record at rest knows nothing of scale factor, vibration in motion, timing and linearisation, for which people \
+                 multiply by ten.",
+        remedies: &[],
+        source: "IEEE Std 952-1997, annex C, for the densities of the terms; NIST SP 1065 for the intervals",
     }
 }
 

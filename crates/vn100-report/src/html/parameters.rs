@@ -4,7 +4,9 @@
 use crate::html::glance;
 use crate::{
     graphical::GRAPHICAL,
-    names::{QUANTITIES, TERMS, budget_rows, decided_by, in_words, names_of, parameter_names, verdict_name},
+    names::{
+        QUANTITIES, TERMS, budget_rows, decided_by, in_words, motion_text, names_of, parameter_names, verdict_name,
+    },
     numbers::{
         NOTHING, digits, duration, four_digits, p_value,
         plain::{digits_trimmed, short},
@@ -63,9 +65,13 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation, ca
                         tbody {
                             (in_units(axes, conventions(sensor, term), html! { (parameter_names(sensor, term).name) " " b { (letter(term)) } }, |noise| noise.parameter(term)))
                             @match term {
-                                Term::White => (row(axes, "sampling uncertainty", "%", sampling)),
+                                Term::White => {
+                                    (row(axes, "sampling uncertainty", "%", sampling))
+                                    (by_sample(axes, term, "standard deviation of a sample, N √rate"))
+                                }
                                 Term::Quantization => {}
                                 Term::BiasInstability | Term::RateRandomWalk | Term::RateRamp => {
+                                    @if term == Term::RateRandomWalk { (by_sample(axes, term, "step of the walk per sample, K/√rate")) }
                                     @if axes.iter().any(|(_, noise)| proved(noise, term).is_some()) {
                                         (row(axes, &format!("p without {}", letter(term)), "", |noise| proved(noise, term).map(p_value)))
                                     }
@@ -96,6 +102,16 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation, ca
             }
         }
     }
+}
+
+/// N or K at the rate of the stream.
+fn by_sample(axes: &[AxisNoise<'_>], term: Term, name: &str) -> Markup {
+    let of = |noise: &NoiseResult| noise.parameter_in_units(term)?.discrete;
+    let Some(first) = axes.iter().find_map(|(_, noise)| of(noise)) else { return html! {} };
+    row(axes, &format!("{name} at {} Hz", short(first.rate_hz)), &pretty_unit(first.unit), |noise| {
+        let found = of(noise)?;
+        found.value.map(|value| digits(value, 3)).or_else(|| Some(format!("≤ {}", digits(found.upper?, 3))))
+    })
 }
 
 /// The coefficient of the bias, its lag, and how much of the deviation is the temperature's.
@@ -242,7 +258,7 @@ pub(crate) fn verdicts(record: &SourceResult, words: RemedyWords, captions: &Cap
     if let Some(motion) = &record.motion {
         return html! {
             p { b { (sheet.name) } }
-            p { "Nothing is compared: " (pretty_unit(&motion.to_string())) "." }
+            p { "Nothing is compared: " (pretty_unit(&motion_text(motion))) "." }
         };
     }
     let rows: Vec<(&ChannelResult, &FigureVerdict)> = (QUANTITIES.into_iter())

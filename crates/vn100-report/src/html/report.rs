@@ -3,16 +3,14 @@
 use std::io::{self, Write};
 
 use crate::warnings::{details, headline};
-use crate::{
-    Consumer, FilterNoise, NotWritten, facts::NOT_RECORDED, figure::Figures, run_name, run_prefix, summary::Summary,
-};
+use crate::{facts::NOT_RECORDED, figure::Figures, run_name, run_prefix, summary::Summary};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use vn100_analysis::{NoiseResult, RemedyWords, SENSORS, SourceResult, noise::Sensor};
 
 use crate::html::{
     caption::Captions,
     elements::{FIGURES_SCRIPT, STYLE, text_of},
-    facts, figures, glance, lab,
+    facts, figures, filters, glance, lab,
     options::PageOptions,
     parameters, several, statistics,
 };
@@ -120,7 +118,7 @@ fn one(
         };
     }
     let summary = Summary::new(record, options.words);
-    let sections: [(&str, &str, Markup); 11] = [
+    let sections: [(&str, &str, Markup); 12] = [
         ("allan", "Allan deviation", figures::together(record, figures, captions)),
         ("cautions", "Cautions", warnings(record, options.words)),
         (
@@ -135,9 +133,10 @@ fn one(
         ("axes", "Allan deviation of each axis", figures::axes(record, figures, captions)),
         ("lab", "Lab report", lab::lab(record, figures, captions)),
         ("statistics", "Descriptive statistics", statistics::statistics(record, figures, options.words, captions)),
+        ("drift", "Drift while coasting", filters::drift(record, figures, captions)),
         ("spectrum", "Spectrum and deviation per segment", figures::spectrum(figures, captions)),
         ("advice", "What to do, and what was not tested", advice(record, &summary)),
-        ("filters", "Values for filters and simulators", filters(record, options.span_s)),
+        ("filters", "Values for filters and simulators", filters::filters(record, options.span_s)),
         ("record", "Record and method", facts::facts(record, options, captions)),
     ];
     html! {
@@ -180,33 +179,6 @@ pub(crate) fn warnings(record: &SourceResult, words: RemedyWords) -> Markup {
                 p { (glance::with_code(&details(warning, words))) }
             }
         }
-    }
-}
-
-/// What to type into each program.
-fn filters(record: &SourceResult, span_s: f64) -> Markup {
-    let noise = FilterNoise::of(record, span_s);
-    if let Err(NotWritten::Moved) = Consumer::ALL[0].file(&noise, false) {
-        return html! { p { "Not given: the sensor was moved." } };
-    }
-    let cell = |value: Option<f64>| value.map_or_else(|| "–".into(), |value| format!("{value:.3e}"));
-    html! {
-        p {
-            "Use N as measured in the stream that the filter consumes; without the aliased noise the filter would trust the stream too much. \
-             Programs type N and K differently, since their recursions do: continuous densities [8], variances of a sample, rates of change. \
-             None has a place for the bias instability: K stands for it."
-        }
-        ul { @for label in noise.lines() { li { (label) } } }
-        div.scroll { table {
-            thead { tr { th { "program" } th { "N as" } th { "gyroscope" } th { "accelerometer" } th { "K as" } th { "gyroscope" } th { "accelerometer" } } }
-            tbody { @for consumer in &Consumer::ALL {
-                @let [gyro_white, accel_white, gyro_walk, accel_walk] = consumer.typed_values(&noise).map(cell);
-                tr {
-                    th { (consumer.title) } td { (consumer.white.text) } td { (gyro_white) } td { (accel_white) }
-                    td { (consumer.walk.map_or("–", |walk| walk.text)) } td { (gyro_walk) } td { (accel_walk) }
-                }
-            } }
-        } }
     }
 }
 

@@ -112,7 +112,9 @@ fn alias_note(axes: &[Axis<'_>], notes: &mut Notes) -> Option<usize> {
         true => format!("{factor:.2} (±{percent:.0} %) by aliasing"),
         false => {
             let most = onboard.window.decimation.sqrt();
-            format!("1 to {most:.2} by aliasing, {factor:.2} at the factory default of its window")
+            format!(
+                "1 to {most:.2} by aliasing, a range because the averaging window is unknown ({factor:.2} at its factory default)"
+            )
         }
     };
     Some(notes.place(format!("data sheet N x {aliasing}{remedies}")))
@@ -168,12 +170,14 @@ fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>]) -> Vec<Paramete
             rows.push(detail(&format!("graphical: {rule}"), short_rule(term), axes.iter().map(cell).collect()));
         }
     }
-    for (place, figure) in figures(term, axes, factor).into_iter().enumerate() {
-        match rows.get_mut(compared + place) {
-            Some(row) => row.figure = Some(figure),
-            None => rows.push(ParameterRow { figure: Some(figure), ..detail("", "", Vec::new()) }),
-        }
-    }
+    // each further figure has a row without values: those of the next row are not compared with it
+    let mut figures = figures(term, axes, factor).into_iter();
+    rows[compared].figure = figures.next();
+    let further = figures.map(|figure| ParameterRow {
+        figure: Some(figure),
+        ..detail("another figure", "  another figure", Vec::new())
+    });
+    rows.splice(compared + 1..compared + 1, further);
     rows
 }
 

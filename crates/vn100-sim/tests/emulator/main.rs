@@ -5,6 +5,5 @@ mod device;
 mod profiles;
 #[cfg(target_os = "linux")]
 mod pty;
-mod replay_logs;
 mod session;
 mod wire;

@@ -1,6 +1,10 @@
 //! The options of `sim`.
 
-use std::{path::PathBuf, time::Duration};
+use std::{
+    net::{Ipv4Addr, SocketAddr},
+    path::PathBuf,
+    time::Duration,
+};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use vn100_protocol::{AsyncType, MESSAGES, PACKET_MESSAGES, PacketMessage};
@@ -32,9 +36,15 @@ pub(crate) struct SimArgs {
     #[command(flatten)]
     pub(crate) sensor: SimSensorArgs,
 
-    /// Symbolic link to the emulated port; PATH-1 after an unplugging with `:other`
+    /// Symbolic link to the emulated port, a pseudo-terminal of Linux; PATH-1 after an unplugging with `:other`
     #[arg(long, help_heading = "Emulated port", value_name = "PATH", conflicts_with = "output")]
     pub(crate) link: Option<PathBuf>,
+
+    /// Serve the sensor at a TCP address instead of a pseudo-terminal, as on systems other than
+    /// Linux [default: 127.0.0.1 and a free port]
+    #[arg(long, help_heading = "Emulated port", value_name = "ADDRESS:PORT", num_args = 0..=1, default_missing_value = ANY_PORT,
+        conflicts_with_all = ["output", "link"])]
+    tcp: Option<SocketAddr>,
 
     /// Forward bytes as a USB adapter does: in pieces of 62, or after this latency [default: 16ms]
     #[arg(long, help_heading = "Emulated port", value_name = "T", value_parser = duration, num_args = 0..=1,
@@ -44,6 +54,18 @@ pub(crate) struct SimArgs {
     /// Replace an existing capture
     #[arg(long, help_heading = "Capture", requires = "output")]
     pub(crate) force: bool,
+}
+
+/// This machine alone can open it, at a port that the system chooses.
+const ANY_PORT: &str = "127.0.0.1:0";
+
+impl SimArgs {
+    /// The address at which the sensor is served: the one asked for, or one of this machine alone if the system has no pseudo-terminals
+    /// that report their openings. `None` for a pseudo-terminal.
+    pub(crate) fn tcp_address(&self) -> Option<SocketAddr> {
+        let own = || (cfg!(not(target_os = "linux")) && self.link.is_none()).then_some((Ipv4Addr::LOCALHOST, 0).into());
+        self.tcp.or_else(own)
+    }
 }
 
 /// What an emulated capture holds.

@@ -1,8 +1,11 @@
-//! `vn100 sim`: the emulated sensor on a serial port, or a capture of it.
+//! `vn100 sim`: the emulated sensor on a serial port or at a TCP address, or a capture of it.
+
+mod tcp;
 
 use std::{
     fs::{self, File},
     io::{self, BufWriter, Write},
+    net::SocketAddr,
     path::Path,
     time::Duration,
 };
@@ -10,17 +13,18 @@ use std::{
 use anyhow::{Context, Result, bail};
 use tokio::{runtime::Runtime, task, time};
 use vn100_analysis::Completion;
-use vn100_capture::RecordingWriter;
+use vn100_capture::{Clock, RecordingWriter};
 use vn100_protocol::stream::Chunk;
 use vn100_sim::{
     Generator, PacketStream,
     capture::write_next,
-    device::{Device, DeviceConfig},
     pty::{PtyOptions, PtyStats, serve},
 };
 
+use self::tcp::TcpSensor;
 use crate::{
     args::{CaptureMessage, SimArgs, SimSensorArgs},
+    emulated_sensor::{device, emulated_port},
     exit::{HangUp, print, report, stop_on_interrupt},
 };
 
@@ -31,12 +35,33 @@ const CAPTURE_DURATION: Duration = Duration::from_secs(60);
 const CAPTURE_RATE_HZ: u32 = 40;
 
 pub(crate) fn sim(args: &SimArgs) -> Result<Completion> {
-    match &args.output {
-        Some(output) => capture(args, output),
-        None => emulate(args),
+    match (&args.output, args.tcp_address()) {
+        (Some(output), _) => capture(args, output),
+        (None, Some(address)) => emulate_at(address, args),
+        (None, None) => emulate(args),
     }
 }
 
+/// The sensor at a TCP address.
+fn emulate_at(address: SocketAddr, args: &SimArgs) -> Result<Completion> {
+    let runtime = Runtime::new().context("cannot start the worker threads")?;
+    runtime.block_on(async {
+        let stop = stop_on_interrupt(HangUp::Stops)?;
+        let (port, baud) = emulated_port(&args.sensor, args.usb, Clock::start());
+        let mut sensor = TcpSensor::bind(port, baud, address).await?;
+        print(&format!("{}\n", sensor.address()?))?;
+        let duration = args.duration.unwrap_or(Duration::MAX);
+        tokio::select! {
+            served = sensor.serve() => served.context("the emulated sensor accepts no more connections")?,
+            () = stop.cancelled() => {}
+            () = time::sleep(duration) => {}
+        }
+        report(&sensor.summary());
+        Ok(Completion::Complete)
+    })
+}
+
+/// The sensor on a pseudo-terminal.
 fn emulate(args: &SimArgs) -> Result<Completion> {
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     runtime.block_on(async {
@@ -64,17 +89,7 @@ fn summary(stats: &PtyStats) -> String {
     )
 }
 
-pub(crate) fn device(args: &SimSensorArgs) -> Device {
-    Device::new(DeviceConfig {
-        profile: args.truth(),
-        seed: args.seed,
-        firmware: args.firmware,
-        clock_error_ppm: args.clock_ppm,
-        ..DeviceConfig::default()
-    })
-}
-
-pub(crate) fn pty_options(args: &SimSensorArgs) -> PtyOptions {
+fn pty_options(args: &SimSensorArgs) -> PtyOptions {
     PtyOptions { faults: args.faults.clone(), seed: args.seed, ..PtyOptions::default() }
 }
 

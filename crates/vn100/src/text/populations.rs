@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 
 use vn100_analysis::Population;
 use vn100_report::{
-    names::TERMS,
+    names::{TERMS, no_prediction},
     numbers::plain::{four_digits, short},
     printable,
     units::si_unit,
@@ -78,7 +78,9 @@ fn write_axes(out: &mut String, axes: &[&Population]) -> fmt::Result {
             reasons.push(why);
         }
     }
-    reasons.iter().try_for_each(|why| writeln!(out, "{}", fill(&format!("no interval: {why}"), "  ", "    ")))
+    reasons
+        .iter()
+        .try_for_each(|why| writeln!(out, "{}", fill(&format!("no interval: {}", no_prediction(*why)), "  ", "    ")))
 }
 
 /// A row of a table with an axis in each column.

@@ -59,7 +59,7 @@ const fn of_severity(severity: Option<Severity>) -> Style {
 
 /// The summary, with a line feed after each line: the noise parameters, whether the record can be
 /// trusted, means and standard deviations, what to do. What has no room is left to the report: the
-/// notes first, then the statistics, then all findings of an aspect but the first.
+/// drift first, then the notes, the statistics, and all findings of an aspect but the first.
 pub(crate) fn summary(result: &SourceResult, is_coloured: bool) -> String {
     let summary = Summary::new(result, remedy_words);
     let new = || Lines { is_coloured, lines: Vec::new() };
@@ -76,6 +76,11 @@ pub(crate) fn summary(result: &SourceResult, is_coloured: bool) -> String {
     let mut statistics = new();
     write_statistics(&mut statistics, &summary.statistics);
     let has_room = trust.len() + statistics.lines.len() <= room;
+    let mut drift = new();
+    write_drift(&mut drift, &summary.drift);
+    let notes: usize = summary.notes.iter().map(|note| wrapped(&printable(note), WIDTH - 4).len()).sum();
+    let has_more_room = trust.len() + statistics.lines.len() + notes + drift.lines.len() <= room;
+    lines.lines.extend(drift.lines.into_iter().filter(|_| has_more_room));
     lines.lines.extend(trust);
     lines.lines.extend(statistics.lines.into_iter().filter(|_| has_room));
     write_notes(&mut lines, &summary.notes);
@@ -112,6 +117,18 @@ fn write_status(lines: &mut Lines, status: &AspectStatus, most: usize) {
                 _ => " ".repeat(FOUND),
             };
             lines.push(&format!("{head}{part}"));
+        }
+    }
+}
+
+/// How far the sensor drifts while it coasts, below its parameters.
+fn write_drift(lines: &mut Lines, texts: &[String]) {
+    const HEAD: &str = "Coasting ";
+    for (place, text) in texts.iter().enumerate() {
+        let room = WIDTH - HEAD.len();
+        for (row, part) in wrapped(&printable(text), room).iter().enumerate() {
+            let head = if (place, row) == (0, 0) { HEAD.to_owned() } else { " ".repeat(HEAD.len()) };
+            lines.push(&(head + part));
         }
     }
 }

@@ -17,7 +17,6 @@ use vn100_protocol::stream::{Chunk, ReadOptions, SampleReader, StreamInput};
 use super::{NamedFile, RecordError};
 use crate::recording::{
     FORMAT, HEAD_BYTES, RECORDING_METADATA, RESUMED, is_ours,
-    part::folder_of,
     reader::{Entry, RecordingEnd, RecordingError, RecordingReader},
     writer::{RecordingWriter, head},
 };
@@ -143,7 +142,7 @@ impl Copy {
         fs::rename(&self.path, recording)?;
         // the name is on the disk once its folder is
         #[cfg(unix)]
-        File::open(folder_of(recording))?.sync_all()?;
+        File::open(crate::recording::part::folder_of(recording))?.sync_all()?;
         Ok(())
     }
 }

@@ -25,7 +25,8 @@ use vn100_view::MessageQueue;
 use super::{Job, Prepared, attach_one};
 use crate::{
     args::{Args, AttachArgs, OutputFormat, SourceName, Subcommand},
-    live_source::{as_asked, emulated_port},
+    emulated_sensor::emulated_port,
+    live_source::as_asked,
     log::Entries,
     result::evaluated_replay,
     samples::SampleWriter,
@@ -59,7 +60,7 @@ impl Bench {
     /// A sensor as the options of `sim` describe it; it was switched on two seconds ago.
     pub(super) fn new(options: &str) -> Self {
         let (args, _) = parsed(&format!("attach sim {options}"));
-        let port = emulated_port(&args.link.sim, Clock::start());
+        let port = emulated_port(&args.link.sim, None, Clock::start()).0;
         Self { port, folder: tempfile::tempdir().unwrap() }
     }
 

@@ -27,7 +27,7 @@ async fn a_sensor_that_returns_at_another_rate_ends_the_measurement() {
     assert!(told.number("/timing/samples") > 0 && told.warned("stream-changed"));
     assert_eq!(told.said("the rate changed from 20 to 40 Hz"), 1, "{:?}", told.messages);
     let error = told.error();
-    assert!(error.contains("configure imu --set-rate 20`"), "{error}");
+    assert!(error.contains("configure imu --set-rate 20 --save`"), "{error}");
     let replayed = replayed(&bench.file("rate.mcap"), "").await;
     assert_eq!(
         (replayed.completion, &replayed.document["channels"]),

@@ -1,0 +1,95 @@
+//! What the noise costs while a sensor coasts, and what a filter is given.
+
+use maud::{Markup, html};
+use vn100_analysis::noise::Status;
+use vn100_analysis::{Drifting, SourceResult};
+
+use crate::{
+    Consumer, FilterNoise, NotWritten,
+    drift::ASSUMPTIONS,
+    figure::Figures,
+    html::{caption::Captions, figures},
+    names::in_words,
+    numbers::{NOTHING, digits, duration},
+    units::pretty_unit,
+};
+
+/// How far angle, velocity and position drift.
+pub(super) fn drift(record: &SourceResult, figures: &Figures, captions: &Captions) -> Markup {
+    if record.motion.is_some() || record.drift.is_empty() {
+        return html! { p { "Not given: " (if record.motion.is_some() { "the sensor was moved." } else { "the record has no gyroscope and no accelerometer, or no Allan deviation." }) } };
+    }
+    let number = |value: Option<f64>| value.map_or_else(|| NOTHING.into(), |value| digits(value, 3));
+    html! {
+        p { (ASSUMPTIONS) " One drift lies within the given limit with the probability of the confidence level, the uncertainty of the standard deviation included; apart from it stands the interval of the standard deviation." }
+        (figures::grid(&figures.drifts, captions))
+        div.scroll { table {
+            thead { tr { th { "axis" } th { "drift of the" } th { "coast" } th { "within" } th { "standard deviation" } th { "its interval" } th { "accelerometer alone" } th { "unit" } } }
+            tbody { @for found in &record.drift {
+                tr {
+                    th { (found.axis) } td { (kind_name(found.of)) } td { (duration(found.coast_s)) }
+                    @if found.status == Status::Estimated {
+                        td { (number(found.within)) } td { (number(found.std)) } td { (number(found.lower)) " to " (number(found.upper)) }
+                        td { @if found.of_accelerometer.is_some() { (number(found.of_accelerometer)) } } td { (pretty_unit(found.unit)) }
+                    } @else { td colspan="5" { (in_words(found.status)) } }
+                }
+            } }
+        } }
+    }
+}
+
+const fn kind_name(of: Drifting) -> &'static str {
+    match of {
+        Drifting::Angle => "angle",
+        Drifting::Velocity => "velocity",
+        Drifting::Position => "position",
+    }
+}
+
+/// The smallest N and K whose density lies above the measured one.
+fn inflation(record: &SourceResult) -> Markup {
+    let axes: Vec<_> = record.channels.iter().filter_map(|axis| Some((axis, axis.inflation?))).collect();
+    let factor = |value: Option<f64>| value.map_or_else(|| NOTHING.into(), |value| format!("{value:.2}"));
+    html! {
+        @if let Some((_, first)) = axes.first() {
+            p {
+                "Lower bound of inflation: the smallest N and K whose density lies above the measured one, with the upper end of its interval, at all frequencies from "
+                (format!("{:.3}", 1.0 / first.use_s)) " Hz on. A record at rest knows nothing of scale factor, vibration in motion, timing and linearisation, for which filters are inflated further."
+            }
+            div.scroll { table {
+                thead { tr { th { "axis" } th { "N at least" } th { "over N" } th { "K at least" } th { "over K" } } }
+                tbody { @for (axis, found) in &axes {
+                    tr { th { (axis.name) } td { (digits(found.white, 3)) } td { (factor(found.white_factor)) } td { (digits(found.walk, 3)) } td { (factor(found.walk_factor)) } }
+                } }
+            } }
+        }
+    }
+}
+
+/// What to type into each program.
+pub(super) fn filters(record: &SourceResult, span_s: f64) -> Markup {
+    let noise = FilterNoise::of(record, span_s);
+    if let Err(NotWritten::Moved) = Consumer::ALL[0].file(&noise, false) {
+        return html! { p { "Not given: the sensor was moved." } };
+    }
+    let cell = |value: Option<f64>| value.map_or_else(|| "–".into(), |value| format!("{value:.3e}"));
+    html! {
+        p {
+            "Use N as measured in the stream that the filter consumes; without the aliased noise the filter would trust the stream too much. \
+             Programs type N and K differently, since their recursions do: continuous densities [8], variances of a sample, rates of change. \
+             None has a place for the bias instability: K stands for it."
+        }
+        ul { @for label in noise.lines() { li { (label) } } }
+        div.scroll { table {
+            thead { tr { th { "program" } th { "N as" } th { "gyroscope" } th { "accelerometer" } th { "K as" } th { "gyroscope" } th { "accelerometer" } } }
+            tbody { @for consumer in &Consumer::ALL {
+                @let [gyro_white, accel_white, gyro_walk, accel_walk] = consumer.typed_values(&noise).map(cell);
+                tr {
+                    th { (consumer.title) } td { (consumer.white.text) } td { (gyro_white) } td { (accel_white) }
+                    td { (consumer.walk.map_or("–", |walk| walk.text)) } td { (gyro_walk) } td { (accel_walk) }
+                }
+            } }
+        } }
+        (inflation(record))
+    }
+}
