@@ -333,8 +333,11 @@ impl EdgeTracker {
     /// while: the lag of the samples before them has risen, and that of these is not much greater.
     fn is_drift(&self, doubt: Doubt) -> bool {
         let step_s = self.pending[0] - self.previous_s;
+        let late_s = LATE_PERIODS * self.period_s + self.jump_s;
+        // a step that is late by itself is a gap in any case
         let is_longer = self.recent_s > DRIFTED_PERIODS * self.period_s
-            && doubt.least_s - self.recent_s < LATE_PERIODS * self.period_s + self.jump_s;
+            && doubt.least_s - self.recent_s < late_s
+            && step_s - self.period_s < late_s;
         self.rates.is_none() && (step_s < LONG_STEP * self.period_s || is_longer)
     }
 
