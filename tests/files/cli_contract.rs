@@ -97,6 +97,7 @@ fn the_document_has_every_field_of_the_contract() {
         ("/timing/missing", Value::Null),
         ("/timing/missing_at_least", 0.into()),
         ("/timing/missing_from", "bad-lines".into()),
+        ("/timing/pending", 0.into()),
         ("/timing/interarrival_us", Value::Null),
         ("/link/bytes", fs::metadata(replay_log(CLEAN)).unwrap().len().into()),
         ("/link/frames", 2400.into()),

@@ -76,6 +76,8 @@ pub enum StartCure {
         /// Whether it has times, which do not show the rate.
         has_times: bool,
     },
+    /// The rows of one of two sources, or the rate of a buffer of two.
+    OneSource,
 }
 
 /// A measurement that ended before the data time asked for had passed.

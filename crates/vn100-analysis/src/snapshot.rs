@@ -147,13 +147,6 @@ impl Snapshot {
         values.find_map(|(channel, value)| (channel.quantity == Quantity::Temperature).then_some(value))
     }
 
-    /// Number of rows that are pending until their arrival times show or confirm the rate; `None`
-    /// where none are.
-    #[must_use]
-    pub fn rows_pending(&self) -> Option<u64> {
-        self.arrivals.as_ref()?.samples_pending()
-    }
-
     /// Length, interval and kind of the octaves of a channel.
     #[must_use]
     pub fn shape_of(&self, results: &ChannelSnapshot) -> RecordShape {

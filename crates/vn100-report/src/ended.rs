@@ -48,7 +48,9 @@ impl Ended<'_> {
         match end {
             // the source itself may be fine
             End::NotStarted { is_of_recording: true, .. } => result.completion = Completion::Failed,
-            End::NotStarted { cure: Some(StartCure::Rate { .. }), .. } => result.completion = Completion::NotGiven,
+            End::NotStarted { cure: Some(StartCure::Rate { .. } | StartCure::OneSource), .. } => {
+                result.completion = Completion::NotGiven
+            }
             _ => {}
         }
         if let Some(cut_short) = why.filter(|_| !is_of_source) {

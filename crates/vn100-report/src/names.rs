@@ -184,6 +184,13 @@ pub fn missing_text(timing: &TimeBase) -> String {
     }
 }
 
+/// How many samples are pending, which may still show that others were dropped: `, 3 pending`; empty
+/// for none.
+#[must_use]
+pub fn pending_text(timing: &TimeBase) -> String {
+    if timing.pending == 0 { String::new() } else { format!(", {} pending", grouped(timing.pending)) }
+}
+
 /// How many questions of this program the line echoed; empty for none.
 #[must_use]
 pub fn echoes(count: u64) -> String {

@@ -127,6 +127,10 @@ fn cure_words(cure: &StartCure, words: RemedyWords) -> String {
         StartCure::TopicAndColumns => {
             format!("\nIf one of them has the numbers of a sensor, {}, and {}", topic(), columns())
         }
+        StartCure::OneSource => {
+            let rate = words(&Remedy::GiveRate(None));
+            format!("; of two sources, read a file with the rows of one; of a buffer of two, {rate}")
+        }
         StartCure::Rate { has_times } => {
             let times = if *has_times { "a better one for its times" } else { "one for its times" };
             format!("; {}; if the file has {times}, {}", words(&Remedy::GiveRate(None)), columns())

@@ -147,6 +147,7 @@ pub enum StartError {
 impl StartError {
     fn cure(&self) -> Option<StartCure> {
         match self {
+            Self::RateUnknown { refusal: Some(Refusal::Pairs { .. }) } => Some(StartCure::OneSource),
             Self::RateUnknown { refusal } => Some(StartCure::Rate { has_times: refusal.is_some() }),
             Self::Capture(OpenError::Csv { problem, .. }) => Some(match problem.hint()? {
                 MapHint::Columns(map) => StartCure::Columns(map),

@@ -158,7 +158,7 @@ fn waiting_says_for_what_and_why_it_may_fail() {
     let mut server = measuring(LinkState::Opening);
     server.result.source.kind = Some("tcp");
     let mut held = measuring(up());
-    held.result.timing.rows_pending = Some(336);
+    held.result.timing.pending = 336;
     let mut warming_up = measuring(up());
     let timing = &mut warming_up.result.timing;
     (timing.excluded, timing.skipped_s, timing.rate_hz) = (17 * 40, 20.0, Some(40.0));

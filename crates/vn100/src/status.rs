@@ -9,7 +9,7 @@ use vn100_capture::RecordingState;
 use vn100_driver::{LinkState, Up};
 use vn100_report::{
     health::link_word,
-    names::{damaged_packets, missing_text},
+    names::{damaged_packets, missing_text, pending_text},
     numbers::plain::time,
     printable,
 };
@@ -214,19 +214,18 @@ pub(crate) fn up(state: &LinkState) -> Option<&Up> {
 fn counts(snapshot: &Snapshot) -> String {
     let (timing, link) = (TimeBase::of(snapshot), LinkCounts::of(snapshot));
     let (rejected, packets) = (link.rejected.total(), damaged_packets(&link));
-    let pending = timing.rows_pending.map(|lines| format!("{lines} samples pending, measuring the rate"));
-    match (pending, timing.rate_hz) {
-        // neither a time nor a rate is known yet
-        (Some(pending), _) if timing.samples == 0 => format!("{pending}, {rejected} rejected{packets}"),
-        (pending, rate_hz) => format!(
-            "{} samples in {:.0} s at {}, {rejected} rejected{packets}, {} dropped{}",
-            timing.samples,
-            timing.duration_s,
-            rate_hz.map_or_else(|| "an unknown rate".into(), |hz| format!("{hz} Hz")),
-            missing_text(&timing),
-            pending.map_or(String::new(), |pending| format!(", {pending}"))
-        ),
+    // neither a time nor a rate is known yet
+    if timing.awaits_rate() {
+        return format!("{} samples pending, measuring the rate, {rejected} rejected{packets}", timing.pending);
     }
+    format!(
+        "{} samples in {:.0} s at {}, {rejected} rejected{packets}, {} dropped{}",
+        timing.samples,
+        timing.duration_s,
+        timing.rate_hz.map_or_else(|| "an unknown rate".into(), |hz| format!("{hz} Hz")),
+        missing_text(&timing),
+        pending_text(&timing)
+    )
 }
 
 #[cfg(test)]

@@ -53,6 +53,11 @@ const ALL_LATE_PERIODS: f64 = 4.0;
 /// For any sensor, a step that is a gap has at least this many periods.
 const LONG_STEP: f64 = 1.5;
 
+/// For any sensor, the lag in periods from which the local step is longer than expected, and the most
+/// periods by which a sample may be longer. Chosen.
+const DRIFTED_PERIODS: f64 = 0.25;
+const DRIFT_PERIODS: f64 = 0.05;
+
 /// The most missing samples whose number is exact for any rounding of the period.
 const SHORT_GAP: f64 = 16.0;
 
@@ -148,8 +153,9 @@ pub(super) struct EdgeTracker {
     window_s: f64,
     /// The present block: its samples, first time, least and greatest lag.
     block: (u64, f64, f64, f64),
-    /// The greatest recent lag that was no gap.
+    /// The greatest recent lag that was no gap, and the least one.
     late_s: f64,
+    recent_s: f64,
     /// Index of the next sample, including dropped ones.
     index: u64,
     /// Number of decided samples.
@@ -183,6 +189,7 @@ impl EdgeTracker {
             window_s: WINDOW_S,
             block: (0, due_s, f64::INFINITY, 0.0),
             late_s: 0.0,
+            recent_s: 0.0,
             index: 0,
             settled: 0,
             previous_s: f64::NEG_INFINITY,
@@ -312,8 +319,9 @@ impl EdgeTracker {
         let is_unconfirmed = self.settled < RUN as u64;
         match self.rates.and_then(|rates| rates.lower(&judged, self.period_s, is_unconfirmed)) {
             Some(hz) => (self.judged >= RUN).then_some(Decision::OtherRate(hz)),
-            None if self.is_drift() => {
+            None if self.is_drift(doubt) => {
                 self.due_s = doubt.first_due_s + doubt.least_s;
+                self.recent_s = 0.0;
                 (self.doubt, self.judged) = (None, 0);
                 None
             }
@@ -322,10 +330,15 @@ impl EdgeTracker {
     }
 
     /// Whether the samples in doubt follow at about one local step, which was a little longer for a
-    /// while.
-    fn is_drift(&self) -> bool {
+    /// while: the lag of the samples before them has risen, and that of these is not much greater.
+    fn is_drift(&self, doubt: Doubt) -> bool {
         let step_s = self.pending[0] - self.previous_s;
-        self.rates.is_none() && step_s < LONG_STEP * self.period_s
+        let late_s = LATE_PERIODS * self.period_s + self.jump_s;
+        // a step that is late by itself is a gap in any case
+        let is_longer = self.recent_s > DRIFTED_PERIODS * self.period_s
+            && doubt.least_s - self.recent_s < late_s
+            && step_s - self.period_s < late_s;
+        self.rates.is_none() && (step_s < LONG_STEP * self.period_s || is_longer)
     }
 
     fn in_doubt(&self) -> impl Iterator<Item = f64> {
@@ -337,6 +350,7 @@ impl EdgeTracker {
         let at_s = self.pending[samples - 1];
         self.due_s += self.period_s;
         self.late_s = lag_s.max(DECAY * self.late_s);
+        self.recent_s = lag_s.min(self.recent_s + DRIFT_PERIODS * self.period_s);
         self.window_s = (DECAY * self.window_s).max(WINDOW_S);
         if lag_s < 0.0 && self.owed_s == 0.0 {
             self.due_s += lag_s;
@@ -388,7 +402,9 @@ impl EdgeTracker {
             // the last of them is on the edge
             let (_, _, least_s, most_s) = &mut self.block;
             (*least_s, *most_s) = ((*least_s - edge_s).min(0.0), *most_s - edge_s);
-            if edge_s < -ALL_LATE_PERIODS * self.period_s {
+            // a step that is a little shorter for long leads away as far, but later
+            let may_have_waited = self.rates.is_some() || self.settled < RUN as u64;
+            if may_have_waited && edge_s < -ALL_LATE_PERIODS * self.period_s {
                 self.envelope.restart();
                 (self.even, self.last_s) = ((0, 0.0), None);
                 if samples > CONFIRMATIONS {

@@ -48,6 +48,14 @@ const AS_LONG: f64 = 0.85;
 const SEARCHED: usize = 256;
 const MOST_PERIODS: f64 = 5.0;
 
+/// The number of steps of which the sums are compared, which hold about [`IN_A_SUM`] missing samples,
+/// and the mean steps by which nine tenths of the sums differ at most: two ticks of a clock, with some
+/// wander. Missing at random, four samples would be one to eight.
+const LEAST_BALANCED: usize = 16;
+const MOST_BALANCED: usize = 96;
+const IN_A_SUM: f64 = 4.0;
+const MOST_UNBALANCED: f64 = 2.3;
+
 /// The unevenness of the stamps of an even stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unevenness {
@@ -244,7 +252,24 @@ fn steps_of(stamps_s: &[f64], last: Option<Steps>) -> Option<Steps> {
         Some(_) => None,
         None => common_period(searched_s, MOST_PERIODS).filter(|(length, _)| *length >= LEAST_RESULTANT),
     };
-    edge_step(stamps_s).map(uneven).or_else(|| common().map(|(_, period_s)| even(period_s)))
+    if let Some(edge) = edge_step(stamps_s) {
+        return Some(uneven(edge));
+    }
+    let mean_s = steps_s.iter().sum::<f64>() / steps_s.len() as f64;
+    if are_balanced(&steps_s, LEAST_BALANCED) {
+        return Some(uneven((mean_s, 2.0 * mean_s)));
+    }
+    common().map(|(_, period_s)| even(period_s))
+}
+
+/// Whether this many successive steps always take nearly the same time, as with a clock of few digits
+/// for a rate that wanders: samples that are missing at random leave other times.
+fn are_balanced(steps_s: &[f64], steps: usize) -> bool {
+    let mean_s = steps_s.iter().sum::<f64>() / steps_s.len() as f64;
+    let mut times_s: Vec<f64> = steps_s.windows(steps).map(|all| all.iter().sum()).collect();
+    times_s.sort_by(f64::total_cmp);
+    let at = |share: usize| times_s.get(share * times_s.len() / 20);
+    at(1).zip(at(19)).is_some_and(|(low_s, high_s)| high_s - low_s <= MOST_UNBALANCED * mean_s)
 }
 
 /// The most samples in a row with one stamp.
@@ -294,6 +319,7 @@ fn singles(steps_s: &[f64]) -> Option<Steps> {
     let count = |is: &dyn Fn(f64) -> bool| kept.iter().filter(|periods| is(**periods)).count();
     let short = count(&|periods| periods < SHORT);
     let on_ticks = count(&|periods| (periods - periods.round()).abs() <= 0.5 * NEAR);
+    let summed = (IN_A_SUM / (mean - 1.0).max(0.0)).ceil() as usize;
     // uneven stamps are late at times, for long
     let uneven = |unevenness| {
         let period_s = mean * single_s;
@@ -302,6 +328,9 @@ fn singles(steps_s: &[f64]) -> Option<Steps> {
     match () {
         // a clock whose ticks are about as long as the steps skips one occasionally, or repeats one
         () if 20 * on_ticks >= 19 * kept.len() && (short > 0 || every && length < 2.5) => {
+            uneven(Unevenness::CoarseClock)
+        }
+        () if summed <= MOST_BALANCED && are_balanced(&kept, summed.max(LEAST_BALANCED)) => {
             uneven(Unevenness::CoarseClock)
         }
         () if are_ticks_more(&kept) => uneven(Unevenness::CoarseClock),

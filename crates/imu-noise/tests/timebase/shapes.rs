@@ -1,6 +1,6 @@
 //! The shapes of stamps in tables and bags of unknown rate.
 
-use std::time::Duration;
+use std::{f64::consts::TAU, time::Duration};
 
 use imu_noise::timebase::{GapDetector, GapEvent, Refusal, TimebaseSummary};
 use proptest::prelude::*;
@@ -101,6 +101,25 @@ proptest! {
         }).collect();
         let (found_hz, missing, changes, _) = detected(&stamps_s);
         prop_assert!(is_near(found_hz, rate_hz, 1e-3) && missing == 0 && changes.is_empty(), "{found_hz:?} of {rate_hz}, {missing}, {changes:?}");
+    }
+
+    #[test]
+    fn a_step_that_wanders_drops_nothing(
+        rate_hz in rate(), by in 0.0..0.03, over in 300.0..2000.0, digits in prop::sample::select(vec![1e-6, 0.01]),
+        late in prop::collection::vec(0.0..0.1, 2000..4000),
+    ) {
+        let digit_s = f64::min(digits, 1.03 / rate_hz);
+        // with ticks as long as the steps, a wander of more is the same as missing samples
+        let by = if digits > 1e-3 { by / 3.0 } else { by };
+        let mut at_s = 0.0;
+        let stamps_s: Vec<f64> = late.iter().enumerate().map(|(place, late)| {
+            at_s += (1.0 + by * f64::sin(TAU * place as f64 / over)) / rate_hz;
+            f64::round((at_s + late / rate_hz) / digit_s) * digit_s
+        }).collect();
+        let (found_hz, missing, changes, summary) = detected(&stamps_s);
+        let mean_hz = (stamps_s.len() - 1) as f64 / (stamps_s[stamps_s.len() - 1] - stamps_s[0]);
+        prop_assert!(is_near(found_hz, mean_hz, 0.003) && changes.is_empty(), "{found_hz:?} of {mean_hz}, {missing}, {changes:?}");
+        prop_assert!(missing as usize <= stamps_s.len() / 300, "{missing}: {summary:?}");
     }
 
     #[test]

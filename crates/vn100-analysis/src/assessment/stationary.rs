@@ -102,12 +102,14 @@ impl<'a> Shake<'a> {
 }
 
 fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
-    let skipped_s = snapshot.skipped.as_secs_f64();
+    let (skipped_s, duration_s) = (snapshot.skipped.as_secs_f64(), snapshot.timing.duration_s());
+    // the last of equal stretches may be longer than the rest of the record
+    let within = |at_s: f64| at_s.min(duration_s) + skipped_s;
     let mut found: Vec<Happening> = channels.iter().flat_map(|(channel, found)| events(channel, found)).collect();
     let start = |event: &Happening| event.span_s.map_or(f64::INFINITY, |(start_s, _)| start_s);
     found.sort_by(|a, b| start(a).total_cmp(&start(b)).then_with(|| a.channel.cmp(&b.channel)));
     for event in &mut found {
-        event.span_s = event.span_s.map(|(start_s, end_s)| (start_s + skipped_s, end_s + skipped_s));
+        event.span_s = event.span_s.map(|(start_s, end_s)| (within(start_s), within(end_s)));
     }
     let mut axes: Vec<String> = found.iter().map(|event| event.channel.clone()).collect();
     axes.sort();
@@ -239,11 +241,12 @@ mod tests {
         let (x, y) = (disturbed(&[(61.2, 64.3)]), disturbed(&[(7.9, 7.9)]));
         let mut snapshot = Analysis::new(Settings::default()).snapshot();
         snapshot.skipped = std::time::Duration::from_secs(60);
+        snapshot.timing.samples = 64 * snapshot.timing.rate_hz as u64;
         let warning = disturbances(&[(&VNYMR.channels[9], &x), (&VNYMR.channels[10], &y)], &snapshot).unwrap();
         assert_eq!(warning.channels, ["gyro_x", "gyro_y"]);
         let Finding::Events(events) = warning.finding else { panic!() };
         let found: Vec<_> = events.iter().map(|event| (&*event.channel, event.span_s)).collect();
         let at_s = |seconds: f64| Some((60.0 + seconds, 60.0 + seconds));
-        assert_eq!(found, [("gyro_y", at_s(7.9)), ("gyro_x", Some((60.0 + 61.2, 60.0 + 64.3)))]);
+        assert_eq!(found, [("gyro_y", at_s(7.9)), ("gyro_x", Some((60.0 + 61.2, 60.0 + 64.0)))], "within 64 s");
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use imu_noise::timebase::Arrivals;
+use imu_noise::timebase::{Arrivals, TimebaseSummary};
 use schemars::JsonSchema;
 use serde::Serialize;
 use vn100_protocol::RejectedCounts;
@@ -22,7 +22,8 @@ pub struct TimeBase {
     pub rate_from: Option<RateFrom>,
     /// Rate by the arrival times in Hz; null if they do not show it.
     pub measured_hz: Option<f64>,
-    /// Measured over nominal rate less 1, in ppm; null if the measured rate is not known.
+    /// Measured over nominal rate less 1, in ppm; null if the measured rate is not known, and in the
+    /// first minute of arrivals.
     pub offset_ppm: Option<f64>,
     /// Duration of the measured samples in seconds, missing ones included.
     pub duration_s: f64,
@@ -41,6 +42,9 @@ pub struct TimeBase {
     pub missing: Option<u64>,
     /// Samples known to be missing.
     pub missing_at_least: u64,
+    /// Samples that arrived and are not counted yet, until it is decided whether others are missing
+    /// before them; 0 at the end.
+    pub pending: u64,
     /// Evidence of missing samples.
     pub missing_from: MissingFrom,
     /// Times between arrivals in microseconds; null without arrival times.
@@ -51,9 +55,6 @@ pub struct TimeBase {
     /// Whether the stream has arrival times.
     #[serde(skip)]
     pub has_stamps: bool,
-    /// Samples that are pending until their arrival times show or confirm the rate; `None` for none.
-    #[serde(skip)]
-    pub rows_pending: Option<u64>,
     /// Averaging times that were asked for and that a final result does not have, in words.
     #[serde(skip)]
     pub missing_times: Vec<String>,
@@ -70,7 +71,7 @@ impl TimeBase {
             rate_hz: is_known.then_some(timing.rate_hz),
             rate_from: is_known.then_some(timing.rate_from),
             measured_hz: arrivals.and_then(|arrivals| arrivals.measured_hz),
-            offset_ppm: arrivals.and_then(|arrivals| arrivals.offset_ppm),
+            offset_ppm: arrivals.and_then(|arrivals| offset_ppm(&arrivals)),
             duration_s: timing.duration_s(),
             samples: timing.samples,
             excluded: timing.excluded,
@@ -79,11 +80,11 @@ impl TimeBase {
             gaps: timing.gaps,
             missing: sees_all.then_some(timing.missing),
             missing_at_least: timing.missing,
+            pending: snapshot.pending_rows,
             missing_from: timing.missing_from,
             arrivals: arrivals.and_then(|arrivals| arrivals.arrivals),
             rate_change: snapshot.rate_change,
             has_stamps: arrivals.is_some(),
-            rows_pending: snapshot.rows_pending(),
             missing_times: snapshot.missing_times.iter().map(ToString::to_string).collect(),
         }
     }
@@ -94,11 +95,25 @@ impl TimeBase {
         self.rate_from.is_none_or(|from| from == RateFrom::Assumed)
     }
 
+    /// Whether all samples so far are pending until their arrival times show the rate.
+    #[must_use]
+    pub fn awaits_rate(&self) -> bool {
+        self.pending > 0 && self.samples + self.excluded == 0 && self.is_rate_assumed()
+    }
+
     /// Whether all samples so far lie in the time excluded at the beginning.
     #[must_use]
     pub fn is_in_warm_up(&self) -> bool {
         self.samples == 0 && self.excluded > 0 && self.skipped_s > 0.0
     }
+}
+
+/// The offset of the sensor's clock, from samples of at least a minute: a host that reads a
+/// millisecond late moves it by 1000 ppm in the first second, and by 17 ppm after a minute.
+fn offset_ppm(arrivals: &TimebaseSummary) -> Option<f64> {
+    const COMPARED_S: f64 = 60.0;
+    let duration_s = (arrivals.samples + arrivals.missing) as f64 / arrivals.nominal?.hz();
+    arrivals.offset_ppm.filter(|_| duration_s >= COMPARED_S)
 }
 
 /// What a link or file carried: bytes, sentences and packets, each counted once.

@@ -8,7 +8,7 @@ use crate::{
     figure::{Figure, Figures, last_minutes},
     goals::{Goals, warm_up},
     health::{FaultKind, line_load, link_word, next_octave, playback_word, rate_from_word, up_word},
-    names::{damaged_packets, missing_text, outages, rejected_lines},
+    names::{damaged_packets, missing_text, outages, pending_text, rejected_lines},
     numbers::{
         plain::{counted, digits_trimmed, grouped, ppm, tau, time},
         with_powers,
@@ -134,7 +134,7 @@ pub fn now_part(source: &PageSource<'_>, prefix: &str) -> PagePart {
     let dropped = match timing.gaps {
         0 => missing_text(timing),
         gaps => format!("{} in {}", missing_text(timing), counted(gaps, "gap")),
-    };
+    } + &pending_text(timing);
     let recorder =
         facts.recorder.as_ref().map(|recorder| format!("{}, {} bytes", recorder.path, grouped(recorder.bytes)));
     let progress = facts.playback.and_then(|playback| {
@@ -269,7 +269,7 @@ pub fn sources_part(sources: &[(String, PageSource<'_>)]) -> PagePart {
                 td.words { (badge(source)) }
                 td { (grouped(timing.samples)) }
                 td { (time(timing.duration_s)) }
-                td { (missing_text(timing)) }
+                td { (missing_text(timing)) (pending_text(timing)) }
                 td.words { @if let Some(gravest) = gravest { b class={ "badge " (glance::severity_class(Some(gravest.severity))) } { (gravest.severity.name()) } " " (headline(gravest)) } @else { "–" } }
             }
         }

@@ -14,7 +14,7 @@ use vn100_driver::{LinkState, Up};
 use vn100_protocol::Quantity;
 use vn100_report::{
     health::{self, playback_word, rate_from_word, up_word},
-    names::{missing_text, outages, rejected_lines},
+    names::{missing_text, outages, pending_text, rejected_lines},
     numbers::plain::{clock, digits, digits_trimmed, grouped, ppm, time},
     printable,
 };
@@ -227,7 +227,8 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     }
     let gaps_shown = timing.gaps > 0 && detail == Detail::All;
     let gaps = if gaps_shown { in_gaps(timing.gaps) } else { String::new() };
-    parts.add(format!("dropped {}{gaps}", missing_text(timing)), counted(timing.missing_at_least));
+    let dropped = format!("dropped {}{gaps}{}", missing_text(timing), pending_text(timing));
+    parts.add(dropped, counted(timing.missing_at_least));
     if timing.excluded > 0 {
         let changed = timing.rate_change.is_some();
         let style = if changed { theme.warning() } else { Style::new() };

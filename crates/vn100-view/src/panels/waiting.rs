@@ -45,10 +45,11 @@ pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) 
 /// What comes next, and why it may not come.
 fn waiting_for(source: &SourceView) -> (String, Vec<&str>) {
     let name = &source.name;
-    if let (SourcePhase::Measuring, None | Some(LinkState::Up(_)), Some(lines)) =
-        (&source.phase, &source.link, source.result.timing.rows_pending)
+    let timing = &source.result.timing;
+    if let (SourcePhase::Measuring, None | Some(LinkState::Up(_)), true) =
+        (&source.phase, &source.link, timing.awaits_rate())
     {
-        return pending(name, lines);
+        return pending(name, timing.pending);
     }
     match (&source.phase, &source.link) {
         (SourcePhase::Preparing, _) => (

@@ -81,7 +81,7 @@ fn the_time_before_a_lost_link_counts_for_lines_held_behind_it() {
     let settings = Settings { duration: Some(Duration::from_secs(20)), ..Settings::default() };
     let mut analysis = Analysis::new(settings);
     assert_eq!(until_complete(&mut analysis, &steady(1.0, 6)), None);
-    assert_eq!(analysis.snapshot().rows_pending(), Some(6));
+    assert_eq!(analysis.snapshot().pending_rows, 6);
     analysis.take_link_event(&down);
     let complete = until_complete(&mut analysis, &steady(1.0, 40));
     assert!(
@@ -93,11 +93,11 @@ fn the_time_before_a_lost_link_counts_for_lines_held_behind_it() {
 #[test]
 fn no_line_is_held_once_the_rate_is_told() {
     let mut analysis = Analysis::new(Settings::default());
-    assert_eq!(analysis.snapshot().rows_pending(), None);
+    assert_eq!(analysis.snapshot().pending_rows, 0);
     until_complete(&mut analysis, &steady(40.0, 30));
-    assert_eq!(analysis.snapshot().rows_pending(), Some(30));
+    assert_eq!(analysis.snapshot().pending_rows, 30);
     until_complete(&mut analysis, &steady(40.0, 60)[30..]);
-    assert_eq!(analysis.snapshot().rows_pending(), None);
+    assert_eq!(analysis.snapshot().pending_rows, 0);
 }
 
 #[test]
