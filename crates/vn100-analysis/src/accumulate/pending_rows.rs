@@ -5,7 +5,10 @@ use std::{collections::VecDeque, iter::Peekable, time::Duration};
 use imu_noise::timebase::{ClockAfterOutage, GapDetector, GapEvent, StallDetector};
 use vn100_protocol::stream::{AbsentCell, Batch, Mark, MarkKind};
 
-use super::{row_order::RowOrder, row_slice::RowSlice};
+use super::{
+    row_order::{RowOrder, WaitingRows},
+    row_slice::RowSlice,
+};
 
 /// The first stamp is placed this long after zero, because later stamps may lie before it.
 const FIRST: Duration = Duration::from_nanos(u64::MAX / 2);
@@ -95,7 +98,8 @@ impl PendingRows {
                 }
                 (None, Some(order)) if count.is_none() => {
                     let take = |at| self.detector.push(at, None);
-                    order.place(self.last, &mut self.counts, &mut self.absent, self.width, take);
+                    let rows = WaitingRows { counts: &mut self.counts, absent: &mut self.absent, width: self.width };
+                    order.place(self.last, rows, take);
                 }
                 (None, _) => self.detector.push(self.last, count),
             }

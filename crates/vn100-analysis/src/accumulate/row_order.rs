@@ -28,20 +28,23 @@ pub(crate) struct RowOrder {
     pub(crate) moved: u64,
 }
 
+/// The rows of a table that wait, the latest one last.
+pub(crate) struct WaitingRows<'a> {
+    /// The values of all rows, `width` of each.
+    pub(crate) counts: &'a mut Vec<i32>,
+    /// The values that are missing.
+    pub(crate) absent: &'a mut Vec<AbsentCell>,
+    /// The number of channels.
+    pub(crate) width: usize,
+}
+
 impl RowOrder {
-    /// Puts the last row of `counts` at its place, or removes it. Gives the stamps of the rows whose
+    /// Puts the last one of `rows` at its place, or removes it. Gives the stamps of the rows whose
     /// place is final to `take`.
-    pub(crate) fn place(
-        &mut self,
-        at: Duration,
-        counts: &mut Vec<i32>,
-        absent: &mut Vec<AbsentCell>,
-        width: usize,
-        take: impl FnMut(Duration),
-    ) {
+    pub(crate) fn place(&mut self, at: Duration, rows: WaitingRows<'_>, take: impl FnMut(Duration)) {
         self.rows += 1;
         if self.latest.back().is_some_and(|latest| *latest >= at) {
-            return self.place_earlier(at, counts, absent, width, take);
+            return self.place_earlier(at, rows, take);
         }
         self.latest.push_back(at);
         self.give_oldest(take);
@@ -49,14 +52,8 @@ impl RowOrder {
 
     /// The same for a row that is no later than one before it.
     #[cold]
-    fn place_earlier(
-        &mut self,
-        at: Duration,
-        counts: &mut Vec<i32>,
-        absent: &mut Vec<AbsentCell>,
-        width: usize,
-        take: impl FnMut(Duration),
-    ) {
+    fn place_earlier(&mut self, at: Duration, rows: WaitingRows<'_>, take: impl FnMut(Duration)) {
+        let WaitingRows { counts, absent, width } = rows;
         let last = counts.len() / width - 1;
         let first = last - self.latest.len();
         let row = |row: usize| &counts[row * width..(row + 1) * width];
@@ -125,7 +122,8 @@ mod tests {
         let mut take = |at: Duration| stamps_ms.push(at.as_millis() as u64);
         for &(at_ms, count) in rows {
             counts.push(count);
-            order.place(Duration::from_millis(at_ms), &mut counts, &mut Vec::new(), 1, &mut take);
+            let rows = WaitingRows { counts: &mut counts, absent: &mut Vec::new(), width: 1 };
+            order.place(Duration::from_millis(at_ms), rows, &mut take);
         }
         order.finish().for_each(take);
         (stamps_ms, counts, order)
