@@ -1,3 +1,5 @@
+//! The drift of known noises by textbook formulas, and the share of drifts in records cut in two that lies within its limits.
+
 use std::f64::consts::{LN_2, PI, TAU};
 
 use proptest::prelude::*;

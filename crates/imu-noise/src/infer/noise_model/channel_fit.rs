@@ -7,22 +7,13 @@ use super::{
     parameter::ramp,
     search::{Candidate, Found, Search, WHITE},
     spectral_rows::ChannelData,
-    thresholds::{FILTERS, LEAST_EDF, PRESENT, PROVED, RAMP_PRESENT, REJECTED},
+    thresholds::{
+        BEYOND_ANY_FILTER, BEYOND_MEMORY, FILTERS, LEAST_EDF, LEAST_EDF_OF_BOUND, PRESENT, PROCESSES_INSTEAD, PROVED,
+        RAMP_PRESENT, REJECTED,
+    },
 };
 use crate::accumulate::record::{Deviation, Octave};
 use crate::infer::chi_squared;
-
-/// By how many memories of a short filter an octave must be longer to bound N.
-const BEYOND_MEMORY: f64 = 10.0;
-
-/// No filter is looked for that remembers more samples than a part of this.
-const BEYOND_ANY_FILTER: f64 = 256.0;
-
-/// An octave with fewer degrees of freedom bounds nothing.
-const LEAST_EDF_OF_BOUND: f64 = 10.0;
-
-/// B is taken for processes where these explain the record better by so much, beyond their penalty.
-const PROCESSES_INSTEAD: f64 = 2.0;
 
 /// Blocks in which the noise of the slope is looked at where the level is not known.
 const VIRTUAL_BLOCKS: usize = 64;

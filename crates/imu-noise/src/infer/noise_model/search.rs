@@ -14,8 +14,8 @@ use super::{
     shapes::{FoundShape, MeanShapes},
     spectral_rows::ChannelData,
     thresholds::{
-        BESIDE_KNOWN_AVERAGING, CYCLE, DEFINITE, FILTER_IN_VALUE, FILTERS, LEAST_RISE, MOST_DEFINITE, OVERDISPERSED,
-        PRESENT, PROCESSES, PROCESSES_IN_VALUE, RAMP_PRESENT, RELAXATION,
+        BENT_LINE, BESIDE_KNOWN_AVERAGING, CYCLE, DEFINITE, FILTER_IN_VALUE, FILTERS, LEAST_RISE, MOST_DEFINITE,
+        OVERDISPERSED, PRESENT, PROCESSES, PROCESSES_IN_VALUE, RAMP_PRESENT, RELAXATION,
     },
 };
 use crate::infer::chi_squared;
@@ -391,14 +391,22 @@ impl<'a> Search<'a> {
             bare.map_or(f64::INFINITY, |(score, _)| (2.0 * (most - score).max(0.0) / self.dispersion).sqrt());
         let rival = bare.and_then(|(_, rival)| rival).filter(|_| is_there && evidence <= PRESENT);
         let value = likeliest.parameters[column];
+        let (lower, upper) = self.limits_of(column, &explained, evidence > PRESENT);
+        Found { value, lower, upper, evidence, rival }
+    }
+
+    /// The limits of a component by all of these structures, the likeliest one first; the lower one is 0
+    /// unless the component `is_present`.
+    fn limits_of(&self, column: usize, explained: &[(f64, Structure<'_>, &Scored)], is_present: bool) -> (f64, f64) {
+        let most = explained.first().map_or(f64::NEG_INFINITY, |(score, ..)| *score);
         let (mut lower, mut upper) = (f64::INFINITY, 0.0_f64);
-        for (score, structure, with) in &explained {
+        for (score, structure, with) in explained {
             let drop = self.drop() - (most - score);
             if drop <= 0.0 {
                 break;
             }
-            let profile = Profile::of_component(rows, structure.clone(), with, column);
-            if evidence > PRESENT {
+            let profile = Profile::of_component(&self.rows, structure.clone(), with, column);
+            if is_present {
                 lower = lower.min(profile.lower(drop));
             }
             let value = with.parameters[column];
@@ -406,7 +414,7 @@ impl<'a> Search<'a> {
                 upper = upper.max(profile.upper(drop));
             }
         }
-        Found { value, lower: if lower.is_finite() { lower } else { 0.0 }, upper, evidence, rival }
+        (if lower.is_finite() { lower } else { 0.0 }, upper)
     }
 
     /// The slope of the level, in its own unit per block; `None` if that is not in the model.
@@ -423,36 +431,29 @@ impl<'a> Search<'a> {
             };
             rows.fit(&structure, Some(&best.scored.parameters))
         };
+        let fit_beside = |known: &[&[f64]], more: &[Vec<f64>]| {
+            let further = more.iter().map(Vec::as_slice);
+            // the ramp, if it is known, stays the first shape
+            fit(known.iter().copied().chain(further).collect(), None)
+        };
         let definite: Vec<&[f64]> = self.definite.iter().map(Vec::as_slice).collect();
         let (with, without) = (&best.scored, fit(definite.clone(), None)?);
         let rise = with.unrestricted() - without.log_likelihood;
         let is_there = 2.0 * rise > RAMP_PRESENT * RAMP_PRESENT;
         let (mut most, mut bare, mut rival) = (with.unrestricted(), without.log_likelihood, None);
-        if is_there {
-            for is_cycle in [false, true] {
-                let (penalty, name) = if is_cycle { (CYCLE, Rival::Cycle) } else { (RELAXATION, Rival::WarmUp) };
-                let find = |known: &[&[f64]]| {
-                    let variances = &without.expected[rows.first_level..];
-                    self.shapes.as_deref()?.likeliest(&rows.level, variances, known, is_cycle, LEAST_RISE)
-                };
-                if let Some(found) = find(&definite)
-                    && let Some(fitted) = fit(
-                        found.coefficients.iter().map(Vec::as_slice).chain(definite.iter().copied()).collect(),
-                        None,
-                    )
-                    && fitted.log_likelihood - penalty + RELAXATION.min(1.0) > bare
-                {
-                    // a warm-up as slow as the record has as many parameters as a line, but for its bend
-                    (bare, rival) = (fitted.log_likelihood - penalty + 1.0, Some(name));
-                }
-                if let Some(found) = find(&self.known_shapes()) {
-                    let shapes = self.known_shapes().into_iter().chain(found.coefficients.iter().map(Vec::as_slice));
-                    let shapes = shapes.collect();
-                    if let Some(fitted) = fit(shapes, None) {
-                        most = most.max(fitted.log_likelihood - penalty);
-                    }
-                }
+        for is_cycle in [false, true].into_iter().filter(|_| is_there) {
+            let (penalty, name) = if is_cycle { (CYCLE, Rival::Cycle) } else { (RELAXATION, Rival::WarmUp) };
+            // the likelihood with a further shape beside those that are known
+            let beside = |known: &[&[f64]]| {
+                let variances = &without.expected[rows.first_level..];
+                let found = self.shapes.as_deref()?.likeliest(&rows.level, variances, known, is_cycle, LEAST_RISE)?;
+                Some(fit_beside(known, &found.coefficients)?.log_likelihood - penalty)
+            };
+            // instead of the ramp
+            if let Some(score) = beside(&definite).map(|score| score + BENT_LINE).filter(|score| *score > bare) {
+                (bare, rival) = (score, Some(name));
             }
+            most = most.max(beside(&self.known_shapes()).unwrap_or(f64::NEG_INFINITY));
         }
         let evidence = (2.0 * (most - bare).max(0.0)).sqrt();
         let value = with.multiples.first().copied()?;

@@ -27,6 +27,10 @@ pub(super) const PROCESSES: f64 = 3.0;
 pub(super) const RELAXATION: f64 = 3.0;
 pub(super) const CYCLE: f64 = 5.0;
 
+/// Less for either of them in place of a ramp: a warm-up as slow as the record has as many parameters as
+/// a line, but for its bend.
+pub(super) const BENT_LINE: f64 = 1.0;
+
 /// A shape by which the log-likelihood rises so much is there, whatever the noise.
 pub(super) const DEFINITE: f64 = 15.0;
 pub(super) const MOST_DEFINITE: usize = 3;
@@ -115,3 +119,15 @@ pub(super) const PLANNED_WALK: f64 = 1.4;
 /// Of the white noise: a density below this is what a filter stops. To follow it a model would have
 /// to be as exact as this is small, and it says nothing of N.
 pub(super) const STOPPED: f64 = 0.05;
+
+/// By how many memories of a short filter an octave must be longer to bound N.
+pub(super) const BEYOND_MEMORY: f64 = 10.0;
+
+/// No filter is looked for that remembers more samples than a part of this.
+pub(super) const BEYOND_ANY_FILTER: f64 = 256.0;
+
+/// An octave with fewer degrees of freedom bounds nothing.
+pub(super) const LEAST_EDF_OF_BOUND: f64 = 10.0;
+
+/// B is taken for processes where these explain the record better by so much, beyond their penalty.
+pub(super) const PROCESSES_INSTEAD: f64 = 2.0;
