@@ -5,8 +5,8 @@
 //! [`TopicScan`] finds the topics, and [`choose`] picks the topics of a sensor. [`BagSamples`]
 //! makes samples of one topic: from the sentences inside its messages, or from their numbers.
 //!
-//! The readers of the forms take `Read + Seek`; Only `open`, `folder` and `shared_file` open files
-//! of the operating system.
+//! The readers of the forms take `Read + Seek`; only `open` and `folder` open files of the
+//! operating system.
 
 mod definition;
 mod fields;
@@ -20,7 +20,6 @@ mod ros1;
 mod rosbag2;
 mod samples;
 mod sentences;
-mod shared_file;
 mod sqlite;
 mod standard_types;
 mod streams;
@@ -30,7 +29,7 @@ mod topic_scan;
 
 pub(crate) use self::{
     files::Bag,
-    open::{Stream, detect_bag},
+    open::{Stream, detect_bag, form_of},
     samples::BagSamples,
     streams::{choose, choose_one},
 };

@@ -16,12 +16,13 @@ use crate::{
     counted_reader::CountedReader,
     csv::{self, CsvError, CsvReader, Said},
     detect_format::{Detected, Format, detect_format},
-    read_samples::{Event, read_file, read_samples},
+    read_samples::{Event, FileEvents, FileReader, read_file, read_samples},
     recording::{LaterParts, Recorded, RecordingError, RecordingReader, RecordingSamples},
     source::ReaderSource,
+    stored_file::StoredFile,
     telnet::Undoubled,
     timing_sidecar::{BytesReader, Sidecar},
-    unpack::{ArchiveError, UnpackError, unpacked, unpacked_file},
+    unpack::{ArchiveError, UnpackError, unpacked, unpacked_file, unpacked_stored},
 };
 use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 
@@ -47,7 +48,20 @@ pub struct Capture {
     start_reading: StartReading,
 }
 
-type StartReading = Box<dyn FnOnce(ReadOptions, CancellationToken) -> io::Result<mpsc::Receiver<Event>> + Send>;
+type StartReading = Box<dyn FnOnce(ReadOptions) -> io::Result<Reading> + Send>;
+
+/// A capture that is ready to be read.
+enum Reading {
+    File(FileEvents),
+    /// A read of a stream may wait for bytes indefinitely.
+    Stream(ReaderSource, ReadOptions),
+}
+
+impl Reading {
+    fn of(file: impl FileReader) -> io::Result<Self> {
+        Ok(Self::File(FileEvents::new(Box::new(file))))
+    }
+}
 
 impl Capture {
     /// Opens a file. Content of gzip, zstd, bzip2 and xz is decompressed, independent of its name, and
@@ -80,31 +94,49 @@ impl Capture {
         Self::start(reader, stored_bytes, stored_bytes_read, sidecar, options, path, is_file)
     }
 
+    /// Opens a file wherever its bytes are, under this name. One without a folder has no times
+    /// beside it. Of a packed bag there is no place to unpack it to.
+    ///
+    /// # Errors
+    /// As for [`Capture::open`].
+    pub fn of_file(file: Box<dyn StoredFile>, name: &str, options: &CaptureOptions) -> Result<Self, OpenError> {
+        let path = Path::new(name);
+        let failed = |source| OpenError::Io { path: path.to_owned(), source };
+        let stored_bytes = file.bytes();
+        if let Some(form) = bag::form_of(&*file).map_err(failed)? {
+            let bag = Bag::new(form, vec![file]);
+            return Self::of_bag(bag, stored_bytes, Arc::default(), options)
+                .map_err(|problem| OpenError::of_bag(path, problem));
+        }
+        let stored_bytes_read = Arc::new(AtomicU64::new(0));
+        let counted = |inner| CountedReader { inner, read: Arc::clone(&stored_bytes_read) };
+        let reader = unpacked_stored(&*file, counted, &is_capture).map_err(|error| OpenError::packed(path, error))?;
+        Self::start(reader, stored_bytes, stored_bytes_read, None, options, path, true)
+    }
+
     /// The streams of a file, by the names that [`topic`](CaptureOptions::topic) takes: the
     /// measured topics of a bag, or the columns of a table with the same rate. A single `None` for
     /// a file with one stream, and for a file that cannot be opened.
     #[must_use]
     pub fn streams(path: impl AsRef<Path>, options: &CaptureOptions) -> Vec<Option<String>> {
-        let streams = Self::names_of_streams(path.as_ref(), options).unwrap_or_default();
-        if streams.len() > 1 { streams.into_iter().map(Some).collect() } else { vec![options.topic.clone()] }
+        let path = path.as_ref();
+        let names = || match Bag::at(path).ok()? {
+            Some(bag) => topics(&bag, options),
+            // a pipe or a device can be read only once
+            None if !fs::metadata(path).ok()?.is_file() => None,
+            None => groups_of_columns(&File::open(path).ok()?, path, options),
+        };
+        one_or_several(names().unwrap_or_default(), options)
     }
 
-    fn names_of_streams(path: &Path, options: &CaptureOptions) -> Option<Vec<String>> {
-        if let Some(bag) = Bag::at(path).ok()? {
-            let streams = bag::choose(&bag, options).ok()?;
-            return Some(streams.into_iter().map(|stream| stream.topic.name).collect());
-        }
-        // a pipe or a device can be read only once
-        if options.topic.is_some() || !fs::metadata(path).ok()?.is_file() {
-            return None;
-        }
-        let mut reader = unpacked_file(File::open(path).ok()?, |file| file, &is_capture).ok()?;
-        let file = path.file_name().map(|name| name.to_string_lossy());
-        let said = Said { map: options.columns.as_ref(), stream: None, file: file.as_deref() };
-        match detect_format(&mut reader, said).ok()? {
-            (head, Detected::Csv(plan)) => Some(csv::streams(*plan, head.chain(reader))),
-            _ => None,
-        }
+    /// The same of a file wherever its bytes are.
+    #[must_use]
+    pub fn streams_of_file(file: Box<dyn StoredFile>, name: &str, options: &CaptureOptions) -> Vec<Option<String>> {
+        let names = match bag::form_of(&*file) {
+            Ok(Some(form)) => topics(&Bag::new(form, vec![file]), options),
+            _ => groups_of_columns(&*file, Path::new(name), options),
+        };
+        one_or_several(names.unwrap_or_default(), options)
     }
 
     /// Opens any reader: standard input, or bytes in memory. A bag is unpacked to a temporary file
@@ -128,7 +160,21 @@ impl Capture {
     /// # Panics
     /// If called outside a tokio runtime.
     pub fn read(self, options: ReadOptions, stop: CancellationToken) -> io::Result<mpsc::Receiver<Event>> {
-        (self.start_reading)(options, stop)
+        match (self.start_reading)(options)? {
+            Reading::File(events) => read_file(events, stop),
+            Reading::Stream(source, options) => Ok(read_samples(source, options, stop)),
+        }
+    }
+
+    /// The same events, read on this thread as they are asked for.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or the capture is a stream that may wait.
+    pub fn events(self, options: ReadOptions) -> io::Result<FileEvents> {
+        match (self.start_reading)(options)? {
+            Reading::File(events) => Ok(events),
+            Reading::Stream(..) => Err(io::ErrorKind::Unsupported.into()),
+        }
     }
 
     fn of_bag(
@@ -150,8 +196,8 @@ impl Capture {
             lacks_times: false,
             recorded: None,
             topic: Some(stream.topic.name.clone()),
-            start_reading: Box::new(move |options, stop| {
-                read_file(BagSamples::open(&bag, stream, options, &counted).map_err(io::Error::other)?, stop)
+            start_reading: Box::new(move |options| {
+                Reading::of(BagSamples::open(&bag, stream, options, &counted).map_err(io::Error::other)?)
             }),
         })
     }
@@ -187,7 +233,7 @@ impl Capture {
         };
         let (format, start_reading): (_, StartReading) = match detected {
             Detected::Csv(plan) => {
-                (Format::Csv, Box::new(|options, stop| read_file(CsvReader::new(*plan, reader, options), stop)))
+                (Format::Csv, Box::new(|options| Reading::of(CsvReader::new(*plan, reader, options))))
             }
             Detected::Bytes(format, measured) => {
                 let chosen = move |options: ReadOptions| match options.measured {
@@ -195,11 +241,10 @@ impl Capture {
                     _ => options,
                 };
                 let start: StartReading = if sidecar.is_some() || is_file {
-                    Box::new(move |options, stop| read_file(BytesReader::new(reader, sidecar, chosen(options)), stop))
+                    Box::new(move |options| Reading::of(BytesReader::new(reader, sidecar, chosen(options))))
                 } else {
-                    // a read of a stream may wait for bytes indefinitely
                     let source = ReaderSource::spawn(reader, None).map_err(failed)?;
-                    Box::new(move |options, stop| Ok(read_samples(source, chosen(options), stop)))
+                    Box::new(move |options| Ok(Reading::Stream(source, chosen(options))))
                 };
                 (format, start)
             }
@@ -214,7 +259,7 @@ impl Capture {
                     false => later.joined(recording.recorded()),
                 });
                 let start: StartReading =
-                    Box::new(|options, stop| read_file(RecordingSamples::new(recording, later, options), stop));
+                    Box::new(|options| Reading::of(RecordingSamples::new(recording, later, options)));
                 (Format::Mcap, start)
             }
             Detected::UnusableCsv(problem) => return Err(OpenError::Csv { path: path.to_owned(), problem }),
@@ -230,6 +275,28 @@ impl Capture {
             topic: options.topic.clone().filter(|_| format == Format::Csv && holds_values),
             start_reading,
         })
+    }
+}
+
+fn one_or_several(names: Vec<String>, options: &CaptureOptions) -> Vec<Option<String>> {
+    if names.len() > 1 { names.into_iter().map(Some).collect() } else { vec![options.topic.clone()] }
+}
+
+fn topics(bag: &Bag, options: &CaptureOptions) -> Option<Vec<String>> {
+    let streams = bag::choose(bag, options).ok()?;
+    Some(streams.into_iter().map(|stream| stream.topic.name).collect())
+}
+
+fn groups_of_columns(file: &dyn StoredFile, path: &Path, options: &CaptureOptions) -> Option<Vec<String>> {
+    if options.topic.is_some() {
+        return None;
+    }
+    let mut reader = unpacked_stored(file, |file| file, &is_capture).ok()?;
+    let name = path.file_name().map(|name| name.to_string_lossy());
+    let said = Said { map: options.columns.as_ref(), stream: None, file: name.as_deref() };
+    match detect_format(&mut reader, said).ok()? {
+        (head, Detected::Csv(plan)) => Some(csv::streams(*plan, head.chain(reader))),
+        _ => None,
     }
 }
 

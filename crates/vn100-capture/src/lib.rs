@@ -37,6 +37,7 @@ mod mcap_records;
 mod read_samples;
 mod recording;
 mod source;
+mod stored_file;
 mod telnet;
 mod timing_sidecar;
 mod unpack;
@@ -49,10 +50,11 @@ pub use captures_below::captures_below;
 pub use csv::{ColumnMap, ColumnMapError, CsvError, MapHint};
 pub use detect_format::Format;
 pub use file_stamp::file_stamp;
-pub use read_samples::{End, Event, WAITING_BATCHES, read_samples};
+pub use read_samples::{End, Event, FileEvents, WAITING_BATCHES, read_samples};
 pub use recording::{
     LowSpace, RecordError, Recorded, Recorder, RecordingEnd, RecordingError, RecordingPart, RecordingReader,
     RecordingState, RecordingWriter, Rotation, joined_parts, missing_parts, part_path, recording_path,
 };
 pub use source::{Clock, ReaderSource, Source};
+pub use stored_file::{ReadSeek, StoredFile};
 pub use unpack::ArchiveError;

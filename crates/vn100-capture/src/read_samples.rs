@@ -1,7 +1,7 @@
 //! The events of a stream of samples, and the two loops that read a source to its end and send
 //! them: a task for a source that waits, and a thread for a file.
 
-use std::{io, thread};
+use std::{collections::VecDeque, io, thread};
 
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
@@ -101,30 +101,62 @@ pub(crate) trait FileReader: Send + 'static {
     fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>);
 }
 
-/// Starts a thread that reads `file` to its end, or until `stop`, as [`read_samples`] does.
-pub(crate) fn read_file(mut file: impl FileReader, stop: CancellationToken) -> io::Result<mpsc::Receiver<Event>> {
+/// The events of a file, one after the other, read as they are asked for; the last one is
+/// [`Event::End`].
+pub struct FileEvents {
+    /// `None` after the end.
+    file: Option<Box<dyn FileReader>>,
+    due: VecDeque<Event>,
+}
+
+impl FileEvents {
+    pub(crate) fn new(file: Box<dyn FileReader>) -> Self {
+        Self { file: Some(file), due: VecDeque::new() }
+    }
+
+    /// Ends the reading: what was read so far is given, and the end.
+    pub fn stop(&mut self) {
+        self.end(None);
+    }
+
+    fn end(&mut self, error: Option<io::Error>) {
+        if let Some(mut file) = self.file.take() {
+            let (batches, report) = file.finish();
+            self.due.extend(batches.into_iter().map(Event::from).chain([Event::End(End { error, report })]));
+        }
+    }
+}
+
+impl Iterator for FileEvents {
+    type Item = Event;
+
+    fn next(&mut self) -> Option<Event> {
+        loop {
+            if let Some(event) = self.due.pop_front() {
+                return Some(event);
+            }
+            match self.file.as_mut()?.next_events() {
+                Ok(Some(events)) => self.due.extend(events),
+                Ok(None) => self.end(None),
+                Err(error) => self.end(Some(error)),
+            }
+        }
+    }
+}
+
+/// Starts a thread that reads the file to its end, or until `stop`, as [`read_samples`] does.
+pub(crate) fn read_file(mut file: FileEvents, stop: CancellationToken) -> io::Result<mpsc::Receiver<Event>> {
     let (events, inbox) = mpsc::channel(WAITING_BATCHES);
     let work = move || {
-        let error = loop {
+        loop {
             if stop.is_cancelled() {
-                break None;
+                file.stop();
             }
-            match file.next_events() {
-                Ok(Some(due)) => {
-                    for event in due {
-                        if events.blocking_send(event).is_err() {
-                            return;
-                        }
-                    }
-                }
-                Ok(None) => break None,
-                Err(error) => break Some(error),
-            }
-        };
-        let (batches, report) = file.finish();
-        for event in batches.into_iter().map(Event::from).chain([Event::End(End { error, report })]) {
+            let Some(event) = file.next() else { return };
             // a receiver that was dropped does not need the end either
-            let _ = events.blocking_send(event);
+            if events.blocking_send(event).is_err() {
+                return;
+            }
         }
     };
     // ends with the file, with `stop`, or when the inbox is dropped

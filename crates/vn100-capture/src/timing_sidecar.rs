@@ -186,10 +186,8 @@ impl<R: Read + Send + 'static> FileReader for BytesReader<R> {
 
 #[cfg(test)]
 mod tests {
-    use tokio_util::sync::CancellationToken;
-
     use super::*;
-    use crate::read_samples::read_file;
+    use crate::read_samples::FileEvents;
 
     /// A line of the sensor's manual, with its line end.
     const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
@@ -226,10 +224,10 @@ mod tests {
         let sidecar = Sidecar::beside(&path).unwrap().unwrap();
         let bytes = io::Cursor::new(capture.as_bytes().to_vec());
         let reader = BytesReader::new(bytes, Some(sidecar), ReadOptions::default());
-        let mut events = read_file(reader, CancellationToken::new()).unwrap();
+        let mut events = FileEvents::new(Box::new(reader));
         let mut stamps = Vec::new();
         loop {
-            match events.blocking_recv().unwrap() {
+            match events.next().unwrap() {
                 Event::Batch(batch) => {
                     let mut arrivals = batch.arrivals.iter().peekable();
                     for row in 0..batch.row_count() {

@@ -3,7 +3,7 @@
 
 use std::{
     fs::File,
-    io::{self, BufRead, BufReader, Cursor, Read, Seek, SeekFrom},
+    io::{self, BufRead, BufReader, Cursor, Read, SeekFrom},
 };
 
 use bzip2::read::MultiBzDecoder;
@@ -13,7 +13,11 @@ use lzma_rust2::XzReader;
 use ruzstd::decoding::FrameDecoder;
 use zip::{CompressionMethod, ZipArchive};
 
-use crate::{captures_below::is_message, zstd_reader::ZstdReader};
+use crate::{
+    captures_below::is_message,
+    stored_file::{ReadSeek, StoredFile},
+    zstd_reader::ZstdReader,
+};
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
 pub(crate) const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
@@ -94,23 +98,32 @@ pub(crate) type IsCapture<'a> = &'a dyn Fn(&mut dyn Read, &str) -> bool;
 /// The decompressed content of a file; `counted` wraps the file to count the bytes read from it. If
 /// an archive has several files, the one that satisfies `is_capture` is taken.
 pub(crate) fn unpacked_file<R: Read + Send + 'static>(
-    mut file: File,
-    counted: impl FnOnce(File) -> R,
+    file: File,
+    counted: impl FnOnce(Box<dyn ReadSeek>) -> R,
     is_capture: IsCapture<'_>,
 ) -> Result<Box<dyn Read + Send>, UnpackError> {
     // only a regular file can be rewound
-    let begins_as_zip = file.metadata()?.is_file() && {
-        let mut magic = [0; ZIP_MAGIC.len()];
-        let n = file.read(&mut magic)?;
-        file.rewind()?;
-        magic[..n] == *ZIP_MAGIC
-    };
-    if !begins_as_zip {
-        return unpacked(counted(file));
+    if file.metadata()?.is_file() {
+        return unpacked_stored(&file, counted, is_capture);
     }
-    let member = Member::only(&file, is_capture).map_err(UnpackError::Archive)?;
-    file.seek(SeekFrom::Start(member.start))?;
-    let packed = counted(file).take(member.packed_bytes);
+    unpacked(counted(Box::new(file)))
+}
+
+/// The same of a file wherever its bytes are.
+pub(crate) fn unpacked_stored<R: Read + Send + 'static>(
+    file: &dyn StoredFile,
+    counted: impl FnOnce(Box<dyn ReadSeek>) -> R,
+    is_capture: IsCapture<'_>,
+) -> Result<Box<dyn Read + Send>, UnpackError> {
+    let mut magic = Vec::new();
+    file.open()?.take(ZIP_MAGIC.len() as u64).read_to_end(&mut magic)?;
+    let mut opened = file.open()?;
+    if magic != ZIP_MAGIC {
+        return unpacked(counted(opened));
+    }
+    let member = Member::only(file, is_capture).map_err(UnpackError::Archive)?;
+    opened.seek(SeekFrom::Start(member.start))?;
+    let packed = counted(opened).take(member.packed_bytes);
     let inner: Box<dyn Read + Send> =
         if member.is_deflated { Box::new(DeflateDecoder::new(packed)) } else { Box::new(packed) };
     unpacked(MemberReader { inner: CrcReader::new(inner), member })
@@ -196,9 +209,10 @@ struct Member {
 
 impl Member {
     /// The only file, or the only file that may be a capture by its name or its first bytes.
-    fn only(file: &File, holds_capture: IsCapture<'_>) -> Result<Self, ArchiveError> {
+    fn only(file: &dyn StoredFile, holds_capture: IsCapture<'_>) -> Result<Self, ArchiveError> {
         let damaged = |error: zip::result::ZipError| ArchiveError::Damaged(error.to_string());
-        let mut archive = ZipArchive::new(BufReader::new(file)).map_err(damaged)?;
+        let opened = file.open().map_err(|error| ArchiveError::Damaged(error.to_string()))?;
+        let mut archive = ZipArchive::new(BufReader::new(opened)).map_err(damaged)?;
         let mut names: Vec<(usize, String)> = Vec::new();
         for place in 0..archive.len() {
             let entry = archive.by_index_raw(place).map_err(damaged)?;
@@ -238,7 +252,7 @@ impl Member {
     }
 
     /// The member at this place of the list of files.
-    fn at(archive: &mut ZipArchive<BufReader<&File>>, place: usize) -> Result<Self, ArchiveError> {
+    fn at(archive: &mut ZipArchive<BufReader<Box<dyn ReadSeek>>>, place: usize) -> Result<Self, ArchiveError> {
         let damaged = |error: zip::result::ZipError| ArchiveError::Damaged(error.to_string());
         let entry = archive.by_index_raw(place).map_err(damaged)?;
         let name = legible(entry.name());
@@ -255,7 +269,8 @@ impl Member {
     }
 
     /// Whether its first bytes are those of a capture.
-    fn begins_as(&self, mut file: &File, is_capture: IsCapture<'_>) -> bool {
+    fn begins_as(&self, file: &dyn StoredFile, is_capture: IsCapture<'_>) -> bool {
+        let Ok(mut file) = file.open() else { return false };
         if file.seek(SeekFrom::Start(self.start)).is_err() {
             return false;
         }

@@ -1,8 +1,7 @@
 //! The files of a bag, one after the other.
 
 use std::{
-    fmt,
-    io::{self, Read, Seek},
+    io::{self, Read},
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -16,7 +15,7 @@ use super::{
     sqlite,
     topic::{BagError, BagFile, Index, MessageHead, Topic, TopicCount, place_of},
 };
-use crate::{counted_reader::CountedReader, recording};
+use crate::{counted_reader::CountedReader, recording, stored_file::StoredFile};
 
 /// Bytes of a file that are searched for a topic: a tool that merges bags may write many bytes
 /// before it.
@@ -59,19 +58,6 @@ impl BagForm {
     }
 }
 
-/// A file of a bag, wherever its bytes are.
-pub(crate) trait StoredFile: fmt::Debug + Send {
-    /// Opens the file at its first byte; each opening has a position of its own.
-    fn open(&self) -> io::Result<Box<dyn ReadSeek>>;
-
-    /// Length in bytes; `None` if it is not known.
-    fn bytes(&self) -> Option<u64>;
-}
-
-pub(crate) trait ReadSeek: Read + Seek + Send {}
-
-impl<T: Read + Seek + Send> ReadSeek for T {}
-
 /// Whether an MCAP file lacks the topics of a recording of this program. A recording may have been
 /// cut before its first topic.
 pub(crate) fn is_foreign_mcap(file: &dyn StoredFile) -> io::Result<bool> {
@@ -109,7 +95,7 @@ pub(crate) struct Bag {
 }
 
 impl Bag {
-    pub(super) fn new(form: BagForm, files: Vec<Box<dyn StoredFile>>) -> Self {
+    pub(crate) fn new(form: BagForm, files: Vec<Box<dyn StoredFile>>) -> Self {
         Self { form, files, unpacked_bytes: 0 }
     }
 

@@ -1,23 +1,27 @@
-//! Finds a bag: in a file, a folder, or a stream that is unpacked to a temporary file first.
+//! Finds a bag: in a file, a folder, or a stream that is unpacked first.
 
 use std::{
     ffi::OsString,
     fs::{self, File},
-    io::{self, BufReader, Cursor, Read, Seek, SeekFrom},
+    io::{self, BufReader, Cursor, ErrorKind, Read},
     path::Path,
+    sync::Arc,
 };
 
 use ruzstd::decoding::FrameDecoder;
 
 use super::{
-    files::{Bag, BagForm, StoredFile, is_foreign_mcap},
+    files::{Bag, BagForm, is_foreign_mcap},
     folder,
     topic::BagError,
 };
-use crate::{recording, unpack::ZSTD_MAGIC, zstd_reader::ZstdReader};
+use crate::{recording, stored_file::StoredFile, unpack::ZSTD_MAGIC, zstd_reader::ZstdReader};
 
 /// The most bytes that are unpacked to a temporary file.
-const UNPACKED_BYTES: u64 = 64 * 1024 * 1024 * 1024;
+const UNPACKED_BYTES: u64 = 64 << 30;
+
+/// The most bytes that are unpacked to memory on a platform without files, such as a browser.
+const UNPACKED_BYTES_IN_MEMORY: u64 = 512 << 20;
 
 impl Bag {
     /// The bag in a file or a folder; `None` for any other file, compressed ones included.
@@ -30,11 +34,8 @@ impl Bag {
         if !metadata.is_file() {
             return Ok(None);
         }
-        let mut file = File::open(path)?;
-        let Some(form) = BagForm::of(&head(&mut file)?) else { return Ok(None) };
-        if form == BagForm::Mcap && !is_foreign_mcap(&file)? {
-            return Ok(None);
-        }
+        let file = File::open(path)?;
+        let Some(form) = form_of(&file)? else { return Ok(None) };
         check_log(form, path)?;
         Ok(Some(Self::new(form, vec![Box::new(file)])))
     }
@@ -44,23 +45,32 @@ impl Bag {
         let mut unpacked_bytes = 0;
         for path in folder::files(folder)? {
             let named = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
-            let mut file = File::open(&path).map_err(named)?;
-            let mut found = head(&mut file)?;
+            let mut file: Box<dyn StoredFile> = Box::new(File::open(&path).map_err(named)?);
+            let mut found = head_of(&mut file.open()?)?;
             if found.starts_with(ZSTD_MAGIC) {
+                let packed = BufReader::new(file.open()?);
                 let bytes;
-                (file, bytes) = to_temporary_file(ZstdReader::new(BufReader::new(file), FrameDecoder::new()))?;
+                (file, bytes) = kept(ZstdReader::new(packed, FrameDecoder::new()))?;
                 unpacked_bytes += bytes;
-                found = head(&mut file)?;
+                found = head_of(&mut file.open()?)?;
             }
             let form = BagForm::of(&found).filter(|form| *form_of_all.get_or_insert(*form) == *form);
             let form = form.ok_or_else(|| {
                 BagError::Files(format!("{} is not of the same form as the other files of the bag", path.display()))
             })?;
             check_log(form, &path)?;
-            files.push(Box::new(file));
+            files.push(file);
         }
         let form = form_of_all.ok_or_else(folder::not_a_bag)?;
         Ok(Self { unpacked_bytes, ..Self::new(form, files) })
+    }
+}
+
+/// The form of the bag in a file; `None` for any other file, compressed ones included.
+pub(crate) fn form_of(file: &dyn StoredFile) -> io::Result<Option<BagForm>> {
+    match BagForm::of(&head_of(&mut file.open()?)?) {
+        Some(BagForm::Mcap) if !is_foreign_mcap(file)? => Ok(None),
+        form => Ok(form),
     }
 }
 
@@ -69,38 +79,43 @@ pub(crate) enum Stream {
     Other(Box<dyn Read + Send>),
 }
 
-/// Searches a bag in a stream; the stream is then unpacked to a temporary file without a name.
+/// Searches a bag in a stream; the stream is then unpacked.
 pub(crate) fn detect_bag(mut stream: Box<dyn Read + Send>) -> Result<Stream, BagError> {
     let head = head_of(&mut stream)?;
     let form = BagForm::of(&head).filter(|form| *form != BagForm::Mcap || !recording::is_ours(&head));
     let whole = Cursor::new(head).chain(stream);
     let Some(form) = form else { return Ok(Stream::Other(Box::new(whole))) };
-    let (mut file, unpacked_bytes) = to_temporary_file(whole)?;
-    if form == BagForm::Mcap && !is_foreign_mcap(&file)? {
-        file.seek(SeekFrom::Start(0))?;
-        return Ok(Stream::Other(Box::new(file)));
+    let (file, unpacked_bytes) = kept(whole)?;
+    if form == BagForm::Mcap && !is_foreign_mcap(&*file)? {
+        return Ok(Stream::Other(Box::new(file.open()?)));
     }
-    Ok(Stream::Bag(Bag { unpacked_bytes, ..Bag::new(form, vec![Box::new(file)]) }))
+    Ok(Stream::Bag(Bag { unpacked_bytes, ..Bag::new(form, vec![file]) }))
 }
 
-/// Copies a stream to a file without a name. Returns the file and its length in bytes.
-fn to_temporary_file(stream: impl Read) -> Result<(File, u64), BagError> {
-    let mut file = tempfile::tempfile()?;
-    let bytes = io::copy(&mut stream.take(UNPACKED_BYTES + 1), &mut file)
-        .map_err(|source| io::Error::new(source.kind(), format!("cannot unpack it to a temporary file: {source}")))?;
-    if bytes > UNPACKED_BYTES {
+/// Copies a stream to a file without a name, or to memory on a platform without files. Returns the
+/// file and its length in bytes.
+fn kept(stream: impl Read) -> Result<(Box<dyn StoredFile>, u64), BagError> {
+    let (file, bytes, most): (Box<dyn StoredFile>, _, _) = match tempfile::tempfile() {
+        Ok(mut file) => {
+            let bytes = io::copy(&mut stream.take(UNPACKED_BYTES + 1), &mut file).map_err(|source| {
+                io::Error::new(source.kind(), format!("cannot unpack it to a temporary file: {source}"))
+            })?;
+            (Box::new(file), bytes, UNPACKED_BYTES)
+        }
+        Err(error) if error.kind() == ErrorKind::Unsupported => {
+            let mut bytes = Vec::new();
+            let count = stream.take(UNPACKED_BYTES_IN_MEMORY + 1).read_to_end(&mut bytes)?;
+            let file: Arc<[u8]> = bytes.into();
+            (Box::new(file), count as u64, UNPACKED_BYTES_IN_MEMORY)
+        }
+        Err(error) => return Err(error.into()),
+    };
+    if bytes > most {
         return Err(BagError::Files(format!(
-            "unpacked it is larger than {UNPACKED_BYTES} bytes, which is as much as is kept: unpack it to a file first"
+            "unpacked it is larger than {most} bytes, which is as much as is kept: unpack it to a file first"
         )));
     }
-    file.seek(SeekFrom::Start(0))?;
     Ok((file, bytes))
-}
-
-fn head(file: &mut File) -> io::Result<Vec<u8>> {
-    let head = head_of(file)?;
-    file.seek(SeekFrom::Start(0))?;
-    Ok(head)
 }
 
 fn head_of(stream: &mut impl Read) -> io::Result<Vec<u8>> {

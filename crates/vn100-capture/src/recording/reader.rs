@@ -49,6 +49,15 @@ pub struct Recorded {
     pub end: Arc<OnceLock<RecordingEnd>>,
 }
 
+impl Recorded {
+    /// Whether it ends when its one measurement did: a resumed recording has the limits of the
+    /// measurement before the break, and a part does not end at the end of the whole.
+    #[must_use]
+    pub fn is_one_measurement(&self) -> bool {
+        !self.resumed && self.part.is_none()
+    }
+}
+
 /// The end of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecordingEnd {

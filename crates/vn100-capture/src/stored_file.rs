@@ -1,11 +1,28 @@
-//! A file that several readers share.
+//! A file that several readers share, wherever its bytes are.
 
 use std::{
+    fmt,
     fs::File,
-    io::{self, Read, Seek, SeekFrom},
+    io::{self, Cursor, Read, Seek, SeekFrom},
+    sync::Arc,
 };
 
-use super::files::{ReadSeek, StoredFile};
+/// A file wherever its bytes are: of the operating system, in memory, in a browser.
+pub trait StoredFile: fmt::Debug + Send {
+    /// Opens the file at its first byte; each opening has a position of its own.
+    ///
+    /// # Errors
+    /// If it can no longer be opened.
+    fn open(&self) -> io::Result<Box<dyn ReadSeek>>;
+
+    /// Length in bytes; `None` if it is not known.
+    fn bytes(&self) -> Option<u64>;
+}
+
+/// A reader that can be set to any place.
+pub trait ReadSeek: Read + Seek + Send {}
+
+impl<T: Read + Seek + Send> ReadSeek for T {}
 
 /// A file with a position of its own, unlike clones of a file, which share a position.
 struct SharedFile {
@@ -20,6 +37,16 @@ impl StoredFile for File {
 
     fn bytes(&self) -> Option<u64> {
         Some(self.metadata().ok()?.len())
+    }
+}
+
+impl StoredFile for Arc<[u8]> {
+    fn open(&self) -> io::Result<Box<dyn ReadSeek>> {
+        Ok(Box::new(Cursor::new(Arc::clone(self))))
+    }
+
+    fn bytes(&self) -> Option<u64> {
+        Some(self.len() as u64)
     }
 }
 
