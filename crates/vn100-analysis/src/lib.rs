@@ -26,6 +26,7 @@ mod motion;
 mod noise_figure;
 mod plan;
 mod rate_change;
+pub mod recorded_settings;
 mod remedy;
 mod result;
 mod selftest;
@@ -57,6 +58,7 @@ pub use comparison::{
 pub use datasheet::{Datasheet, DatasheetFigure, DecidedBy, FigureVerdict, Ratio, SheetOnboard, Verdicts, not_passed};
 pub use end::{End, Shortfall, StartCure};
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
+pub use goal_check::GoalCheck;
 pub use hypothesis_tests::{Spread, holm};
 pub use motion::Motion;
 pub use noise_figure::{NoiseFigure, NoiseFigureError};

@@ -44,6 +44,15 @@ pub struct Settings {
     pub watch_every: Duration,
 }
 
+impl Settings {
+    /// Whether the measurement may end between two reads. Its lines are then taken one by one, so
+    /// that the result does not depend on the division of the bytes into reads.
+    #[must_use]
+    pub fn ends_between_reads(&self) -> bool {
+        self.duration.is_some() || !self.until.is_empty()
+    }
+}
+
 impl Default for Settings {
     /// Everything included, no rate given, intervals at 95 %, ten snapshots a second.
     fn default() -> Self {

@@ -7,7 +7,7 @@ use std::{
     time::{Duration, SystemTime},
 };
 
-use vn100_protocol::stream::{BagReport, CsvReport};
+use vn100_protocol::stream::{BagReport, CsvReport, FileReport};
 
 use crate::{
     snapshot::PlaceMark,
@@ -66,6 +66,26 @@ pub struct SourceFacts {
     /// Why the measurement ended; `None` while it has not.
     #[serde(skip)]
     pub end: Option<EndKind>,
+}
+
+impl SourceFacts {
+    /// The facts of a source that ended so, with what the file says of its content. Its times are
+    /// those of the rows or messages if it is no recording.
+    #[must_use]
+    pub fn at_end(self, report: Option<FileReport>, end: EndKind) -> Self {
+        let facts = Self { ended: true, end: Some(end), ..self };
+        match report {
+            Some(FileReport::Csv(csv)) => {
+                let recording = facts.recording.or_else(|| RecordingFacts::of_rows(&csv));
+                Self { csv: Some(csv), recording, ..facts }
+            }
+            Some(FileReport::Bag(bag)) => {
+                let recording = facts.recording.or_else(|| RecordingFacts::of_bag(&bag, end));
+                Self { bag: Some(bag), recording, ..facts }
+            }
+            None => facts,
+        }
+    }
 }
 
 /// A sensor, as far as it was asked within the stream.
@@ -179,7 +199,33 @@ pub struct RecordingEndFacts {
     pub reason: Option<String>,
 }
 
+/// Earlier times belong to a simulation, or count from the power-up of the sensor.
+const YEAR_2001_NS: i64 = 978_307_200_000_000_000;
+
 impl RecordingFacts {
+    /// The time of the first row of a table, if its times count from 1970. A date may be in any time
+    /// zone.
+    fn of_rows(csv: &CsvReport) -> Option<Self> {
+        let is_count =
+            |part: &str| part.rsplit_once(':').is_some_and(|(_, form)| ["s", "ms", "us", "ns"].contains(&form));
+        let counts = csv.times.as_ref()?.split('+').all(is_count);
+        let started_ns = csv.first_stamp_ns.filter(|first_ns| counts && *first_ns >= YEAR_2001_NS)?;
+        Some(Self { started_ns: Some(started_ns), ..Self::default() })
+    }
+
+    /// The times of the recording of a bag, if they are dates and not those of a simulation; the end
+    /// only if the bag was read to its end.
+    fn of_bag(bag: &BagReport, end: EndKind) -> Option<Self> {
+        let (first_ns, last_ns) = bag.recorded_ns.filter(|(first_ns, _)| *first_ns >= YEAR_2001_NS)?;
+        let complete = end == EndKind::EndOfInput;
+        let end = (complete || end == EndKind::SourceFailed).then_some(RecordingEndFacts {
+            ended_ns: Some(last_ns),
+            complete,
+            reason: None,
+        });
+        Some(Self { program: None, started_ns: Some(first_ns), end })
+    }
+
     /// When the recording began, in UTC to the millisecond (RFC 3339); `None` if it does not say, or
     /// by a clock that was not set.
     #[must_use]
@@ -292,4 +338,31 @@ pub struct PlaybackFacts {
     pub paused: bool,
     /// Whether the capture, or the part to be measured, was replayed to its end.
     pub at_end: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use vn100_protocol::stream::StampSource;
+
+    use super::*;
+
+    #[test]
+    fn a_bag_has_times_that_are_dates_and_an_end_if_read_to_its_end() {
+        let recording = |recorded_ns, end| {
+            let bag = BagReport { recorded_ns, ..BagReport::of("/imu", "sensor_msgs/Imu", StampSource::Recorded) };
+            SourceFacts::default().at_end(Some(FileReport::Bag(bag)), end).recording
+        };
+        let dates = Some((YEAR_2001_NS, YEAR_2001_NS + 5));
+        for (end, complete) in
+            [(EndKind::EndOfInput, Some(true)), (EndKind::SourceFailed, Some(false)), (EndKind::Stopped, None)]
+        {
+            let times = recording(dates, end).unwrap();
+            assert_eq!(times.started_ns, Some(YEAR_2001_NS));
+            let ended = complete.map(|complete| (Some(YEAR_2001_NS + 5), complete));
+            assert_eq!(times.end.map(|end| (end.ended_ns, end.complete)), ended);
+        }
+        // times since the start of a simulation
+        assert!(recording(Some((YEAR_2001_NS - 1, YEAR_2001_NS)), EndKind::EndOfInput).is_none());
+        assert!(recording(None, EndKind::EndOfInput).is_none());
+    }
 }

@@ -54,7 +54,7 @@ pub use live::LiveSpec;
 pub use live_error::LiveError;
 pub use live_source::LiveSource;
 pub use pace::{Playback, Speed};
-pub use recording::{RecordingSpec, is_reserved};
+pub use recording::RecordingSpec;
 pub use replay::ReplaySpec;
 pub use sample_tap::SampleTap;
 pub use session::Session;

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, error::Error, time::Duration};
 
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::{Settings, protocol::Register};
+use vn100_analysis::{Settings, protocol::Register, recorded_settings};
 use vn100_capture::Recorder;
 use vn100_driver::{Change, LinkHandle, LinkOptions, LinkState, OutputSettings};
 
@@ -13,7 +13,7 @@ use crate::{
     end_reason::StartError,
     live_source::LiveSource,
     measure::{Measurement, Origin, measure, read_options},
-    recording::{RecordingSpec, metadata},
+    recording::RecordingSpec,
     sample_tap::SampleTap,
     sensor_setup::SensorSetup,
     session_event::SessionEvent,
@@ -76,7 +76,10 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
             if let Err(error) = recording.continues(message).await {
                 return channels.end(not_started(error, &channels));
             }
-            match recording.begin(metadata(&spec.conditions, &spec.settings, source.options.read.measured)).await {
+            match recording
+                .begin(recorded_settings::metadata(&spec.conditions, &spec.settings, source.options.read.measured))
+                .await
+            {
                 Ok(recorder) => Some(recorder),
                 Err(error) => return channels.end(not_started(error, &channels)),
             }

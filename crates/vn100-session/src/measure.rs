@@ -28,14 +28,13 @@ use tokio::{
     time::{self, Instant, MissedTickBehavior, sleep_until},
 };
 use vn100_analysis::protocol::stream::{Batch, FileReport, LinkEventKind, ReadOptions};
-use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, Settings, Snapshot};
+use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, GoalCheck, Settings, Snapshot};
 use vn100_capture::{Event, RecordingState};
 use vn100_driver::LinkHandle;
 
 pub(crate) use ending::Ending;
 
 use crate::{
-    assessor::GoalCheck,
     channels::Channels,
     end_reason::EndReason,
     excluded::Excluded,
@@ -369,11 +368,9 @@ impl Measuring {
     }
 }
 
-/// Reads line by line if a result may end between two reads: such a result is then independent of
-/// the division of the bytes into reads.
+/// The options for reading the bytes of a measurement.
 pub(crate) fn read_options(read: ReadOptions, settings: &Settings) -> ReadOptions {
-    let ends_between = settings.duration.is_some() || !settings.until.is_empty();
-    ReadOptions { line_by_line: read.line_by_line || ends_between, ..read }
+    ReadOptions { line_by_line: read.line_by_line || settings.ends_between_reads(), ..read }
 }
 
 #[cfg(test)]

@@ -1,20 +1,17 @@
-//! The recording of a session, with the conditions and the requested end of the measurement. A
-//! replay ends there as well, although the recording may contain one more line.
+//! The recording of a session.
 
 use std::{collections::BTreeMap, fs, path::PathBuf, sync::Arc, time::Duration};
 
 use tokio::task;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{
-    Goal, Settings,
     protocol::{
         Layout, MESSAGES, PacketMessage,
         stream::{MeasuredFrames, ReadOptions},
     },
+    recorded_settings,
 };
-use vn100_capture::{
-    Capture, CaptureOptions, Event, RecordError, Recorded, Recorder, RecordingState, Rotation, part_path,
-};
+use vn100_capture::{Capture, CaptureOptions, Event, RecordError, Recorder, RecordingState, Rotation, part_path};
 
 use crate::end_reason::StartError;
 
@@ -86,7 +83,7 @@ fn layout_named(name: &str) -> Option<Arc<Layout>> {
 /// The layout by which a replay measures a recording; `None` if it has none or does not exist.
 async fn first_layout(path: PathBuf) -> Option<Arc<Layout>> {
     let capture = task::spawn_blocking(move || Capture::open(path, &CaptureOptions::default())).await.ok()?.ok()?;
-    let measured = recorded_frames(MeasuredFrames::First, capture.recorded.as_ref()?);
+    let measured = recorded_settings::frames(MeasuredFrames::First, &capture.recorded.as_ref()?.metadata);
     let stop = CancellationToken::new();
     let mut events = capture.read(ReadOptions { measured, ..ReadOptions::default() }, stop.clone()).ok()?;
     let _stop_reading = stop.drop_guard();
@@ -103,75 +100,6 @@ async fn first_layout(path: PathBuf) -> Option<Arc<Layout>> {
 fn is_same(recorded: &Layout, asked: &Layout) -> bool {
     let names = |layout: &Layout| layout.channels.iter().map(|channel| channel.name.to_string()).collect::<Vec<_>>();
     recorded.message == asked.message && names(recorded) == names(asked)
-}
-
-/// The requested data time.
-const DURATION: &str = "measured.duration";
-
-/// The goals for the measurement, separated by semicolons.
-const UNTIL: &str = "measured.until";
-
-/// Whether sentences or packets were measured, if one of them was chosen.
-const MEASURED: &str = "measured.frames";
-const SENTENCES: &str = "sentences";
-const PACKETS: &str = "packets";
-
-/// Whether a name is the program's own, rather than one of the user's conditions.
-#[must_use]
-pub fn is_reserved(name: &str) -> bool {
-    [DURATION, UNTIL, MEASURED].contains(&name)
-}
-
-pub(crate) fn metadata(
-    conditions: &BTreeMap<String, String>,
-    settings: &Settings,
-    measured: MeasuredFrames,
-) -> BTreeMap<String, String> {
-    let mut all = conditions.clone();
-    let frames = match measured {
-        MeasuredFrames::First => None,
-        MeasuredFrames::Sentences => Some(SENTENCES),
-        MeasuredFrames::Packets => Some(PACKETS),
-    };
-    all.extend(frames.map(|frames| (MEASURED.to_owned(), frames.to_owned())));
-    let duration = settings.duration.map(|duration| humantime::format_duration(duration).to_string());
-    all.extend(duration.map(|duration| (DURATION.to_owned(), duration)));
-    if !settings.until.is_empty() {
-        let goals: Vec<_> = settings.until.iter().map(Goal::to_string).collect();
-        all.insert(UNTIL.to_owned(), goals.join("; "));
-    }
-    all
-}
-
-pub(crate) fn conditions(recorded: &Recorded) -> Option<BTreeMap<String, String>> {
-    let users = recorded.metadata.iter().filter(|(name, _)| !is_reserved(name));
-    let users: BTreeMap<_, _> = users.map(|(name, value)| (name.clone(), value.clone())).collect();
-    (!users.is_empty()).then_some(users)
-}
-
-/// Whether sentences or packets of a recording are measured: as chosen now, else as in the recorded
-/// measurement.
-pub(crate) fn recorded_frames(asked: MeasuredFrames, recorded: &Recorded) -> MeasuredFrames {
-    match (asked, recorded.metadata.get(MEASURED).map(String::as_str)) {
-        (MeasuredFrames::First, Some(SENTENCES)) => MeasuredFrames::Sentences,
-        (MeasuredFrames::First, Some(PACKETS)) => MeasuredFrames::Packets,
-        (asked, _) => asked,
-    }
-}
-
-/// The settings with the end of the recorded measurement, if they name none.
-pub(crate) fn with_recorded_end(mut settings: Settings, recorded: &Recorded) -> Settings {
-    // a resumed recording has the limits of the measurement before the break, and a part does not
-    // end at the end of the whole
-    if !recorded.resumed && recorded.part.is_none() {
-        let duration = || humantime::parse_duration(recorded.metadata.get(DURATION)?).ok();
-        settings.duration = settings.duration.or_else(duration);
-        if settings.until.is_empty() {
-            let goals = recorded.metadata.get(UNTIL).map_or("", String::as_str);
-            settings.until = goals.split(';').filter_map(|goal| goal.parse().ok()).collect();
-        }
-    }
-    settings
 }
 
 #[cfg(test)]
@@ -201,47 +129,5 @@ mod tests {
         assert!(begun.path.exists());
         begun.end(recorder, "stopped", Duration::ZERO).await;
         assert!(!begun.path.exists(), "it was new, and is empty");
-    }
-
-    fn ended() -> Settings {
-        let until = ["gyro N ±5%", "accel_z K ±12.5 %"].map(|goal| goal.parse().unwrap()).to_vec();
-        Settings { duration: Some(Duration::from_millis(90_500)), until, ..Settings::default() }
-    }
-
-    #[test]
-    fn the_end_of_a_measurement_is_read_from_its_recording_and_is_no_condition() {
-        let metadata = metadata(&BTreeMap::new(), &ended(), MeasuredFrames::First);
-        let recorded = Recorded { metadata, ..Recorded::default() };
-        assert_eq!(with_recorded_end(Settings::default(), &recorded), ended());
-        assert_eq!(conditions(&recorded), None);
-        let asked = Settings {
-            duration: Some(Duration::from_secs(7)),
-            until: vec!["gyro B ±20%".parse().unwrap()],
-            ..Settings::default()
-        };
-        assert_eq!(with_recorded_end(asked.clone(), &recorded), asked);
-        let resumed = Recorded { resumed: true, ..recorded };
-        assert_eq!(with_recorded_end(Settings::default(), &resumed), Settings::default());
-    }
-
-    #[test]
-    fn a_replay_measures_the_recorded_frames_by_default() {
-        for measured in [MeasuredFrames::First, MeasuredFrames::Sentences, MeasuredFrames::Packets] {
-            let metadata = metadata(&BTreeMap::new(), &Settings::default(), measured);
-            let recorded = Recorded { metadata, ..Recorded::default() };
-            assert_eq!(recorded_frames(MeasuredFrames::First, &recorded), measured);
-            assert_eq!(recorded_frames(MeasuredFrames::Packets, &recorded), MeasuredFrames::Packets);
-            assert_eq!(conditions(&recorded), None);
-        }
-    }
-
-    #[test]
-    fn conditions_are_kept_and_names_of_the_program_reserved() {
-        let users = BTreeMap::from([("place".to_owned(), "bench 3".to_owned())]);
-        assert_eq!(metadata(&users, &Settings::default(), MeasuredFrames::First), users);
-        let recorded = Recorded { metadata: metadata(&users, &ended(), MeasuredFrames::First), ..Recorded::default() };
-        assert_eq!(recorded.metadata.len(), 3);
-        assert_eq!(conditions(&recorded), Some(users));
-        assert!(recorded.metadata.keys().filter(|name| is_reserved(name)).count() == 2 && !is_reserved("place"));
     }
 }

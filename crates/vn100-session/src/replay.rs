@@ -9,7 +9,7 @@ use std::{
 use tokio::{sync::watch, task};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::protocol::stream::ReadOptions;
-use vn100_analysis::{RateFrom, Settings, SourceFacts};
+use vn100_analysis::{RateFrom, Settings, SourceFacts, recorded_settings};
 use vn100_capture::{Capture, CaptureOptions, Event, OpenError, recording_path};
 
 use crate::{
@@ -18,7 +18,6 @@ use crate::{
     excluded::Excluded,
     measure::{Ending, Measurement, Origin, measure, read_options},
     pace::{Playback, Speed},
-    recording::{conditions, recorded_frames, with_recorded_end},
     sample_tap::SampleTap,
     session_result::{SessionResult, not_started, result},
     state::SourceState,
@@ -178,7 +177,7 @@ fn is_rate_unknown(ending: &Ending) -> bool {
 fn publish_source(capture: &Capture, spec: &ReplaySpec, channels: &Channels) -> Settings {
     let source = SourceFacts {
         kind: Some(kind(capture, &spec.name())),
-        meta: capture.recorded.as_ref().and_then(conditions),
+        meta: capture.recorded.as_ref().and_then(|recorded| recorded_settings::conditions(&recorded.metadata)),
         name: spec.name(),
         stream: capture.topic.clone(),
         ..SourceFacts::default()
@@ -188,8 +187,10 @@ fn publish_source(capture: &Capture, spec: &ReplaySpec, channels: &Channels) -> 
         state.recorded.clone_from(&capture.recorded);
     });
     match &capture.recorded {
-        Some(recorded) => with_recorded_end(spec.settings.clone(), recorded),
-        None => spec.settings.clone(),
+        Some(recorded) if recorded.is_one_measurement() => {
+            recorded_settings::with_end(spec.settings.clone(), &recorded.metadata)
+        }
+        _ => spec.settings.clone(),
     }
 }
 
@@ -223,7 +224,9 @@ async fn measure_capture(capture: Capture, settings: Settings, spec: &ReplaySpec
 /// the recorded measurement.
 fn as_recorded(read: ReadOptions, capture: &Capture) -> ReadOptions {
     match &capture.recorded {
-        Some(recorded) => ReadOptions { measured: recorded_frames(read.measured, recorded), ..read },
+        Some(recorded) => {
+            ReadOptions { measured: recorded_settings::frames(read.measured, &recorded.metadata), ..read }
+        }
         None => read,
     }
 }

@@ -2,10 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use vn100_analysis::protocol::stream::{BagReport, CsvReport, FileReport};
-use vn100_analysis::{
-    Goal, Parts, RecordingEndFacts, RecordingFacts, Shortfall, Snapshot, SourceFacts, SourceResult, UnmetGoal,
-};
+use vn100_analysis::{Goal, Parts, Shortfall, Snapshot, SourceResult, UnmetGoal};
 use vn100_capture::RecordingState;
 
 use crate::{
@@ -40,23 +37,14 @@ pub struct SessionResult {
 
 pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> SessionResult {
     let Ending { mut snapshot, reason, report, excluded, shortfall } = ending;
-    let (csv, bag) = match report {
-        Some(FileReport::Csv(csv)) => (Some(csv), None),
-        Some(FileReport::Bag(bag)) => (None, Some(bag)),
-        None => (None, None),
-    };
     let state = channels.state.borrow();
     let assessment = Arc::new(state.assessor.exact(&snapshot));
-    let facts = state.facts_at(true);
-    let recording = (facts.recording.clone())
-        .or_else(|| bag.as_ref().and_then(|bag| recorded_times(bag, &reason)))
-        .or_else(|| csv.as_ref().and_then(start_of_rows));
+    let facts = state.facts_at(true).at_end(report, reason.kind());
     drop(state);
-    if let Some(cut) = recording.as_ref().and_then(|recording| recording.end.as_ref()?.warning()) {
+    if let Some(cut) = facts.recording.as_ref().and_then(|recording| recording.end.as_ref()?.warning()) {
         Arc::make_mut(&mut snapshot).warnings.push(cut);
         channels.state.send_modify(|state| state.snapshot = Arc::clone(&snapshot));
     }
-    let facts = SourceFacts { csv, bag, recording, end: Some(reason.kind()), ..facts };
     SessionResult {
         shortfall,
         unmet: UnmetGoal::of(goals, &snapshot, &assessment),
@@ -69,60 +57,10 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
     }
 }
 
-/// Earlier times belong to a simulation, or count from the power-up of the sensor.
-const YEAR_2001_NS: i64 = 978_307_200_000_000_000;
-
-/// The time of the first row of a table, if its times count from 1970. A date may be in any time
-/// zone.
-fn start_of_rows(csv: &CsvReport) -> Option<RecordingFacts> {
-    let is_count = |part: &str| part.rsplit_once(':').is_some_and(|(_, form)| ["s", "ms", "us", "ns"].contains(&form));
-    let counts = csv.times.as_ref()?.split('+').all(is_count);
-    let started_ns = csv.first_stamp_ns.filter(|first_ns| counts && *first_ns >= YEAR_2001_NS)?;
-    Some(RecordingFacts { started_ns: Some(started_ns), ..RecordingFacts::default() })
-}
-
-/// The times of the recording of a bag, if they are dates and not those of a simulation; the end
-/// only if the bag was read to its end.
-fn recorded_times(bag: &BagReport, reason: &EndReason) -> Option<RecordingFacts> {
-    let (first_ns, last_ns) = bag.recorded_ns.filter(|(first_ns, _)| *first_ns >= YEAR_2001_NS)?;
-    let end = match reason {
-        EndReason::SourceEnded => Some(RecordingEndFacts { ended_ns: Some(last_ns), complete: true, reason: None }),
-        EndReason::SourceFailed(_) => {
-            Some(RecordingEndFacts { ended_ns: Some(last_ns), complete: false, reason: None })
-        }
-        _ => None,
-    };
-    Some(RecordingFacts { program: None, started_ns: Some(first_ns), end })
-}
-
 /// The result for a source that could not be opened; it has no samples.
 pub(crate) fn not_started(error: impl Into<StartError>, channels: &Channels) -> SessionResult {
     let snapshot: Arc<Snapshot> = Arc::clone(&channels.state.borrow().snapshot);
     let (reason, excluded) = (EndReason::NotStarted(error.into()), Excluded::default());
     let ending = Ending { snapshot, reason, report: None, excluded, shortfall: None };
     result(ending, &[], channels)
-}
-
-#[cfg(test)]
-mod tests {
-    use vn100_analysis::protocol::stream::StampSource;
-
-    use super::*;
-
-    #[test]
-    fn a_bag_has_times_that_are_dates_and_an_end_if_read_to_its_end() {
-        let bag =
-            |recorded_ns| BagReport { recorded_ns, ..BagReport::of("/imu", "sensor_msgs/Imu", StampSource::Recorded) };
-        let dates = Some((YEAR_2001_NS, YEAR_2001_NS + 5));
-        let times = recorded_times(&bag(dates), &EndReason::SourceEnded).unwrap();
-        assert_eq!(times.started_ns, Some(YEAR_2001_NS));
-        assert_eq!(times.end.map(|end| (end.ended_ns, end.complete)), Some((Some(YEAR_2001_NS + 5), true)));
-        let times = recorded_times(&bag(dates), &EndReason::SourceFailed(std::io::Error::other("cut"))).unwrap();
-        assert_eq!(times.end.map(|end| (end.ended_ns, end.complete)), Some((Some(YEAR_2001_NS + 5), false)));
-        let times = recorded_times(&bag(dates), &EndReason::Stopped).unwrap();
-        assert_eq!((times.started_ns, times.end.is_none()), (Some(YEAR_2001_NS), true));
-        // times since the start of a simulation
-        assert!(recorded_times(&bag(Some((YEAR_2001_NS - 1, YEAR_2001_NS))), &EndReason::SourceEnded).is_none());
-        assert!(recorded_times(&bag(None), &EndReason::SourceEnded).is_none());
-    }
 }

@@ -5,9 +5,8 @@ use std::{collections::BTreeMap, fs, io::Read, path::Path};
 
 use anyhow::{Context, Result, bail};
 use toml::Value;
-use vn100_analysis::Datasheet;
+use vn100_analysis::{Datasheet, recorded_settings::is_reserved};
 use vn100_report::{Asked, DATASHEETS, Evaluation, built_in_datasheet, parse_datasheet, parse_toml};
-use vn100_session::is_reserved;
 
 use crate::{args::MeasureArgs, exit::report};
 

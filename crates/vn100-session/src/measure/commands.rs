@@ -1,10 +1,10 @@
 //! The effects of the user's commands on a measurement in progress.
 
 use tokio::time::Instant;
+use vn100_analysis::GoalCheck;
 
 use super::Measuring;
 use crate::{
-    assessor::GoalCheck,
     channels::Channels,
     command::{Command, CommandRefusal},
     session_event::SessionEvent,
