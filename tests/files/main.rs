@@ -32,6 +32,7 @@ mod summary;
 mod support;
 #[cfg(unix)]
 mod system_faults;
+mod tab;
 mod tables;
 #[cfg(unix)]
 mod terminal;

@@ -25,6 +25,11 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
         &["tokio", "tokio-util", "serialport", "clap", "ratatui", "indicatif", "anyhow"],
     ),
     (
+        "vn100-web",
+        &["vn100-capture", "vn100-sim", "vn100-analysis", "vn100-report"],
+        &["tokio", "tokio-util", "serialport", "clap", "ratatui", "indicatif", "anyhow"],
+    ),
+    (
         "vn100-view",
         &[
             "vn100-protocol",
