@@ -209,7 +209,7 @@ fn no_face_gives_a_parameter_of_a_moved_sensor() {
             withheld(&noise[parameter], &format!("{parameter} of {name}"));
         }
         withheld(&noise["white"]["budget"]["unaliased"], name);
-        assert!(noise["fit"].is_null() && noise["correlations"].as_array().unwrap().is_empty(), "{name}");
+        assert!(noise["fit"].is_null(), "{name}");
         let points = channel(&document, name)["allan"]["points"].as_array().unwrap();
         assert!(points.iter().all(|point| point["fitted"].is_null() && point["deviation"].is_f64()), "{name}");
     }

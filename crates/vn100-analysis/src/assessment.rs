@@ -16,7 +16,7 @@ mod white_budget;
 
 use imu_noise::{
     ChannelCurve, Interval, LevelSearch, NarrowBand, Normality, NotJudged, Octave, OctaveSum, Parameter, PowerLaw,
-    RecordShape, Term, counts_to_unit,
+    RecordShape, Term, counts_to_unit, noise_types,
 };
 use vn100_protocol::Channel;
 
@@ -156,7 +156,7 @@ impl ChannelAssessment {
         let beside = Beside { bands: &bands, was_moved: levels.is_none() };
         let noise = noise_of(channel, results, curve, onboard, beside, snapshot, intervals.confidence(), models);
         let fitted = |octave: &Octave| noise.as_ref().and_then(|noise| noise.fit.edf(octave.m));
-        let octaves = assess_octaves(&curve.octaves, &curve.shape, results, fitted, intervals);
+        let octaves = assess_octaves(curve, fitted, intervals);
         let normality = results.signal.as_ref().map(|signal| signal.normality(&results.moments));
         Self { octaves, points: Vec::new(), noise, disturbed, normality, onboard }
     }
@@ -165,14 +165,11 @@ impl ChannelAssessment {
 /// What is known of each octave: by its fitted degrees of freedom, else by the kind of noise seen
 /// there or last before.
 fn assess_octaves(
-    octaves: &[Octave],
-    shape: &RecordShape,
-    results: &ChannelSnapshot,
+    OctaveVariances { shape, octaves, variances, .. }: &OctaveVariances,
     fitted: impl Fn(&Octave) -> Option<f64>,
     intervals: &KnownIntervals,
 ) -> Vec<OctaveAssessment> {
     let mut last_law = None;
-    let laws = results.noise_types.iter().copied().chain(std::iter::repeat(None));
     let assess = |(octave, law): (&Octave, Option<PowerLaw>)| {
         last_law = law.or(last_law);
         let relative = match fitted(octave) {
@@ -181,7 +178,7 @@ fn assess_octaves(
         };
         OctaveAssessment { m: octave.m, alpha: law.map(PowerLaw::alpha), relative }
     };
-    octaves.iter().zip(laws).map(assess).collect()
+    octaves.iter().zip(noise_types(octaves, variances, shape)).map(assess).collect()
 }
 
 /// What one channel shows beside its noise.
@@ -274,8 +271,6 @@ struct OctaveVariances {
     octaves: Vec<Octave>,
     /// In the unit squared; no number where the sum is unknown.
     variances: Vec<f64>,
-    /// Slope of the regression line.
-    slope_unit_s: Option<f64>,
 }
 
 impl OctaveVariances {
@@ -285,7 +280,6 @@ impl OctaveVariances {
             shape,
             octaves: results.octaves.iter().map(OctaveSum::octave).collect(),
             variances: (results.octaves.iter()).map(|sum| sum.variance_counts2().map_or(f64::NAN, variance)).collect(),
-            slope_unit_s: results.slope_counts.map(|slope| channel.in_unit(slope) / shape.interval_s),
         }
     }
 

@@ -64,10 +64,10 @@ pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError, TakenAt,
 pub use rate_change::{FalseRate, FalseReport, RateChange};
 pub use remedy::{Remedy, RemedyWords, Setting};
 pub use result::{
-    BlockValues, Budget, ChannelResult, ComparedSheet, Completion, Correlation, Curve, Detectable, Discrete,
-    DriftResult, Drifting, Graded, GraphicalReading, GraphicalReadings, HistogramBars, History, HistoryColumn, InUnit,
-    Inflation, LinkCounts, NoiseResult, Norm, NormalityTest, ParameterResult, Parts, Point, SourceResult, Spectrum,
-    Stationarity, Statistics, TemperatureResult, TimeBase, angle_drift,
+    BlockValues, Budget, ChannelResult, ComparedSheet, Completion, Curve, Detectable, Discrete, DriftResult, Drifting,
+    Graded, GraphicalReading, GraphicalReadings, HistogramBars, History, HistoryColumn, InUnit, Inflation, LinkCounts,
+    NoiseResult, Norm, NormalityTest, ParameterResult, Parts, Point, SourceResult, Spectrum, Stationarity, Statistics,
+    TemperatureResult, TimeBase, angle_drift,
 };
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};

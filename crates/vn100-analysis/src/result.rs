@@ -25,7 +25,7 @@ pub use drift::{DriftResult, Drifting, angle_drift};
 pub use history::{History, HistoryColumn};
 pub use inflation::Inflation;
 pub use noise::{
-    Budget, Correlation, Discrete, Graded, GraphicalReading, GraphicalReadings, InUnit, NoiseResult, ParameterResult,
+    Budget, Discrete, Graded, GraphicalReading, GraphicalReadings, InUnit, NoiseResult, ParameterResult,
     TemperatureResult,
 };
 pub use time_base::{LinkCounts, TimeBase};

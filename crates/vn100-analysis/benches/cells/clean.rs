@@ -79,7 +79,7 @@ fn disturbed(counts: &[i32], rate_hz: f64, plan: &SpectrumPlan, search: &LevelSe
     let interval_s = 1.0 / rate_hz;
     let level = search.find(&signal, interval_s, 0);
     Disturbed {
-        lines: signal.lines(interval_s, 0),
+        lines: signal.narrow_bands(1.0).iter().filter_map(|band| band.line(interval_s)).collect(),
         disturbances: signal.disturbances(interval_s),
         noise: signal.noise_changes(&histogram, interval_s),
         level_change: level.change,

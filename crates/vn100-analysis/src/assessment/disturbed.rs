@@ -39,8 +39,7 @@ impl Disturbed {
         let Some(signal) = results.signal.as_ref().filter(|_| !is_ambient(channel)) else {
             return Self::default();
         };
-        let mut lines = signal.lines(interval_s, channel.decimals);
-        lines.iter_mut().for_each(|line| line.amplitude *= channel.scale.abs());
+        let mut lines: Vec<SpectralLine> = bands.iter().filter_map(|band| band.line(interval_s)).collect();
         let cycles: Vec<SpectralLine> = lines.extract_if(.., |line| line.frequency_hz < SLOWEST_VIBRATION_HZ).collect();
         let is_attitude = channel.quantity.is_attitude();
         let LevelFindings { change, detectable_step } = level(channel, results, interval_s, bands, search);
@@ -79,9 +78,8 @@ fn level(
     let Some(signal) = results.signal.as_ref().filter(|_| !is_ambient(channel)) else {
         return LevelFindings::default();
     };
-    let blocks = signal.blocks();
-    let block = blocks.first().map_or(1, |block| block.length);
-    let LevelFindings { change, detectable_step } = search.find_in(&blocks, interval_s, channel.decimals);
+    let block = signal.blocks().first().map_or(1, |block| block.length);
+    let LevelFindings { change, detectable_step } = search.find(signal, interval_s, channel.decimals);
     let change = change.map(|change| LevelChange { shape: scaled(change.shape, channel.scale), ..change });
     // an attitude follows what turns the sensor: nothing in it warms up
     let is_attitude = channel.quantity.is_attitude();

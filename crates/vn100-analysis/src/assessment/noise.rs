@@ -164,7 +164,7 @@ impl ChannelNoise {
             Sensor::Magnetometer => (part(curve.octaves.len()), LongTauValidity::Surroundings),
             Sensor::Gyroscope if compensated => (part(before_filter), LongTauValidity::Compensated),
             Sensor::Gyroscope | Sensor::Accelerometer => {
-                let whole = model.fit(&ChannelCurve { slope_unit_s: curve.slope_unit_s, ..evidence }, confidence);
+                let whole = model.fit(&ChannelCurve { has_ramp: true, ..evidence }, confidence);
                 let may_fall = |fit: &NoiseFit| fit.quality.is_none() || falls_below_white(curve, fit, window);
                 let before_filter = (sensor == Sensor::Gyroscope && may_fall(&whole)).then(|| part(before_filter));
                 match before_filter.filter(|before_filter| falls_below_white(curve, before_filter, window)) {
@@ -427,7 +427,7 @@ mod tests {
         let octaves = shape.octaves();
         let variances: Vec<f64> = octaves.iter().map(|octave| 1.0 / (octave.m as f64 * interval_s)).collect();
         let model = NoiseModel::new(&octaves, &shape, Terms::RATE, None);
-        let fit = model.fit(&ChannelCurve::new(&variances, Some(0.0)), 0.95);
+        let fit = model.fit(&ChannelCurve::new(&variances, true), 0.95);
         (shape, Made { octaves, window: None, model, longer: OnceLock::new() }, fit)
     }
 
@@ -455,8 +455,7 @@ mod tests {
                 Term::White.variance(1.0, octave.m, &shape) + Term::RateRandomWalk.variance(0.02, octave.m, &shape)
             })
             .collect();
-        let fit =
-            NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&ChannelCurve::new(&variances, Some(0.0)), 0.95);
+        let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&ChannelCurve::new(&variances, true), 0.95);
         assert_eq!(fit.parameter(Term::RateRandomWalk).unwrap().status, Status::Bounded);
         let mut longest = 0.0;
         for octave in &octaves {

@@ -37,7 +37,7 @@ impl KnownEdf {
         let mut point = |sum: &OctaveSum| {
             let place = (sum.m as f64).log2().min(octaves.len().checked_sub(1)? as f64);
             let nearest = place.round() as usize;
-            let law = results.noise_types[..=nearest].iter().rev().find_map(|law| *law);
+            let law = octaves[..=nearest].iter().rev().find_map(|octave| octave.alpha).map(PowerLaw::nearest);
             let mut ratio = |index: usize| {
                 let mixture = octaves.get(index)?.relative?.edf;
                 Some((mixture / self.of(curve.octaves.get(index)?, &curve.shape, law?)?).ln())

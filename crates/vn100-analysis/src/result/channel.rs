@@ -129,8 +129,6 @@ pub struct Curve {
     /// What the numbers of a foreign series are taken for; absent for a sensor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub data: Option<&'static str>,
-    /// Slope of the regression line, in the unit per second.
-    pub slope_s: Option<f64>,
     /// One point for each averaging time.
     pub points: Vec<Point>,
 }
@@ -461,7 +459,6 @@ impl Maker<'_> {
                 estimator: snapshot.estimator,
                 confidence,
                 data: (channel.quantity == Quantity::Value).then_some("rate"),
-                slope_s: results.slope_counts.map(|slope| self.value(slope) * rate_hz),
                 points: self.points(&results.octaves, &[], None),
             },
             noise: None,

@@ -88,11 +88,6 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation, ca
                     (row(axes, "fitted τ range", "s", |noise| noise.fit.map(|fit| format!("{} to {}", trimmed(fit.tau_min_s, 3), trimmed(fit.tau_max_s, 1)))))
                     (row(axes, "χ² / degrees of freedom", "", |noise| noise.fit.map(|fit| format!("{:.1} / {}", fit.chi2, fit.dof))))
                     (row(axes, "goodness of fit, p", "", |noise| noise.fit.map(|fit| format!("{:.2}", fit.p))))
-                    @for (a, b, name) in [(Term::White, Term::BiasInstability, "N² and B²"), (Term::White, Term::RateRandomWalk, "N² and K²"), (Term::BiasInstability, Term::RateRandomWalk, "B² and K²")] {
-                        @if axes.iter().any(|(_, noise)| shown(noise, a, b)) {
-                            (row(axes, &format!("correlation of {name}"), "", |noise| noise.correlation(a, b).filter(|_| shown(noise, a, b)).map(|value| format!("{value:.2}").replace('-', "−"))))
-                        }
-                    }
                     @if axes.iter().any(|(_, noise)| noise.rate_random_walk_seen_later.is_some()) {
                         @let name = format!("K detectable with {} more", duration(DetectableRrw::MORE_S));
                         (row(axes, &name, &pretty_unit(conventions(sensor, Term::RateRandomWalk)[0].unit), |noise| noise.rate_random_walk_seen_later.map(|later| format!("≥ {}", digits(later.at_least, 2)))))
@@ -202,11 +197,6 @@ fn read_by_rule(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
             }
         }
     }
-}
-
-fn shown(noise: &NoiseResult, a: Term, b: Term) -> bool {
-    let value = |term| noise.parameter(term).is_some_and(|found| found.value.is_some());
-    value(a) && value(b) && noise.correlation(a, b).is_some()
 }
 
 fn row(axes: &[AxisNoise<'_>], name: &str, unit: &str, cell: impl Fn(&NoiseResult) -> Option<String>) -> Markup {

@@ -68,27 +68,6 @@ fn metrics_have_the_parameters_of_a_sensor_at_rest_alone() {
 }
 
 #[test]
-fn terms_that_are_fitted_together_are_correlated() {
-    let document = document(&at_rest(32_768, &[]));
-    let channels = document["channels"].as_array().unwrap();
-    let gyro_z = channels.iter().find(|channel| channel["name"] == "gyro_z").unwrap();
-    let pair = |correlation: &Value| {
-        let names = [0, 1].map(|place| correlation["of"][place].as_str().unwrap().to_owned());
-        (names.join(" "), correlation["value"].as_f64().unwrap())
-    };
-    let pairs: Vec<_> = gyro_z["noise"]["correlations"].as_array().unwrap().iter().map(pair).collect();
-    let expected = [
-        ("white bias_instability", -0.54),
-        ("white rate_random_walk", 0.31),
-        ("bias_instability rate_random_walk", -0.67),
-    ];
-    for ((found, value), (of, expected)) in pairs.iter().zip(expected) {
-        assert!(found == of && (value - expected).abs() < 0.1, "{pairs:?}");
-    }
-    assert_eq!(pairs.len(), expected.len());
-}
-
-#[test]
 fn the_counts_of_a_bag_stand_under_their_names() {
     let mut measured = at_rest(64, &[]);
     let bag = BagReport::of("/imu", "sensor_msgs/msg/Imu", StampSource::Recorded);
