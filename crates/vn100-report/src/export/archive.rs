@@ -6,7 +6,7 @@ use vn100_analysis::noise::{Claim, Term};
 use vn100_analysis::{ChannelResult, Completion, SourceResult};
 
 use crate::{
-    codes::{code_of_verdict, term_name},
+    codes::{name_of, term_name},
     printable::json_line,
 };
 
@@ -195,7 +195,7 @@ fn cells(file: &ArchivedFile, result: &SourceResult, channel: Option<&ChannelRes
     }
     let judged = channel.map_or(&[][..], ChannelResult::verdicts);
     let verdicts = judged.iter().filter_map(|judged| {
-        let (figure, verdict) = (&judged.figure, code_of_verdict(judged.verdict?).code);
+        let (figure, verdict) = (&judged.figure, name_of(judged.verdict?));
         let claim = match figure.claim {
             Claim::Limit(_) => "limit",
             Claim::Typical { .. } => "typical",

@@ -10,7 +10,7 @@ use vn100_analysis::{
 
 use crate::warnings::{details, headline};
 use crate::{
-    codes::{code_of_verdict, name_of, term_name},
+    codes::{name_of, term_name},
     graphical::GRAPHICAL,
     names::sentence,
     units::si_unit,
@@ -198,7 +198,7 @@ fn verdicts(record: &SourceResult) -> String {
             table.row(&[
                 &channel.name,
                 term_name(verdict.figure.term),
-                verdict.verdict.map_or("", |verdict| code_of_verdict(verdict).code),
+                &verdict.verdict.map_or_else(String::new, name_of),
                 datasheet,
                 &verdict.figure.printed,
                 claim,
