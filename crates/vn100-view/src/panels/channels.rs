@@ -47,7 +47,7 @@ pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_
         axes.into_iter().chain(polled.into_iter().map(|place| (place, usize::MAX))).collect();
     let rows = placed.into_iter().map(|(place, axis)| {
         let channel = &source.result.channels[place];
-        let unit = ShownUnit::of(channel, scene.state.units);
+        let unit = ShownUnit::of(channel);
         let number = |value: Option<f64>, decimals: usize, column: usize| {
             let text = value.map_or("-".into(), |value| fitted(value * unit.factor, decimals, widths[column].into()));
             Line::raw(text).right_aligned()
@@ -56,7 +56,7 @@ pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_
         let finer = unit.decimals + 2;
         let row = Row::new(vec![
             Line::from(Span::styled(channel.name.clone(), scene.theme.axis(axis))),
-            Line::raw(scene.theme.spelled(unit.name.as_str())),
+            Line::raw(scene.theme.spelled(unit.name)),
             number(channel.statistics.mean, finer, 2),
             number(channel.statistics.std, finer, 3),
             number(channel.statistics.min, unit.decimals, 4),
@@ -90,7 +90,7 @@ pub(crate) fn draw_signal(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let source = scene.source;
     let Some((group, place)) = scene.state.group(source).zip(scene.state.channel(source)) else { return };
     let channel = &source.result.channels[place];
-    let unit = ShownUnit::of(channel, scene.state.units);
+    let unit = ShownUnit::of(channel);
     let title = scene.theme.spelled(format!("Signal of {}, {}", channel.name, unit.name));
     let inner = framed(frame, area, scene, Panel::Signal, title);
     let wide = inner.width >= 100;
@@ -108,13 +108,13 @@ fn parts(area: Rect) -> [Rect; 3] {
 }
 
 /// Columns for the values of a channel at the left of a chart, the same above and below each other.
-fn values_width(channel: &ChannelResult, unit: &ShownUnit) -> u16 {
+fn values_width(channel: &ChannelResult, unit: &ShownUnit<'_>) -> u16 {
     let width =
         |value: Option<f64>| value.map_or(0, |value| format!("{:.*}", unit.decimals, value * unit.factor).len());
     width(channel.statistics.min).max(width(channel.statistics.max)) as u16 + 1
 }
 
-fn draw_history(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, place: usize, unit: &ShownUnit, color: Color) {
+fn draw_history(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, place: usize, unit: &ShownUnit<'_>, color: Color) {
     let (source, channel) = (scene.source, &scene.source.result.channels[place]);
     let (decimals, labels) = (unit.decimals, values_width(channel, unit));
     let [title, chart, below] = parts(area);
@@ -182,7 +182,7 @@ fn draw_histogram(
     area: Rect,
     scene: Scene<'_>,
     channel: &ChannelResult,
-    unit: &ShownUnit,
+    unit: &ShownUnit<'_>,
     color: Color,
 ) {
     let labels = values_width(channel, unit);
