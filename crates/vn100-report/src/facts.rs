@@ -3,7 +3,7 @@
 use vn100_analysis::{MissingFrom, RateFrom, SourceResult};
 
 use crate::{
-    names::{echoes, missing_text, outages, rejected_lines},
+    names::{echoes, missing_text, outages, pending_text, rejected_lines},
     numbers::{
         plain::{counted, grouped, ppm, short, time},
         trimmed,
@@ -60,7 +60,8 @@ pub fn timing(result: &SourceResult) -> Vec<Row> {
     };
     let length =
         if timing.duration_s < 60.0 { format!("{} s", short(timing.duration_s)) } else { time(timing.duration_s) };
-    let dropped = format!("{} in {}, {by}", missing_text(timing), counted(timing.gaps, "gap"));
+    let (gaps, pending) = (counted(timing.gaps, "gap"), pending_text(timing));
+    let dropped = format!("{} in {gaps}, {by}{pending}", missing_text(timing));
     let (replies, others) = (link.replies, link.other_messages);
     let sentences =
         format!("{} ({replies} replies, {}{others} other messages)", grouped(link.frames), echoes(link.echoes));

@@ -5,7 +5,6 @@ use super::{
     axes::{Place, frame, square_decades},
     drawing::{self, Anchor, Colour, Dash, Drawing, LETTERS, Layer, LayerKind, Marker, Primitive, Rectangle, Stroke},
     labels::{self, free_place},
-    text_width::text_width,
 };
 
 const WIDTH: f64 = 480.0;
@@ -137,7 +136,7 @@ impl Plot {
     /// What such a text covers, and some space beside it.
     pub(super) fn note_room(&self, x: f64, y: f64, text: &str) -> Rectangle {
         let ((left, bottom), anchor) = self.note_place(x, y);
-        let width = LETTERS * (0.6 * text.chars().count() as f64) + 4.0;
+        let width = width_of(text) + 4.0;
         let left = if anchor == Anchor::End { left - width } else { left };
         Rectangle { left, top: bottom - LETTERS, width, height: LETTERS + 2.0 }
     }
@@ -192,9 +191,13 @@ fn left_of(y: &PlotAxis) -> f64 {
     widths.fold(0.0, f64::max) + LETTERS + 16.0
 }
 
+/// The width of a letter over its height: that of most letters of DejaVu Sans, the font that an SVG
+/// names first.
+const PER_LETTER: f64 = 0.64;
+
 /// Of a text in letters of the usual size.
 fn width_of(text: &str) -> f64 {
-    LETTERS * text_width(text)
+    LETTERS * PER_LETTER * text.chars().count() as f64
 }
 
 impl LegendSample {

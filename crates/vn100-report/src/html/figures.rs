@@ -71,6 +71,7 @@ fn one(figure: &Figure, captions: &Captions) -> Markup {
         figure id={ "figure-" (figure.id) } {
             (PreEscaped(figure.svg_element()))
             (captions.figure(&figure.title))
+            script type="application/json" { (PreEscaped(readout(figure))) }
         }
     }
 }
@@ -148,22 +149,18 @@ struct CurveReadout<'a> {
     reach: Option<Vec<Option<[f64; 2]>>>,
 }
 
-/// A JSON array that is safe in a script element.
-pub(crate) fn readings<'a>(figures: impl Iterator<Item = &'a Figure>) -> serde_json::Result<String> {
-    let readings: Vec<FigureReadout<'_>> = figures.map(reading).collect();
-    Ok(serde_json::to_string(&readings)?.replace('<', "\\u003c"))
-}
-
-fn reading(figure: &Figure) -> FigureReadout<'_> {
+/// JSON that is safe in a script element; without it the figure stands still.
+fn readout(figure: &Figure) -> String {
     let Rectangle { left, top, width, height } = figure.area;
-    FigureReadout {
+    let readout = FigureReadout {
         id: &figure.id,
         area: [left, top, width, height].map(six_digits),
         x: side(&figure.x),
         y: side(&figure.y),
         units: &figure.units,
         series: figure.series.iter().map(curve).collect(),
-    }
+    };
+    serde_json::to_string(&readout).map_or_else(|_| "null".into(), |json| json.replace('<', "\\u003c"))
 }
 
 fn curve(series: &PlottedSeries) -> CurveReadout<'_> {

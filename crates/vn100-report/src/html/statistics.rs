@@ -65,21 +65,6 @@ pub(crate) fn statistics(record: &SourceResult, figures: &Figures, words: Remedy
     }
 }
 
-/// The tables alone.
-pub(crate) fn tables(record: &SourceResult, captions: &Captions) -> Markup {
-    let not_normal = not_normal(&record.channels);
-    html! {
-        @for quantity in QUANTITIES {
-            @let channels = record.of(quantity);
-            @let name = names_of(quantity).title;
-            @let norm = record.norms.iter().find(|norm| norm.quantity == quantity);
-            @if let Some(first) = channels.first() {
-                (values(&channels, norm, &not_normal, &captions.table(&format!("{name}, {}", pretty_unit(&first.unit)))))
-            }
-        }
-    }
-}
-
 fn values(channels: &[&ChannelResult], norm: Option<&Norm>, not_normal: &[&str], caption: &Markup) -> Markup {
     let columns = ["channel", "samples", "mean", "std", "min", "max", "skewness", "excess kurtosis", "Gaussian?"];
     let rows = html! {
