@@ -70,7 +70,7 @@ fn the_help_has_pages_and_closes() {
         let pages: usize = behind.split(',').next().unwrap().parse().unwrap();
         let all: String = (0..pages).map(page).collect();
         let words = all.replace(['│', '\n'], " ").split_whitespace().collect::<Vec<_>>().join(" ");
-        for shown in ["quit and print", "replay: faster, slower", "deviation between", "or rejected"] {
+        for shown in ["quit and print", "pause or resume, faster, slower", "deviation between", "or rejected"] {
             assert_eq!(words.matches(shown).count(), 1, "{shown} at {size:?}:\n{all}");
         }
     }
