@@ -146,7 +146,7 @@ fn numbers_of_tables_and_metrics_are_those_of_the_document() {
         }
         let tables = [".metadata.csv", ".allan.csv", ".statistics.csv", ".parameters.csv", ".fit.csv", ".segments.csv"];
         for table in CsvTable::ALL.iter().filter(|table| tables.contains(&table.ending)) {
-            for row in (table.text)(result, page_words).lines().skip(1) {
+            for row in table.text(result, page_words).lines().skip(1) {
                 // of the graphical readings the document has the SI units alone
                 let is_derived = row.contains(",graphical_") && row.ends_with(",false");
                 row.split(',').filter(|_| !is_derived).for_each(|cell| check(name, &known, cell, row));
@@ -162,7 +162,7 @@ fn what_is_withheld_stands_in_no_face() {
         let document = document(result);
         let metrics = metrics_text(&[MeasuredSource { result, last_sample_age: None }], MetricsForm::Prometheus);
         let summary = Summary::new(result, page_words);
-        let tables: String = CsvTable::ALL.iter().map(|table| (table.text)(result, page_words)).collect();
+        let tables: String = CsvTable::ALL.iter().map(|table| table.text(result, page_words)).collect();
         for channel in document["channels"].as_array().unwrap() {
             for (term, metric) in [
                 ("white", "vn100_white_noise"),
@@ -254,7 +254,7 @@ fn the_page_has_the_warnings_of_the_document_and_tables_its_codes() {
         write_page(&mut page, std::slice::from_ref(result), &figures, &Figures::default(), options).unwrap();
         let page = String::from_utf8(page).unwrap();
         let warnings =
-            (CsvTable::ALL.iter().find(|table| table.ending == ".warnings.csv").unwrap().text)(result, page_words);
+            CsvTable::ALL.iter().find(|table| table.ending == ".warnings.csv").unwrap().text(result, page_words);
         let metrics = metrics_text(&[MeasuredSource { result, last_sample_age: None }], MetricsForm::Prometheus);
         for warning in document["warnings"].as_array().unwrap() {
             let kind = warning["kind"].as_str().unwrap();
