@@ -4,7 +4,7 @@ use super::{
     Figure, PlotAxis, PlottedSeries,
     axes::{Place, frame, square_decades},
     drawing::{self, Anchor, Colour, Dash, Drawing, LETTERS, Layer, LayerKind, Marker, Primitive, Rectangle, Stroke},
-    labels::{self, free_place},
+    labels::free_place,
 };
 
 const WIDTH: f64 = 480.0;
@@ -120,33 +120,6 @@ impl Plot {
         Primitive::Symbol { at: self.place.of(x, y), shape, colour }
     }
 
-    /// A short text above and right of a place, or left of it near the right edge.
-    pub(super) fn note(&self, x: f64, y: f64, text: impl Into<String>) -> Primitive {
-        let (at, anchor) = self.note_place(x, y);
-        Primitive::text(at, text, anchor)
-    }
-
-    fn note_place(&self, x: f64, y: f64) -> (drawing::At, Anchor) {
-        let (left, top) = self.place.of(x, y);
-        let near_edge = self.place.x.share(x) > 0.7;
-        let (off, anchor) = if near_edge { (-6.0, Anchor::End) } else { (6.0, Anchor::Start) };
-        ((left + off, top - 5.0), anchor)
-    }
-
-    /// What such a text covers, and some space beside it.
-    pub(super) fn note_room(&self, x: f64, y: f64, text: &str) -> Rectangle {
-        let ((left, bottom), anchor) = self.note_place(x, y);
-        let width = width_of(text) + 4.0;
-        let left = if anchor == Anchor::End { left - width } else { left };
-        Rectangle { left, top: bottom - LETTERS, width, height: LETTERS + 2.0 }
-    }
-
-    /// What a symbol covers.
-    pub(super) fn symbol_room(&self, x: f64, y: f64) -> Rectangle {
-        let (left, top) = self.place.of(x, y);
-        Rectangle { left: left - 3.0, top: top - 3.0, width: 6.0, height: 6.0 }
-    }
-
     /// Places along a curve that lie in the plot, from its left end.
     pub(super) fn along(&self, curve: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
         const PLACES: usize = 48;
@@ -164,19 +137,6 @@ impl Plot {
         {
             self.draw(series, vec![Primitive::text(at, text, anchor)]);
         }
-    }
-
-    /// Whether nothing is drawn in that part of the plot, from and to shares of its width and
-    /// height, from its upper left corner.
-    pub(super) fn is_free(&self, [from_x, to_x]: [f64; 2], [from_y, to_y]: [f64; 2]) -> bool {
-        let Rectangle { left, top, width, height } = self.place.area;
-        let part = Rectangle {
-            left: left + from_x * width,
-            top: top + from_y * height,
-            width: (to_x - from_x) * width,
-            height: (to_y - from_y) * height,
-        };
-        labels::is_free(&self.figure.drawing, &part, width_of)
     }
 
     pub(super) fn done(self, series: Vec<PlottedSeries>) -> Figure {

@@ -1,13 +1,13 @@
 //! The figures, each with what it shows in words, and their numbers.
 
 use crate::{
-    figure::{Figure, Figures, PlotAxis, PlottedSeries, Rectangle, Scale},
+    figure::{Figure, Figures, PlotAxis, PlottedSeries, PlottedValue, Rectangle, Scale},
     names::{QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, trimmed},
     units::pretty_unit,
 };
 use maud::{Markup, PreEscaped, html};
-use serde::Serialize;
+use serde_json::json;
 use vn100_analysis::noise::Deviation;
 use vn100_analysis::{ChannelResult, Point, SourceResult};
 
@@ -118,65 +118,26 @@ fn value(point: &Point) -> String {
     }
 }
 
-/// What can be read off a figure, for the script of the page: numbers to six digits.
-#[derive(Serialize)]
-struct FigureReadout<'a> {
-    id: &'a str,
-    /// Of the plot: left, top, width, height.
-    area: [f64; 4],
-    x: Side<'a>,
-    y: Side<'a>,
-    #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    units: &'a [(String, f64)],
-    series: Vec<CurveReadout<'a>>,
-}
-
-#[derive(Serialize)]
-struct Side<'a> {
-    name: &'a str,
-    unit: &'a str,
-    log: bool,
-    from: f64,
-    to: f64,
-}
-
-#[derive(Serialize)]
-struct CurveReadout<'a> {
-    name: &'a str,
-    x: Vec<f64>,
-    y: Vec<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    reach: Option<Vec<Option<[f64; 2]>>>,
-}
-
-/// JSON that is safe in a script element; without it the figure stands still.
+/// What can be read off a figure, for the script of the page: JSON that is safe in a script element.
 fn readout(figure: &Figure) -> String {
     let Rectangle { left, top, width, height } = figure.area;
-    let readout = FigureReadout {
-        id: &figure.id,
-        area: [left, top, width, height].map(six_digits),
-        x: side(&figure.x),
-        y: side(&figure.y),
-        units: &figure.units,
-        series: figure.series.iter().map(curve).collect(),
+    let side = |PlotAxis { name, unit, scale: Scale { from, to, log } }: &PlotAxis| json!({ "name": name, "unit": unit, "log": log, "from": six_digits(*from), "to": six_digits(*to) });
+    let curve = |PlottedSeries { name, values }: &PlottedSeries| {
+        let all = |of: fn(&PlottedValue) -> f64| values.iter().map(|value| six_digits(of(value))).collect::<Vec<_>>();
+        let reach = |value: &PlottedValue| value.reach.map(|(low, high)| [low, high].map(six_digits));
+        let reaches: Vec<_> = values.iter().map(reach).collect();
+        let has_reach = reaches.iter().any(Option::is_some);
+        json!({ "name": name, "x": all(|value| value.x), "y": all(|value| value.y), "reach": has_reach.then_some(reaches) })
     };
-    serde_json::to_string(&readout).map_or_else(|_| "null".into(), |json| json.replace('<', "\\u003c"))
-}
-
-fn curve(series: &PlottedSeries) -> CurveReadout<'_> {
-    let values = &series.values;
-    let reach = || values.iter().map(|value| value.reach.map(|(low, high)| [low, high].map(six_digits))).collect();
-    CurveReadout {
-        name: &series.name,
-        x: values.iter().map(|value| six_digits(value.x)).collect(),
-        y: values.iter().map(|value| six_digits(value.y)).collect(),
-        reach: values.iter().any(|value| value.reach.is_some()).then(reach),
-    }
-}
-
-fn side(axis: &PlotAxis) -> Side<'_> {
-    let Scale { from, to, log } = axis.scale;
-    Side { name: &axis.name, unit: &axis.unit, log, from: six_digits(from), to: six_digits(to) }
+    let readout = json!({
+        "id": figure.id,
+        "area": [left, top, width, height].map(six_digits),
+        "x": side(&figure.x),
+        "y": side(&figure.y),
+        "units": (!figure.units.is_empty()).then_some(&figure.units),
+        "series": figure.series.iter().map(curve).collect::<Vec<_>>(),
+    });
+    readout.to_string().replace('<', "\\u003c")
 }
 
 /// Rounded in decimals, so that the shortest form of the number is short.
