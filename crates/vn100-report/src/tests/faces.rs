@@ -13,7 +13,7 @@ use crate::remedies::page_words;
 use crate::{
     ArchiveRow, ArchivedFile, Consumer, CsvTable, Document, Ended, FilterNoise, MeasuredSource, MetricsForm,
     figure::Figures,
-    html::{PageOptions, Program, write_page},
+    html::{PageOptions, Program, result_parts, write_page},
     metrics_text,
     summary::Summary,
     units::parameter_unit,
@@ -239,7 +239,7 @@ fn the_summary_has_the_parameters_and_statements_of_the_document() {
 }
 
 #[test]
-fn the_page_has_the_warnings_of_the_document_and_tables_its_codes() {
+fn the_pages_have_the_warnings_and_statuses_of_the_document_and_tables_its_codes() {
     for (name, result) in kinds() {
         let document = document(result);
         let options = PageOptions {
@@ -253,12 +253,21 @@ fn the_page_has_the_warnings_of_the_document_and_tables_its_codes() {
         let figures = [Figures::of(result, "")];
         write_page(&mut page, std::slice::from_ref(result), &figures, &Figures::default(), options).unwrap();
         let page = String::from_utf8(page).unwrap();
+        let live: String = result_parts(result, options).iter().map(|part| &*part.html).collect();
+        let escaped =
+            |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;");
+        let statuses = document["statuses"].as_array().unwrap().iter().filter(|_| result.timing.samples > 0);
+        for finding in statuses.flat_map(|status| status["findings"].as_array().unwrap()) {
+            let finding = escaped(finding.as_str().unwrap());
+            assert!(page.contains(&finding) && live.contains(&finding), "{name}: {finding}");
+        }
         let warnings =
             CsvTable::ALL.iter().find(|table| table.ending == ".warnings.csv").unwrap().text(result, page_words);
         let metrics = metrics_text(&[MeasuredSource { result, last_sample_age: None }], MetricsForm::Prometheus);
         for warning in document["warnings"].as_array().unwrap() {
             let kind = warning["kind"].as_str().unwrap();
-            assert!(page.contains(kind) && warnings.contains(kind) && metrics.contains(kind), "{name} {kind}");
+            assert!(page.contains(kind) && live.contains(kind), "{name} {kind}");
+            assert!(warnings.contains(kind) && metrics.contains(kind), "{name} {kind}");
         }
         let is_error_shown = document["source"]["error"].as_str().is_none_or(|error| page.contains(error));
         assert!(is_error_shown, "{name}: {}", document["source"]["error"]);
