@@ -25,7 +25,7 @@ pub use drawing::Rectangle;
 
 use crate::names::names_of;
 use allan::{allan_of_axes, allan_of_each, allan_of_records};
-use drawing::{Anchor, Colour, Dash, Drawing, Marker, Primitive, Stroke};
+use drawing::{Colour, Dash, Drawing, Marker, Primitive, Stroke};
 use drift::drift;
 use graphical::graphical;
 use histogram::histogram;

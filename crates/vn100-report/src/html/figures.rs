@@ -121,6 +121,7 @@ fn value(point: &Point) -> String {
 /// What can be read off a figure, for the script of the page: JSON that is safe in a script element.
 fn readout(figure: &Figure) -> String {
     let Rectangle { left, top, width, height } = figure.area;
+    let area = [left, top, width, height].map(six_digits);
     let side = |PlotAxis { name, unit, scale: Scale { from, to, log } }: &PlotAxis| json!({ "name": name, "unit": unit, "log": log, "from": six_digits(*from), "to": six_digits(*to) });
     let curve = |PlottedSeries { name, values }: &PlottedSeries| {
         let all = |of: fn(&PlottedValue) -> f64| values.iter().map(|value| six_digits(of(value))).collect::<Vec<_>>();
@@ -131,7 +132,7 @@ fn readout(figure: &Figure) -> String {
     };
     let readout = json!({
         "id": figure.id,
-        "area": [left, top, width, height].map(six_digits),
+        "area": area,
         "x": side(&figure.x),
         "y": side(&figure.y),
         "units": (!figure.units.is_empty()).then_some(&figure.units),
