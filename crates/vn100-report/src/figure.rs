@@ -59,8 +59,8 @@ pub struct Figures {
     pub recent: Vec<Figure>,
 }
 
-/// Columns of the last minutes: a narrow screen has no more.
-const RECENT_COLUMNS: usize = 121;
+/// Columns of the last minutes.
+const RECENT_COLUMNS: usize = 61;
 
 impl Figures {
     /// The figures of one record; `prefix` makes their names unique in a report of several.

@@ -121,11 +121,11 @@ fn value(point: &Point) -> String {
 /// What can be read off a figure, for the script of the page: JSON that is safe in a script element.
 fn readout(figure: &Figure) -> String {
     let Rectangle { left, top, width, height } = figure.area;
-    let area = [left, top, width, height].map(six_digits);
-    let side = |PlotAxis { name, unit, scale: Scale { from, to, log } }: &PlotAxis| json!({ "name": name, "unit": unit, "log": log, "from": six_digits(*from), "to": six_digits(*to) });
+    let area = [left, top, width, height].map(five_digits);
+    let side = |PlotAxis { name, unit, scale: Scale { from, to, log } }: &PlotAxis| json!({ "name": name, "unit": unit, "log": log, "from": five_digits(*from), "to": five_digits(*to) });
     let curve = |PlottedSeries { name, values }: &PlottedSeries| {
-        let all = |of: fn(&PlottedValue) -> f64| values.iter().map(|value| six_digits(of(value))).collect::<Vec<_>>();
-        let reach = |value: &PlottedValue| value.reach.map(|(low, high)| [low, high].map(six_digits));
+        let all = |of: fn(&PlottedValue) -> f64| values.iter().map(|value| five_digits(of(value))).collect::<Vec<_>>();
+        let reach = |value: &PlottedValue| value.reach.map(|(low, high)| [low, high].map(five_digits));
         let reaches: Vec<_> = values.iter().map(reach).collect();
         let has_reach = reaches.iter().any(Option::is_some);
         json!({ "name": name, "x": all(|value| value.x), "y": all(|value| value.y), "reach": has_reach.then_some(reaches) })
@@ -142,6 +142,6 @@ fn readout(figure: &Figure) -> String {
 }
 
 /// Rounded in decimals, so that the shortest form of the number is short.
-fn six_digits(value: f64) -> f64 {
-    format!("{value:.5e}").parse().unwrap_or(f64::NAN)
+fn five_digits(value: f64) -> f64 {
+    format!("{value:.4e}").parse().unwrap_or(f64::NAN)
 }

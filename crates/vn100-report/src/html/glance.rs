@@ -30,7 +30,7 @@ pub(crate) fn identity(record: &SourceResult) -> Markup {
         ("Sensor", device(|device| &device.model)),
         ("Serial number", device(|device| &device.serial_number)),
         ("Firmware", device(|device| &device.firmware)),
-        ("Capture", Some(source.name.clone())),
+        ("Source", Some(source.name.clone())),
         ("Stream", source.stream.clone()),
         ("Message", source.message.clone()),
         ("Sample rate", Some(rate_text(timing))),

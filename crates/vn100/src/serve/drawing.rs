@@ -36,10 +36,10 @@ const REPORT_KEPT: Duration = Duration::from_secs(5);
 /// The shortest silence of a stream that the page mentions.
 const SILENT: Duration = Duration::from_secs(3);
 
-/// How long the parts of a report are shown in a measurement of that age: a third of it at first, and
-/// a twentieth of a long one, which changes slowly.
+/// How long the parts of a report are shown in a measurement of that age: half of it at first, and a
+/// twentieth of a long one, which changes slowly.
 fn result_lasts(age: Duration) -> Duration {
-    (age / 3).min(Duration::from_secs(10)).max(age / 20).min(Duration::from_secs(60))
+    (age / 2).min(Duration::from_secs(20)).max(age / 20).min(Duration::from_secs(60))
 }
 
 /// All pages at one moment: that of a single source, or a list of several, each with a page of its own.
