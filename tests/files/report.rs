@@ -60,7 +60,7 @@ fn holds_the_lab(html: &str) {
         let found = html.to_lowercase().contains(&row.to_lowercase());
         assert!(found, "no {row}");
     }
-    for table in ["Angle Random Walk N", "Comparison with the data sheet", "Graphical slope method", "What to do"] {
+    for table in ["Angle Random Walk N", "Comparison with the data sheet", "Graphical readings beside", "What to do"] {
         assert!(html.replace("<b>", "").replace("</b>", "").contains(table), "no {table}");
     }
 }
@@ -69,13 +69,12 @@ fn holds_the_lab(html: &str) {
 fn graphical_readings_come_from_the_allan_deviation() {
     let folder = TempDir::new().unwrap();
     let capture = simulated(&folder, "lab.vnymr", &["--profile", "lab3", "--message", "VNIMU"]);
-    let (_, html) = report(&folder, &[&capture], &[]);
-    let by_rule = html.split("Graphical slope method").nth(1).unwrap().split("</table>").next().unwrap();
-    for unit in ["rad/s/√Hz", "°/√h", "°/h", "rad/s/√s", "°/h/√h"] {
-        assert!(by_rule.contains(&format!(">{unit}</td>")), "no {unit} in {by_rule}");
-    }
     let (_, html) = report(&folder, &[&capture], &["--deviation", "hadamard"]);
-    assert!(!html.contains("Graphical slope method"), "the rules are none of the Hadamard deviation");
+    assert!(!html.contains("Graphical readings beside"), "the rules are none of the Hadamard deviation");
+}
+
+fn without_scripts(html: &str) -> String {
+    html.split("<script").map(|piece| piece.split_once("</script>").map_or(piece, |(_, rest)| rest)).collect()
 }
 
 /// The first screen of a report as a picture: its own elements and style within one SVG, except for
@@ -88,13 +87,12 @@ fn the_picture_of_a_report_is_its_first_screen() {
     let between = |from: &str, to: &str| html.split(from).nth(1).unwrap().split(to).next().unwrap();
     let style = between("<style>", "</style>");
     let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\"";
-    let until_figure = between("<body>", "</figure>").replace("<svg", svg);
-    let (before, after) = until_figure.split_once("<div><dt>SHA-256</dt>").unwrap();
+    let first = without_scripts(between("<body>", "<nav ")).replace("<svg", svg);
+    let (before, after) = first.split_once("<div><dt>SHA-256</dt>").unwrap();
     let (_, after) = after.split_once("</div>").unwrap();
-    let until_figure = format!("{before}{after}");
     let picture = format!(
         "{svg} width=\"1280\" height=\"1350\" viewBox=\"0 0 1280 1350\"><foreignObject width=\"100%\" height=\"100%\">\
-         <html xmlns=\"http://www.w3.org/1999/xhtml\"><head><style>{}</style></head><body>{until_figure}</figure></div></section></main></body></html></foreignObject></svg>\n",
+         <html xmlns=\"http://www.w3.org/1999/xhtml\"><head><style>{}</style></head><body>{before}{after}</main></body></html></foreignObject></svg>\n",
         style.replace('&', "&amp;")
     );
     assert!(picture.len() < 100_000, "{} bytes", picture.len());
@@ -465,8 +463,11 @@ fn a_page_uses_one_unit_one_notation_and_one_word_for_one_thing() {
     let (_, html) = report(&folder, &[&capture], &["--rate", "40"]);
     assert!(html.contains("typically 0.2 °/√h</td>") && html.contains("= 0.14 mG/√Hz"));
     // but for what is typed into other programs
-    let (before, after) = html.split("<script").next().unwrap().split_once("<section id=\"filters\">").unwrap();
-    let text = before.to_owned() + after.split_once("</section>").unwrap().1;
+    let (before, after) = without_scripts(&html)
+        .split_once("<section id=\"filters\">")
+        .map(|(a, b)| (a.to_owned(), b.to_owned()))
+        .unwrap();
+    let text = before + after.split_once("</section>").unwrap().1;
     let plain_power = text.match_indices('e').find(|(place, _)| {
         let (before, after) = (text[..*place].chars().next_back(), &text.as_bytes()[place + 1..]);
         before.is_some_and(|c| c.is_ascii_digit()) && after[0] == b'-' && after[1].is_ascii_digit()

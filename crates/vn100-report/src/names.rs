@@ -8,7 +8,7 @@ use vn100_analysis::{
 };
 
 use crate::{
-    codes::{code_of_decided, code_of_grade, code_of_status, code_of_verdict},
+    codes::{name_of, word_of},
     numbers::plain::{counted, digits, four_digits, grouped},
     units::parameter_unit,
 };
@@ -138,8 +138,8 @@ pub fn budget_rows(budget: &Budget, nominal_hz: f64) -> [(&'static str, String);
 
 /// A status of a parameter, in words.
 #[must_use]
-pub fn in_words(status: Status) -> &'static str {
-    code_of_status(status).word
+pub fn in_words(status: Status) -> String {
+    word_of("status", status)
 }
 
 /// How many sentences were rejected, and for which reasons.
@@ -201,7 +201,7 @@ pub fn echoes(count: u64) -> String {
 #[must_use]
 pub fn verdict_name(judged: &FigureVerdict) -> String {
     match judged.verdict {
-        Some(verdict) => code_of_verdict(verdict).word.into(),
+        Some(verdict) => word_of("verdict", verdict),
         None => ratio(&judged.ratio).map_or_else(|| "not known".into(), |ratio| format!("{ratio} x typical")),
     }
 }
@@ -212,7 +212,7 @@ pub fn short_verdict(judged: &FigureVerdict) -> String {
     match (judged.verdict, ratio(&judged.ratio)) {
         (Some(Verdict::Fail), _) => "FAIL".into(),
         (Some(Verdict::NotComparable), _) => "n/a".into(),
-        (Some(verdict), _) => code_of_verdict(verdict).word.into(),
+        (Some(verdict), _) => word_of("verdict", verdict),
         (None, None) => "-".into(),
         (None, Some(ratio)) if judged.ratio.value.is_some() => format!("{ratio} x typ"),
         (None, Some(ratio)) => format!("{ratio} x"),
@@ -221,8 +221,8 @@ pub fn short_verdict(judged: &FigureVerdict) -> String {
 
 /// What would decide an open verdict, as a noun.
 #[must_use]
-pub fn decided_by(by: DecidedBy) -> &'static str {
-    code_of_decided(by).word
+pub fn decided_by(by: DecidedBy) -> String {
+    word_of("decided_by", by)
 }
 
 /// The number of a ratio, or its ends if it has more than one reading; `None` if it is not known.
@@ -252,9 +252,9 @@ pub(crate) fn no_grade(reason: NoGrade) -> &'static str {
 pub fn grade_text(graded: &Graded) -> String {
     match (graded.best, graded.worst, graded.reason) {
         (_, _, Some(reason)) => format!("none, {}", no_grade(reason)),
-        (best, Some(worst), None) if best == Some(worst) => grade_name(worst).to_owned(),
+        (best, Some(worst), None) if best == Some(worst) => name_of(worst),
         (_, Some(Grade::Consumer) | None, None) => "not known to be better than consumer".into(),
-        (_, Some(worst), None) => format!("at least {}", grade_name(worst)),
+        (_, Some(worst), None) => format!("at least {}", name_of(worst)),
     }
 }
 
@@ -262,22 +262,12 @@ pub fn grade_text(graded: &Graded) -> String {
 #[must_use]
 pub fn grade_scheme() -> String {
     let edges = Grade::ALL.into_iter().filter(|grade| grade.limit_deg_h().is_finite()).map(|grade| {
-        format!(
-            "{} below {} deg/h and {} deg/sqrt(h)",
-            grade_name(grade),
-            grade.limit_deg_h(),
-            grade.limit_deg_sqrt_h()
-        )
+        format!("{} below {} deg/h and {} deg/sqrt(h)", name_of(grade), grade.limit_deg_h(), grade.limit_deg_sqrt_h())
     });
     format!(
         "grade by B and by the sensor's own N, without aliasing, the worse one counting ({}, else consumer; no standard defines these)",
         edges.collect::<Vec<_>>().join(", ")
     )
-}
-
-/// The name of a grade in results.
-pub(crate) fn grade_name(grade: Grade) -> &'static str {
-    code_of_grade(grade).code
 }
 
 /// The measured value, and the value expected in this stream of a sensor at the figure, in a

@@ -16,7 +16,6 @@ use vn100_report::{
     remedies::remedy_words,
 };
 use vn100_session::{EndReason, SessionResult, SourceState};
-use vn100_view::Shown;
 
 use crate::{
     args::{Ndjson, OutputFormat},
@@ -113,19 +112,6 @@ pub(crate) struct ResultWriter {
 impl ResultWriter {
     pub(crate) fn new(format: OutputFormat) -> Self {
         Self { format, results: Vec::new(), completion: Completion::Complete, is_begun: false }
-    }
-
-    /// Writes the results that a view has shown; where its last screen stands for them, their
-    /// errors alone.
-    pub(crate) fn write_shown(&mut self, shown: Shown<Result<Vec<SourceResult>>>) -> Result<()> {
-        shown.screen.iter().try_for_each(|screen| print(screen))?;
-        shown.result?.into_iter().try_for_each(|measured| match shown.screen {
-            Some(_) => {
-                self.report(&measured);
-                Ok(())
-            }
-            None => self.write(measured),
-        })
     }
 
     fn report(&mut self, measured: &SourceResult) {

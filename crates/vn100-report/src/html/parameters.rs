@@ -3,7 +3,6 @@
 
 use crate::html::glance;
 use crate::{
-    graphical::GRAPHICAL,
     names::{
         QUANTITIES, TERMS, budget_rows, decided_by, in_words, motion_text, names_of, parameter_names, verdict_name,
     },
@@ -12,12 +11,10 @@ use crate::{
         plain::{digits_trimmed, short},
         trimmed, with_interval,
     },
-    units::{laboratory_unit, parameter_unit, pretty_unit},
+    units::{parameter_unit, pretty_unit},
 };
 use maud::{Markup, html};
-use vn100_analysis::noise::{
-    Convention, Deviation, Parameter, Sensor, Sides, Term, conventions, temperature_conventions,
-};
+use vn100_analysis::noise::{Convention, Parameter, Sensor, Sides, Term, conventions, temperature_conventions};
 use vn100_analysis::{
     ChannelResult, DatasheetFigure, DecidedBy, DetectableRrw, FigureVerdict, LongTauValidity, NoiseResult, Remedy,
     RemedyWords, SENSORS, SourceResult, TemperatureResult, letter,
@@ -39,8 +36,8 @@ pub(crate) fn parameters(record: &SourceResult, captions: &Captions) -> Markup {
             @let channels = record.of(quantity);
             @let axes: Vec<AxisNoise<'_>> = channels.into_iter().filter_map(|channel| Some((channel, channel.noise.as_ref()?))).collect();
             @if let Some((_, first)) = axes.first() {
-                @let caption = captions.table(&format!("{}: noise parameters in all units, fit quality and graphical readings", names_of(quantity).title));
-                (sensor_table(&axes, sensor, record.deviation(), &caption))
+                @let caption = captions.table(&format!("{}: noise parameters in all units, and fit quality", names_of(quantity).title));
+                (sensor_table(&axes, sensor, &caption))
                 (budget(first, record.timing.rate_hz))
                 @if let Some(reason) = long_taus_reason(first.long_taus) { p { (reason) } }
             }
@@ -48,7 +45,7 @@ pub(crate) fn parameters(record: &SourceResult, captions: &Captions) -> Markup {
     }
 }
 
-fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation, caption: &Markup) -> Markup {
+fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, caption: &Markup) -> Markup {
     let given = |term: Term| axes.iter().any(|(_, noise)| noise.parameter(term).is_some());
     html! {
         div.scroll {
@@ -93,7 +90,6 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation, ca
                         (row(axes, &name, &pretty_unit(conventions(sensor, Term::RateRandomWalk)[0].unit), |noise| noise.rate_random_walk_seen_later.map(|later| format!("≥ {}", digits(later.at_least, 2)))))
                     }
                 }
-                @if sensor != Sensor::Magnetometer && deviation == Deviation::Allan { (read_by_rule(axes, sensor)) }
             }
         }
     }
@@ -180,29 +176,10 @@ fn budget(noise: &NoiseResult, nominal_hz: Option<f64>) -> Markup {
     }
 }
 
-/// For comparison with older reports.
-fn read_by_rule(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
-    let read =
-        |noise: &NoiseResult, term, factor| noise.classical.of(term).ok().map(|line| four_digits(line.value * factor));
-    html! {
-        tbody {
-            tr { th colspan=(axes.len() + 2) scope="rowgroup" { span { "Graphical slope method (IEEE 952), for comparison with other reports" } } }
-            @for (term, rule) in GRAPHICAL {
-                @let si = &conventions(sensor, term)[0];
-                @let name = format!("{}: {rule}", letter(term));
-                (row(axes, &name, &pretty_unit(si.unit), |noise| read(noise, term, 1.0)))
-                @if let Some((unit, factor)) = laboratory_unit(sensor, term) {
-                    (row(axes, "", &pretty_unit(unit), |noise| read(noise, term, factor)))
-                }
-            }
-        }
-    }
-}
-
 fn row(axes: &[AxisNoise<'_>], name: &str, unit: &str, cell: impl Fn(&NoiseResult) -> Option<String>) -> Markup {
     html! {
         tr {
-            @if name.is_empty() { td {} } @else { th scope="row" { (name) } }
+            th scope="row" { (name) }
             td.unit { (unit) }
             @for (_, noise) in axes { td { (cell(noise).unwrap_or_else(|| NOTHING.into())) } }
         }
@@ -217,7 +194,7 @@ fn cell(parameter: Option<Parameter>, factor: f64, first: bool) -> String {
         }
         (Some(value), ..) => four_digits(value * factor),
         (None, _, Some(upper)) => format!("≤ {}", four_digits(upper * factor)),
-        (None, ..) if first => in_words(parameter.status).into(),
+        (None, ..) if first => in_words(parameter.status),
         (None, ..) => NOTHING.into(),
     }
 }

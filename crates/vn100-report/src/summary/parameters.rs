@@ -9,7 +9,7 @@ use vn100_analysis::{
 
 use super::{AXES, Notes, ParameterRow, SensorTable, VerdictWord};
 use crate::{
-    codes::code_of_status,
+    codes::word_of,
     graphical::GRAPHICAL,
     names::{ParameterNames, QUANTITIES, TERMS, decided_by, names_of, parameter_names, short_verdict},
     numbers::plain::digits_trimmed,
@@ -142,7 +142,7 @@ fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>]) -> Vec<Paramete
     let first = parameters.first().and_then(status);
     let value_cells = match first {
         Some(of_all) if parameters.iter().all(|other| !is_known(other) && status(other) == first) => {
-            vec![code_of_status(of_all).word.to_owned()]
+            vec![word_of("status", of_all)]
         }
         _ => cells(&parameters),
     };

@@ -145,7 +145,8 @@ async fn attach_all(
             // without a terminal only what is recorded is worth continuing for
             None => unrecorded.iter().for_each(CancellationToken::cancel),
         };
-        unless_closed(writer.write_shown(view.until(all_of(sources), alone, report).await))?;
+        let results = view.until(all_of(sources), alone, report).await?;
+        unless_closed(results.into_iter().try_for_each(|measured| writer.write(measured)))?;
     } else {
         let mut written = Ok(());
         for source in sources {

@@ -15,7 +15,7 @@ use vn100_analysis::{
 use vn100_capture::Capture;
 use vn100_protocol::Quantity;
 use vn100_report::{
-    ComparisonDocument,
+    comparison_document,
     names::{folding, names_of, recommendation, untested},
     numbers::plain::{counted, four_digits, short},
     printable, run_name,
@@ -58,7 +58,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
     let comparison = Comparison::of(&records, args.stayed_on, confidence);
     let populations = comparison.populations(&records, &units(&inputs, &all, &args.sensor));
     if args.json {
-        unless_closed(print_json(&ComparisonDocument::new(&all, &comparison, &populations, remedy_words)))?;
+        unless_closed(print_json(&comparison_document(&all, &comparison, &populations, remedy_words)))?;
     } else {
         unless_closed(print(&text(|out| write_comparison(out, &all, &comparison, &populations))))?;
     }

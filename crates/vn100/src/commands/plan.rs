@@ -9,7 +9,7 @@ use vn100_analysis::{
     Want, axes_name, letter,
 };
 use vn100_protocol::{BaudRate, PACKET_MESSAGES, PacketMessage};
-use vn100_report::{PlanCommands, PlanDocument, numbers::plain::span, printable, vn100_datasheet};
+use vn100_report::{PlanCommands, numbers::plain::span, plan_document, printable, vn100_datasheet};
 
 use crate::{
     args::{Fixed, PlanArgs},
@@ -51,7 +51,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Completion> {
     let plan = Plan::new(&wants, given, &sheet)?;
     if args.json {
         let commands = commands(&plan, given, asked);
-        print_json(&PlanDocument::new(&plan, given, &sheet, asked, commands))?;
+        print_json(&plan_document(&plan, given, &sheet, asked, &commands))?;
     } else {
         print(&text(|out| write_plan(out, &plan, given, &sheet, asked)))?;
     }

@@ -106,7 +106,8 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
         Some(messages) => {
             let all_stop = stop.clone();
             let view = View::show(monitors, messages, evaluation, view_options.unwrap_or_default(), stop)?;
-            unless_closed(writer.write_shown(view.until(all_of(results), || all_stop.cancel(), report).await))?;
+            let results = view.until(all_of(results), || all_stop.cancel(), report).await?;
+            unless_closed(results.into_iter().try_for_each(|measured| writer.write(measured)))?;
         }
         None => unless_closed(all_of(results).await?.into_iter().try_for_each(|measured| writer.write(measured)))?,
     }

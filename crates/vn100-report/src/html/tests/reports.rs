@@ -79,39 +79,6 @@ fn a_grade_names_the_values_that_decide() {
 }
 
 #[test]
-fn a_reading_in_another_unit_has_no_heading_of_its_own() {
-    let page = report(&[in_a_warming_room(32_768)]);
-    let (_, readings) = page.split_once("Graphical slope method (IEEE 952)").unwrap();
-    let rows: Vec<&str> = readings.split_once("</tbody>").unwrap().0.split("<tr>").skip(1).collect();
-    let headings: Vec<bool> = rows.iter().map(|row| row.starts_with("<th scope=\"row\">")).collect();
-    assert_eq!(headings, [true, false, true, false, true, false]);
-    assert!(rows[1].starts_with("<td></td><td class=\"unit\">"), "{}", rows[1]);
-}
-
-#[test]
-fn a_record_at_a_glance_has_each_parameter_and_what_is_compared_with_the_data_sheet() {
-    let page = report(&[with_attitude(8192, 40.0)]);
-    let tiles = page.split_once("<div class=\"tiles\">").unwrap().1.split_once("</section>").unwrap().0;
-    let labels: Vec<&str> =
-        tiles.split("<span class=\"label\">").skip(1).map(|rest| rest.split_once('<').unwrap().0).collect();
-    assert_eq!(
-        labels,
-        [
-            "Angle Random Walk N",
-            "Bias Instability B",
-            "Rate Random Walk K",
-            "Velocity Random Walk N",
-            "Bias Instability B",
-            "minimum of the curve",
-            "Accel. Random Walk K",
-            "Noise Density N",
-            "Bias Instability B, Random Walk K",
-            "Mean field",
-        ]
-    );
-}
-
-#[test]
 fn the_notes_on_the_parameters_say_what_to_do() {
     let page = report(&[with_attitude(8192, 40.0)]);
     has(&page, &["<ol class=\"notes\"><li>measure with message VNIMU (register 6)</li>"]);

@@ -114,7 +114,7 @@ impl<'a> Exports<'a> {
         let path = |ending: &str| self.path(index, ending);
         match form {
             ExportForm::Csv => (CsvTable::ALL.iter())
-                .try_for_each(|table| self.text(&path(table.ending), &(table.text)(record, remedy_words))),
+                .try_for_each(|table| self.text(&path(table.ending), &table.text(record, remedy_words))),
             ExportForm::Json => {
                 let document = serde_json::to_string(&Document::new(record, remedy_words))?;
                 self.text(&path(JSON), &json_line(&document))
