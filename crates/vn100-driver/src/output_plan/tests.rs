@@ -146,8 +146,8 @@ fn the_highest_rates_are_those_of_the_sheet() {
             if rate_hz <= expected {
                 assert!(result.is_ok(), "{rate_hz} Hz at {baud}");
             } else {
-                let Err(PlanError::DoesNotFit { highest, .. }) = result else { panic!("{rate_hz} Hz at {baud}") };
-                assert_eq!(highest, AsyncRate::new(expected));
+                let error = result.unwrap_err().to_string();
+                assert!(error.contains(&format!("at most {expected} Hz fit")), "{error}");
             }
         }
     }
