@@ -354,6 +354,6 @@ mod tests {
     #[test]
     fn a_link_into_nowhere_names_its_path() {
         let error = SymbolicLink::make(Path::new("/nowhere/sensor"), Path::new("one")).unwrap_err().to_string();
-        assert!(error.starts_with("cannot make the link /nowhere/sensor to"), "{error}");
+        assert!(error.starts_with("cannot make the link /nowhere/sensor: "), "{error}");
     }
 }

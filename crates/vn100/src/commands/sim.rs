@@ -187,17 +187,3 @@ fn record(file: File, write_frame: &mut WriteFrame, samples: u64, rate_hz: u32, 
     }
     recording.finish(Some("the record has its length"))?.sync_all()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn dropped_bytes_are_reported_with_their_cause() {
-        let stats = PtyStats { openings: 1, bytes_sent: 5124, bytes_dropped: 7, bytes_unread: 3 };
-        assert_eq!(
-            summary(&stats),
-            "opened once, 5124 bytes sent; dropped: 7 because the terminal was full, 3 because no program read them"
-        );
-    }
-}

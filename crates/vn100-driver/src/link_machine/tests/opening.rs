@@ -300,9 +300,6 @@ fn a_banner_of_a_server_replaces_neither_the_question_nor_the_sensor() {
         }
     }
     assert_ne!(bench.phase(), "closed");
-    assert!(
-        bench.states.iter().any(|state| matches!(state, LinkState::Down { cause, .. } if cause.contains("sends text")))
-    );
     bench.assert_ledger();
 }
 
