@@ -32,6 +32,7 @@ pub(crate) use self::{
     files::Bag,
     open::{Stream, detect_bag},
     samples::BagSamples,
+    sentences::checked_part,
     streams::{choose, choose_one},
 };
 pub use self::{

@@ -107,7 +107,7 @@ impl NumberFields {
             let (place, unit) = (mapped.index, &mapped.unit);
             let own = known(place);
             let unit_scale = if own.quantity == Quantity::Value { 1.0 } else { unit.scale };
-            let zero = unit.zero_hundredths as f64 / 100.0;
+            let zero = unit.zero;
             NumberField {
                 place,
                 path: mapped.column.to_string(),
