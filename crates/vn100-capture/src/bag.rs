@@ -24,7 +24,6 @@ mod shared_file;
 mod sqlite;
 mod standard_types;
 mod streams;
-mod time_order;
 mod topic;
 mod topic_scan;
 

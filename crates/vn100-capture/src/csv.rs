@@ -38,7 +38,8 @@ use vn100_protocol::{Layout, stream::LeftOutColumn};
 use self::{
     date::DateForm, dialect::Dialect, fields::LastField, number::Number, resolution::Quantizer, stamp::StampForm,
 };
-pub(crate) use channels::{by_name, known, units};
+pub(crate) use channels::{Unit, by_name, known, units};
+pub(crate) use column_map::ColumnName;
 pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use head::detect;
 pub(crate) use reader::CsvReader;
