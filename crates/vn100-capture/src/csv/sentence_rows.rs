@@ -66,21 +66,13 @@ impl<'a> SentenceRow<'a> {
 /// The plan of a table or log of sentences; `None` without stamps, because the file can then be read
 /// as text just as well. The user may have named the columns.
 pub(super) fn detect(lines: &[&[u8]], line_end: u8, said: Said<'_>) -> Result<Option<CsvPlan>, CsvError> {
-    let rows_below = |from: usize| {
-        let rows = lines[from..].iter().filter(|line| !is_comment_or_blank(line));
-        rows.filter_map(|line| SentenceRow::of(line)).take(HEAD_ROWS).collect::<Vec<_>>()
-    };
     let is_row = |line: &&[u8]| !is_comment_or_blank(line) && SentenceRow::of(line).is_some();
     let Some(first) = lines.iter().position(is_row) else { return Ok(None) };
-    let rows = rows_below(first);
+    let rows = lines[first..].iter().filter(|line| !is_comment_or_blank(line));
+    let rows: Vec<SentenceRow<'_>> = rows.filter_map(|line| SentenceRow::of(line)).take(HEAD_ROWS).collect();
     let raw = said.map.and_then(|map| map.sentence.as_ref());
     let above = lines[..first].iter().rposition(|line| !line.trim_ascii().is_empty());
-    let names = above.map(|above| lines[above].trim_ascii_start()).map(|line| line.strip_prefix(b"#").unwrap_or(line));
-    let header = names.map(|names| (Header::read(names, separator(names)), separator(names)));
-    let header = header.filter(|(header, separator)| {
-        let is_wide = header.names.len() > 1 || raw.is_some();
-        is_wide && header.names.len() > rows[0].cells(*separator).1
-    });
+    let header = above.and_then(|above| header(lines[above], &rows[0], raw.is_some()));
     if header.is_none()
         && raw.is_none()
         && let Some(form) = prefix_form(&rows, said)?
@@ -126,6 +118,17 @@ pub(super) fn detect(lines: &[&[u8]], line_end: u8, said: Said<'_>) -> Result<Op
         names: if has_names { header.names } else { Vec::new() },
         ..plan(columns, line_end)
     }))
+}
+
+/// The line above the first row, and its separator, if it names the columns of the row. Beside a
+/// sentence without other fields only a column that the user names shows it.
+fn header(line: &[u8], row: &SentenceRow<'_>, is_named: bool) -> Option<(Header, u8)> {
+    let names = line.trim_ascii_start();
+    let names = names.strip_prefix(b"#").unwrap_or(names);
+    let separator = separator(names);
+    let header = Header::read(names, separator);
+    let (cells, place) = row.cells(separator);
+    ((cells.len() > 1 || is_named) && header.names.len() > place).then_some((header, separator))
 }
 
 /// A plan for sentences in these columns.

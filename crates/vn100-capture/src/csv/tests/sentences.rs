@@ -111,7 +111,7 @@ fn stamps_before_sentences_are_their_times() {
         (&|ms| format!("(1707243251.{:03}) ", ms), "1:s"),
     ] {
         let text: String = (0..20).map(|row| format!("{}{SENTENCE}\r\n", stamp(50 * row))).collect();
-        let (counts, whole) = decoded(&format!("boot\n{text}"));
+        let (counts, whole) = decoded(&format!("boot, at 115200 baud\n{text}"));
         assert_eq!((counts.len(), whole.report.times.as_deref()), (20 * COUNTS.len(), Some(reported)));
         assert_eq!(whole.stamps_ns, (0..20).map(|row| row * 50_000_000).collect::<Vec<_>>());
         assert_eq!(whole.rejected, [(0, RejectedRow::Fields)], "the line before is no sentence");
