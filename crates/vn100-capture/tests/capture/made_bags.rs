@@ -204,7 +204,7 @@ fn numbers_that_are_zero_at_first_are_not_read_and_end_the_record_later() {
     let never = read(bag(200, 0.01).mcap(), &no);
     assert_eq!((never.names.len(), never.rows.len()), (3, 200));
     let late = read(bag(150, 0.01).ros1(), &no);
-    assert_eq!((late.names.len(), late.rows.len()), (3, 150));
+    assert_eq!((late.names.len(), late.rows.len()), (3, 151));
     let told = late.end.error.unwrap().to_string();
     assert!(told.starts_with("linear_acceleration was zero") && told.contains("message 151"), "{told}");
     let early = read(bag(99, 0.01).mcap(), &no);
