@@ -24,7 +24,6 @@ mod shared_file;
 mod sqlite;
 mod standard_types;
 mod streams;
-mod time_order;
 mod topic;
 mod topic_scan;
 
@@ -32,6 +31,7 @@ pub(crate) use self::{
     files::Bag,
     open::{Stream, detect_bag},
     samples::BagSamples,
+    sentences::checked_part,
     streams::{choose, choose_one},
 };
 pub use self::{

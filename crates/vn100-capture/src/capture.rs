@@ -14,7 +14,7 @@ use crate::{
     bag::{self, Bag, BagError, BagSamples},
     capture_options::CaptureOptions,
     counted_reader::CountedReader,
-    csv::{self, CsvError, CsvReader, Said},
+    csv::{CsvError, CsvReader, Said},
     detect_format::{Detected, Format, detect_format},
     read_samples::{Event, read_file, read_samples},
     recording::{LaterParts, Recorded, RecordingError, RecordingReader, RecordingSamples},
@@ -102,7 +102,7 @@ impl Capture {
         let file = path.file_name().map(|name| name.to_string_lossy());
         let said = Said { map: options.columns.as_ref(), stream: None, file: file.as_deref() };
         match detect_format(&mut reader, said).ok()? {
-            (head, Detected::Csv(plan)) => Some(csv::streams(*plan, head.chain(reader))),
+            (_, Detected::Csv(plan)) => Some(plan.streams),
             _ => None,
         }
     }

@@ -11,7 +11,7 @@ mod packet_reader;
 mod rejected_rows;
 mod sample_reader;
 
-pub use bag_report::{BagReport, FileReport, StampSource, UnreadNumbers};
+pub use bag_report::{BagReport, FileReport, StampSource};
 pub use batch::{AbsentCell, Arrival, Batch, Diagnostic, Mark, MarkKind, RowCounter, SingleRows};
 pub use counts::{MessageName, StreamCounts, UnsolicitedErrors};
 pub use input::{Chunk, LinkEvent, LinkEventKind, StreamInput};

@@ -284,7 +284,6 @@ pub fn headline(warning: &Warning) -> String {
             let counts: Vec<_> = channels.iter().map(|(channel, absent)| format!("{channel} {absent}")).collect();
             format!("values absent in {}: {}", counted(*rows, "row"), counts.join(", "))
         }
-        Finding::Unread(unread) => unread.to_string(),
         Finding::OutOfRange(count, rows) => {
             format!("{count} of {rows} values of {on} are far beyond those of the first rows, and missing")
         }

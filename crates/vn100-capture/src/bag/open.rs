@@ -54,7 +54,7 @@ impl Bag {
             }
             let form = BagForm::of(&found).filter(|form| *form_of_all.get_or_insert(*form) == *form);
             let form = form.ok_or_else(|| {
-                BagError::Files(format!("{} is not of the same form as the other files of the bag", path.display()))
+                BagError::Unusable(format!("{} is not of the same form as the other files of the bag", path.display()))
             })?;
             check_log(form, &path)?;
             files.push(Box::new(file));
@@ -89,7 +89,7 @@ fn to_temporary_file(stream: impl Read) -> Result<(File, u64), BagError> {
     let bytes = io::copy(&mut stream.take(UNPACKED_BYTES + 1), &mut file)
         .map_err(|source| io::Error::new(source.kind(), format!("cannot unpack it to a temporary file: {source}")))?;
     if bytes > UNPACKED_BYTES {
-        return Err(BagError::Files(format!(
+        return Err(BagError::Unusable(format!(
             "unpacked it is larger than {UNPACKED_BYTES} bytes, which is as much as is kept: unpack it to a file first"
         )));
     }
@@ -114,7 +114,7 @@ fn check_log(form: BagForm, path: &Path) -> Result<(), BagError> {
     let mut log = OsString::from(path);
     log.push("-wal");
     match fs::metadata(&log) {
-        Ok(found) if form == BagForm::Db3 && found.len() > 0 => Err(BagError::Files(format!(
+        Ok(found) if form == BagForm::Db3 && found.len() > 0 => Err(BagError::Unusable(format!(
             "its last messages are still in {}, as its recorder did not end: open and close it once, as `sqlite3 {} \
                  'PRAGMA wal_checkpoint(TRUNCATE)'` does",
             Path::new(&log).display(),

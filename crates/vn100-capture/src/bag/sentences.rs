@@ -33,7 +33,7 @@ pub(super) fn has_sentence(message: &[u8]) -> bool {
 
 /// The sentence up to its checksum of two or four digits, without a quote or an escaped line end
 /// after it. The whole sentence if it has no checksum.
-fn checked_part(sentence: &[u8]) -> &[u8] {
+pub(crate) fn checked_part(sentence: &[u8]) -> &[u8] {
     let Some(star) = memchr::memchr(b'*', sentence) else { return sentence };
     let digits = sentence[star + 1..].iter().take(4).take_while(|byte| byte.is_ascii_hexdigit()).count();
     match digits {
