@@ -27,7 +27,6 @@ mod channels;
 mod command;
 mod emulated_port;
 mod end_reason;
-mod excluded;
 mod live;
 mod live_error;
 mod live_source;

@@ -9,7 +9,7 @@ use vn100_capture::Recorder;
 use vn100_driver::{Change, LinkHandle, LinkOptions, LinkState, OutputSettings};
 
 use crate::{
-    channels::{Channels, EventObserver},
+    channels::Channels,
     end_reason::StartError,
     live_source::LiveSource,
     measure::{Measurement, Origin, measure, read_options},
@@ -54,12 +54,6 @@ pub struct LiveSpec {
     pub limits: WallLimits,
     /// Ends the session.
     pub stop: CancellationToken,
-}
-
-impl LiveSpec {
-    pub(crate) fn observer(&self) -> Option<EventObserver> {
-        self.source.as_ref().ok()?.observer.clone()
-    }
 }
 
 pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> SessionResult {

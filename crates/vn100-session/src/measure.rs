@@ -38,7 +38,6 @@ use crate::{
     assessor::GoalCheck,
     channels::Channels,
     end_reason::EndReason,
-    excluded::Excluded,
     pace::{Due, Pace, Speed},
     session_event::SessionEvent,
     state::Stage,
@@ -78,7 +77,8 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
     let mut source = Measuring {
         analysis: Analysis::new(settings),
         goals: GoalCheck::default(),
-        excluded: Excluded::default(),
+        before: Duration::ZERO,
+        warm_up: Duration::ZERO,
         pace: None,
         watchdog: None,
         deadlines: None,
@@ -205,7 +205,10 @@ fn latest<T: Clone>(watched: &mut Option<watch::Receiver<T>>) -> Option<T> {
 struct Measuring {
     analysis: Analysis,
     goals: GoalCheck,
-    excluded: Excluded,
+    /// Data time up to the last restart of the measurement.
+    before: Duration,
+    /// Data time after that, excluded as warm-up.
+    warm_up: Duration,
     pace: Option<Pace>,
     watchdog: Option<StreamWatchdog>,
     /// The limits by the clock, for a live source.

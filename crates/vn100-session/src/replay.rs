@@ -4,6 +4,7 @@ use std::{
     io,
     path::{Path, PathBuf},
     sync::Arc,
+    time::Duration,
 };
 
 use tokio::{sync::watch, task};
@@ -15,7 +16,6 @@ use vn100_capture::{Capture, CaptureOptions, Event, OpenError, recording_path};
 use crate::{
     channels::{Channels, EventObserver},
     end_reason::{EndReason, StartError},
-    excluded::Excluded,
     measure::{Ending, Measurement, Origin, measure, read_options},
     pace::{Playback, Speed},
     recording::{conditions, recorded_frames, with_recorded_end},
@@ -213,7 +213,7 @@ async fn measure_capture(capture: Capture, settings: Settings, spec: &ReplaySpec
         }
         Err(error) => {
             let snapshot = channels.state.borrow().snapshot.clone();
-            let (reason, excluded) = (EndReason::SourceFailed(error), Excluded::default());
+            let (reason, excluded) = (EndReason::SourceFailed(error), Duration::ZERO);
             Ending { snapshot, reason, report: None, excluded, shortfall: None }
         }
     }

@@ -11,7 +11,6 @@ use vn100_capture::RecordingState;
 use crate::{
     channels::Channels,
     end_reason::{EndReason, StartError},
-    excluded::Excluded,
     measure::Ending,
 };
 
@@ -62,7 +61,7 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
         unmet: UnmetGoal::of(goals, &snapshot, &assessment),
         measured: SourceResult::new(facts, snapshot, assessment, Parts::All),
         end: Arc::new(reason),
-        excluded: excluded.total(),
+        excluded,
         recording: None,
         unrecorded_bytes: 0,
         is_restored: true,
@@ -98,7 +97,7 @@ fn recorded_times(bag: &BagReport, reason: &EndReason) -> Option<RecordingFacts>
 /// The result for a source that could not be opened; it has no samples.
 pub(crate) fn not_started(error: impl Into<StartError>, channels: &Channels) -> SessionResult {
     let snapshot: Arc<Snapshot> = Arc::clone(&channels.state.borrow().snapshot);
-    let (reason, excluded) = (EndReason::NotStarted(error.into()), Excluded::default());
+    let (reason, excluded) = (EndReason::NotStarted(error.into()), Duration::ZERO);
     let ending = Ending { snapshot, reason, report: None, excluded, shortfall: None };
     result(ending, &[], channels)
 }

@@ -1,19 +1,20 @@
 //! The end of a measurement: limits of time, the watchdog of its stream, the reason in its result.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Duration};
 
 use tokio::time::Instant;
 use vn100_analysis::{Shortfall, Snapshot, protocol::stream::FileReport};
 use vn100_driver::LinkState;
 
 use super::Measuring;
-use crate::{channels::Channels, end_reason::EndReason, excluded::Excluded, session_event::SessionEvent};
+use crate::{channels::Channels, end_reason::EndReason, session_event::SessionEvent};
 
 pub(crate) struct Ending {
     pub(crate) snapshot: Arc<Snapshot>,
     pub(crate) reason: EndReason,
     pub(crate) report: Option<FileReport>,
-    pub(crate) excluded: Excluded,
+    /// Data time at the beginning that was excluded by command.
+    pub(crate) excluded: Duration,
     pub(crate) shortfall: Option<Shortfall>,
 }
 
@@ -62,7 +63,7 @@ impl Measuring {
         }
         let ended = watchdog.stream_end(&state.snapshot, is_up, Instant::now());
         if let Some(ended) = ended.filter(|_| !channels.stop.is_cancelled()) {
-            self.end_stream(ended.reason(&state.snapshot), channels);
+            self.end_stream(ended, channels);
         }
     }
 
@@ -87,7 +88,7 @@ impl Measuring {
         let is_reached = matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
         let by_clock = |ended: &EndReason| matches!(ended, EndReason::GaveUp { .. } | EndReason::WallTime(_));
         // samples before the link was closed may have completed the measurement
-        let stream_ended = self.stream_ended.filter(|ended| !(is_reached && by_clock(ended)));
+        let stream_ended = self.stream_ended.take().filter(|ended| !(is_reached && by_clock(ended)));
         let reason = match (reason, stream_ended, snapshot.rate_change) {
             (EndReason::SourceFailed(error), ..) => EndReason::SourceFailed(error),
             (_, Some(ended), _) => ended,
@@ -100,6 +101,6 @@ impl Measuring {
             self.analysis.is_complete() || matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
         let wanted = self.analysis.settings().duration.filter(|_| !has_all);
         let shortfall = wanted.map(|wanted| Shortfall { wanted, measured: self.analysis.data_time() });
-        Ending { snapshot, reason, report, excluded: self.excluded, shortfall }
+        Ending { snapshot, reason, report, excluded: self.excluded(), shortfall }
     }
 }
