@@ -120,7 +120,6 @@ fn row(remedy: &Remedy) -> Row {
             None,
         ),
         Remedy::Plan => row("plan", "plan how long a record must be", "vn100 plan", None),
-        Remedy::SayStayedOn => row("stayed-on", "state that the sensor stayed on", "vn100 compare --stayed-on", None),
     }
 }
 
