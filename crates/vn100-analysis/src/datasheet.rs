@@ -67,6 +67,11 @@ pub struct FigureVerdict {
     pub verdict: Option<Verdict>,
     /// What would decide; `None` unless the verdict is undecided.
     pub decided_by: Option<DecidedBy>,
+    /// Length in seconds of a record that would probably decide, if it has the noise that this one
+    /// shows; `None` unless a longer record would decide, and if 100 days do not.
+    pub deciding_record_s: Option<f64>,
+    /// Below the first a parameter passes, above the second it fails.
+    pub(crate) range: (f64, f64),
     /// The measured parameter in the convention of the figure, in SI units (magnetic field in
     /// gauss).
     pub measured: Parameter,
@@ -106,11 +111,14 @@ pub enum DecidedBy {
     Unaliased,
     /// A longer record, whose interval is narrower.
     LongerRecord,
+    /// Nothing: 100 days of the noise that the record shows do not decide.
+    Nothing,
 }
 
 impl DecidedBy {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Rate, Self::Window, Self::Convention, Self::Unaliased, Self::LongerRecord];
+    pub const ALL: [Self; 6] =
+        [Self::Rate, Self::Window, Self::Convention, Self::Unaliased, Self::LongerRecord, Self::Nothing];
 }
 
 /// √(2 ln 2/π): the flat part of the Allan deviation of flicker noise with B = 1 (IEEE 952).
@@ -280,6 +288,8 @@ impl DatasheetFigure {
             figure: self.clone(),
             verdict,
             decided_by: decided_by.map(|(_, by)| by),
+            deciding_record_s: None,
+            range,
             measured,
             ratio,
             factor: stream.factor,

@@ -26,11 +26,12 @@ pub use noise::{
     TemperatureResult,
 };
 pub use time_base::{LinkCounts, TimeBase};
+use verdict::deciding_record_s;
 
 use crate::{
     assessment::Assessment,
     comparison::ComparedRecord,
-    datasheet::{Datasheet, FigureVerdict},
+    datasheet::{Datasheet, DecidedBy, FigureVerdict},
     goal::Goal,
     motion::Motion,
     noise_figure::NoiseFigure,
@@ -170,7 +171,17 @@ impl SourceResult {
         let Datasheet { name, note, typical_is_limit, .. } = sheet.clone();
         self.datasheet = Some(ComparedSheet { name, note, typical_is_limit });
         let verdicts = sheet.verdicts(&self.basis.snapshot, &self.basis.assessment);
-        for (channel, verdicts) in self.channels.iter_mut().zip(verdicts) {
+        let assessed = self.basis.assessment.channels.iter().zip(verdicts);
+        for (channel, (assessed, mut verdicts)) in self.channels.iter_mut().zip(assessed) {
+            // it takes too long while a record grows
+            if let Some(noise) = assessed.noise.as_ref().filter(|_| channel.spectrum.is_some()) {
+                let is_open = |verdict: &&mut FigureVerdict| verdict.decided_by == Some(DecidedBy::LongerRecord);
+                for verdict in verdicts.iter_mut().filter(is_open) {
+                    let length_s = deciding_record_s(verdict, noise, channel.rate_hz.recip(), self.confidence);
+                    verdict.deciding_record_s = length_s;
+                    verdict.decided_by = length_s.map(|_| DecidedBy::LongerRecord).or(Some(DecidedBy::Nothing));
+                }
+            }
             channel.verdict = Some(verdicts).filter(|verdicts| !verdicts.is_empty());
         }
     }

@@ -127,6 +127,11 @@ pub(crate) const fn code_of_decided(by: DecidedBy) -> Code {
             "a longer record",
             "the interval spans the limit, or there is none; it narrows with the record",
         ),
+        DecidedBy::Nothing => (
+            "nothing",
+            "nothing",
+            "the parameter is so near to the limit that 100 days of the noise in this record do not decide",
+        ),
     };
     code("decided_by", name, word, meaning)
 }

@@ -220,10 +220,21 @@ pub fn short_verdict(judged: &FigureVerdict) -> String {
     }
 }
 
-/// What would decide an open verdict, as a noun.
+/// What would decide an open verdict, as a noun; empty for any other. Only a final result knows how
+/// long a record must be.
 #[must_use]
-pub fn decided_by(by: DecidedBy) -> &'static str {
-    code_of_decided(by).word
+pub fn decided_by(verdict: &FigureVerdict) -> String {
+    match (verdict.decided_by, verdict.deciding_record_s) {
+        (Some(DecidedBy::LongerRecord), Some(length_s)) => format!("a record of about {}", rough_duration(length_s)),
+        (by, _) => by.map_or_else(String::new, |by| code_of_decided(by).word.into()),
+    }
+}
+
+/// In two digits of its unit.
+fn rough_duration(seconds: f64) -> String {
+    let units = [(86_400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s")];
+    let (factor, unit) = units.into_iter().find(|(factor, _)| seconds >= 2.0 * factor).unwrap_or((1.0, "s"));
+    format!("{} {unit}", digits(seconds / factor, 2))
 }
 
 /// The number of a ratio, or its ends if it has more than one reading; `None` if it is not known.
@@ -322,7 +333,7 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
         (None, Some(ratio)) => format!(": {ratio} x typical{interval}, which is no guarantee"),
         _ => String::new(),
     };
-    let open = verdict.decided_by.map_or_else(String::new, |by| format!(": {} would decide", decided_by(by)));
+    let open = verdict.decided_by.map_or_else(String::new, |_| format!(": {} would decide", decided_by(verdict)));
     format!("{measured}; {expected}{times}{open}")
 }
 

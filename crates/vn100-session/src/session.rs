@@ -13,7 +13,7 @@ use crate::{
     channels::{Channels, Options},
     command::Command,
     live::{LiveSpec, run_live},
-    measure::{Measurement, Origin, measure},
+    measure::{Measurement, measure},
     replay::{ReplaySpec, run_replay},
     session_event::SessionEvent,
     session_result::{SessionResult, result},
@@ -125,8 +125,7 @@ impl Session {
 
 async fn run_events(events: mpsc::Receiver<Event>, settings: Settings, mut channels: Channels) -> SessionResult {
     let goals = settings.until.clone();
-    let measurement = Measurement { events, settings, origin: Origin::Events, ends_as_recorded: false };
-    let ending = measure(measurement, &mut channels).await;
+    let ending = measure(Measurement::of(events, settings), &mut channels).await;
     channels.end(result(ending, &goals, &channels))
 }
 
@@ -142,7 +141,7 @@ mod tests {
     use vn100_analysis::{Settings, SourceFacts};
 
     use super::*;
-    use crate::{end_reason::StartError, session_result::not_started};
+    use crate::{session_result::not_started, start_error::StartError};
 
     #[tokio::test(start_paused = true)]
     async fn events_of_a_session_that_are_not_taken_are_dropped() {

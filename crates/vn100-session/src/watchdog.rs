@@ -3,9 +3,12 @@
 use std::time::Duration;
 
 use tokio::time::Instant;
-use vn100_analysis::{RateChange, Snapshot};
+use vn100_analysis::{End, RateChange, Snapshot};
 
-use crate::end_reason::{EndReason, NO_MEASUREMENT_AFTER};
+/// A sensor that sends no measurement for this time, or none at the rate of the record, was set to
+/// other output. A burst of delayed bytes is shorter than this. So is the time in which the link
+/// detects a paused output, including the first frame of the slowest sensor after that.
+const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(5);
 
 #[derive(Debug, Default)]
 pub(crate) struct StreamWatchdog {
@@ -50,17 +53,18 @@ impl StreamWatchdog {
 
     /// The reason of the end if no measurement has arrived for [`NO_MEASUREMENT_AFTER`] although the
     /// sensor sends, or none at the rate of the record. Time without a connected link does not count.
-    pub(crate) fn stream_end(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> Option<EndReason> {
+    pub(crate) fn stream_end(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> Option<End> {
         let is_all_other_messages = self.is_all_other_messages(snapshot, is_up, now);
         let is_at_other_rate = self.is_at_other_rate(snapshot, is_up, now);
         match (&snapshot.layout, snapshot.rate_change) {
-            (None, _) if is_all_other_messages => Some(EndReason::NoMeasurement),
-            (Some(layout), change) if is_all_other_messages => Some(EndReason::OtherMessages {
+            (None, _) if is_all_other_messages => Some(End::NoMeasurement),
+            (Some(layout), change) if is_all_other_messages => Some(End::OtherMessages {
                 message: layout.message.to_string(),
                 other: snapshot.link.other_message,
                 rate_hz: change.map(|change| change.from_hz),
+                after: NO_MEASUREMENT_AFTER,
             }),
-            (_, change) => change.filter(|_| is_at_other_rate).map(EndReason::OtherRate),
+            (_, change) => change.filter(|_| is_at_other_rate).map(End::OtherRate),
         }
     }
 
@@ -181,7 +185,7 @@ mod tests {
         stream.snapshot.rate_change = Some(RateChange { after_samples: 400, from_hz: 200.0, to_hz: 40.0 });
         stream.snapshot.layout = Some(VNYMR.clone().into());
         let reason = stream.watchdog.stream_end(&stream.snapshot, true, stream.now + SECOND).unwrap();
-        let EndReason::OtherMessages { message, other: None, rate_hz: Some(200.0) } = reason else {
+        let End::OtherMessages { message, other: None, rate_hz: Some(200.0), .. } = reason else {
             panic!("{reason:?}")
         };
         assert_eq!(message, "VNYMR");

@@ -237,7 +237,7 @@ mod tests {
             let of = |&(start_s, end_s): &(f64, f64)| Disturbance { start_s, end_s, sigmas: 12.0 };
             Stationarity { disturbances: spans.iter().map(of).collect(), ..Stationarity::default() }
         };
-        let (x, y) = (disturbed(&[(61.2, 64.3)]), disturbed(&[(7.9, 7.9)]));
+        let (x, y) = (disturbed(&[(60.0 + 61.2, 60.0 + 64.3)]), disturbed(&[(60.0 + 7.9, 60.0 + 7.9)]));
         let mut snapshot = Analysis::new(Settings::default()).snapshot();
         snapshot.skipped = std::time::Duration::from_secs(60);
         snapshot.timing.samples = 64 * snapshot.timing.rate_hz as u64;

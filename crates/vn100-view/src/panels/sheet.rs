@@ -46,8 +46,8 @@ pub(crate) fn explanation(judged: &[Option<&FigureVerdict>], unit: Convention) -
         let [low, high] = [low, high].map(|end| digits(end * unit.factor, 2));
         texts.push(format!(" in this stream {low} to {high}"));
     }
-    let open = judged.iter().flatten().find_map(|figure| figure.decided_by);
-    texts.extend(open.map(|by| format!(" undecided: {} would decide", decided_by(by))));
+    let open = judged.iter().flatten().find(|figure| figure.decided_by.is_some());
+    texts.extend(open.map(|open| format!(" undecided: {} would decide", decided_by(open))));
     texts
 }
 

@@ -1,8 +1,7 @@
 //! Sources that are watched: the words for each, its parts, and when they are drawn again.
 
-use std::io;
-
-use vn100_session::{EndReason, Playback, Speed};
+use vn100_analysis::End;
+use vn100_session::{Playback, Speed};
 
 use super::*;
 
@@ -98,7 +97,7 @@ fn a_source_is_healthy_while_it_gives_samples() {
     assert_eq!(imu.health(60_000), line(true, "replayed to its end"));
     imu.set(Stage::Finishing, None);
     assert_eq!(imu.health(60_000), line(true, "measuring"));
-    imu.set(Stage::Ended(Arc::new(EndReason::SourceEnded)), None);
+    imu.set(Stage::Ended(Arc::new(End::SourceEnded)), None);
     assert_eq!(imu.health(60_000), line(false, "ended"));
 }
 
@@ -168,7 +167,7 @@ fn results_and_signal_are_drawn_again_after_a_third_of_the_time_and_then_every_t
     assert_eq!(imu.shown(70_000), (14_400, 70_000, 70_000));
     // at the end at once, and the signal at every look from then on
     imu.measure();
-    imu.set(Stage::Ended(Arc::new(EndReason::SourceEnded)), None);
+    imu.set(Stage::Ended(Arc::new(End::SourceEnded)), None);
     assert_eq!(imu.shown(70_001), (18_000, 70_001, 70_001));
     assert_eq!(imu.shown(70_002), (18_000, 70_001, 70_002));
 }
@@ -176,7 +175,7 @@ fn results_and_signal_are_drawn_again_after_a_third_of_the_time_and_then_every_t
 #[test]
 fn the_page_says_why_a_source_has_ended() {
     let mut imu = Watched::new(&["imu"]);
-    imu.set(Stage::Ended(Arc::new(EndReason::SourceFailed(io::Error::other("it was unplugged")))), None);
+    imu.set(Stage::Ended(Arc::new(End::SourceFailed("it was unplugged".into()))), None);
     let now = imu.html("now", 0);
     assert!(now.contains("ENDED") && now.contains("<p class=\"warning problem\">imu: it was unplugged</p>"), "{now}");
     let document = imu.drawer.documents(imu.after(0));
