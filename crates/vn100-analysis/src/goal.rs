@@ -2,12 +2,14 @@
 
 use std::{fmt, str::FromStr};
 
+use imu_noise::least_half_width;
 use thiserror::Error;
 
 use crate::{
+    accumulate::analysis::Analysis,
     assessment::Assessment,
     noise_figure::{NoiseFigure, NoiseFigureError, in_percent, share_of_percent},
-    snapshot::Snapshot,
+    snapshot::{ChannelSnapshot, Snapshot},
 };
 
 /// A parameter, and the half-width of its interval that ends a measurement.
@@ -41,6 +43,20 @@ impl Goal {
         !axes.is_empty() && axes.iter().all(|(_, width)| width.is_some_and(|width| width <= self.relative_half_width))
     }
 
+    /// Whether a record with these octaves may meet the goal, which takes far less time than a fit.
+    fn may_be_met(&self, snapshot: &Snapshot, confidence: f64) -> bool {
+        // the asymmetry of a wider interval cannot be predicted
+        const WIDEST: f64 = 0.5;
+        let samples = snapshot.timing.samples + snapshot.timing.missing;
+        let is_within = |results: &ChannelSnapshot| {
+            let octaves = results.octaves.iter().filter_map(|sum| Some((sum.m, sum.variance_counts2()?)));
+            least_half_width(self.figure.term, octaves, samples, confidence) <= self.relative_half_width
+        };
+        let mut concerned =
+            snapshot.measured().filter(|(channel, _)| self.figure.concerns(&channel.name, channel.quantity));
+        self.relative_half_width > WIDEST || concerned.all(|(_, results)| is_within(results))
+    }
+
     /// Why no record of this message, however long, shows the parameter; `None` if one may, and
     /// while there is no message.
     #[must_use]
@@ -53,13 +69,32 @@ impl Goal {
     #[must_use]
     pub fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
         (snapshot.layout_channels().iter().zip(&assessment.channels))
-            .filter(|(channel, _)| self.figure.concerns(channel))
+            .filter(|(channel, _)| self.figure.concerns(&channel.name, channel.quantity))
             .map(|(channel, assessed)| {
                 let parameter = assessed.noise.as_ref().and_then(|noise| noise.parameter(self.figure.term));
                 let width = parameter.and_then(|parameter| parameter.relative_half_width());
                 (channel.name.to_string(), width)
             })
             .collect()
+    }
+}
+
+impl Analysis {
+    /// Whether all goals of the settings are met, or one is out of reach; `false` without goals. The
+    /// answer is that of [`Goal::is_met`] with the assessment of this moment, which is made only if
+    /// its answer may be yes.
+    #[must_use]
+    pub fn goals_are_decided(&self) -> bool {
+        let (goals, confidence) = (&self.settings().until, self.settings().confidence);
+        let (Some(layout), false) = (self.layout(), goals.is_empty()) else { return false };
+        if goals.iter().any(|goal| goal.figure.absent_from(layout).is_some()) {
+            return true;
+        }
+        let snapshot = self.snapshot();
+        goals.iter().all(|goal| goal.may_be_met(&snapshot, confidence)) && {
+            let assessment = Assessment::new(&snapshot, confidence);
+            goals.iter().all(|goal| goal.is_met(&snapshot, &assessment))
+        }
     }
 }
 

@@ -95,6 +95,11 @@ const CODES: [(&str, &[Words]); 10] = [
                 "a longer record",
                 "the interval spans the limit, or there is none; it narrows with the record",
             ),
+            (
+                "nothing",
+                "nothing",
+                "the parameter is so near to the limit that 100 days of the noise in this record do not decide",
+            ),
         ],
     ),
     (

@@ -7,6 +7,7 @@
 //! the file of each [`Consumer`] are for other programs. Units and numbers are chosen here at last, in
 //! [`units`] and [`numbers`]. Pure: no file is opened and no clock is read.
 
+pub mod caveats;
 mod codes;
 mod datasheet;
 mod document;
@@ -41,7 +42,7 @@ pub use datasheet::{
 };
 pub use document::{
     Document, analysis_schema,
-    comparison::{comparison_document, run_name, run_prefix, tests_by_channel},
+    comparison::{ComparisonDocument, run_name, run_prefix},
     plan::{PlanCommands, plan_document},
     progress::{HeartbeatDocument, ProgressDocument, progress_schema},
 };

@@ -4,16 +4,11 @@ use std::{sync::Arc, time::Duration};
 
 use vn100_analysis::protocol::stream::{BagReport, CsvReport, FileReport};
 use vn100_analysis::{
-    Goal, Parts, RecordingEndFacts, RecordingFacts, Shortfall, Snapshot, SourceFacts, SourceResult, UnmetGoal,
+    End, Goal, Parts, RecordingEndFacts, RecordingFacts, Shortfall, Snapshot, SourceFacts, SourceResult, UnmetGoal,
 };
 use vn100_capture::RecordingState;
 
-use crate::{
-    channels::Channels,
-    end_reason::{EndReason, StartError},
-    excluded::Excluded,
-    measure::Ending,
-};
+use crate::{channels::Channels, measure::Ending, start_error::StartError};
 
 /// The result of a session, and how the session ended.
 #[derive(Debug)]
@@ -22,7 +17,9 @@ pub struct SessionResult {
     /// `None`, for the face to put into words.
     pub measured: SourceResult,
     /// Why the session ended.
-    pub end: Arc<EndReason>,
+    pub end: Arc<End>,
+    /// The error of a source that could not be opened; `None` for any other end.
+    pub start_error: Option<StartError>,
     /// The data time that is missing from what was asked for; `None` if none is missing, or no
     /// duration was asked for.
     pub shortfall: Option<Shortfall>,
@@ -62,7 +59,8 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
         unmet: UnmetGoal::of(goals, &snapshot, &assessment),
         measured: SourceResult::new(facts, snapshot, assessment, Parts::All),
         end: Arc::new(reason),
-        excluded: excluded.total(),
+        start_error: None,
+        excluded,
         recording: None,
         unrecorded_bytes: 0,
         is_restored: true,
@@ -83,13 +81,11 @@ fn start_of_rows(csv: &CsvReport) -> Option<RecordingFacts> {
 
 /// The times of the recording of a bag, if they are dates and not those of a simulation; the end
 /// only if the bag was read to its end.
-fn recorded_times(bag: &BagReport, reason: &EndReason) -> Option<RecordingFacts> {
+fn recorded_times(bag: &BagReport, reason: &End) -> Option<RecordingFacts> {
     let (first_ns, last_ns) = bag.recorded_ns.filter(|(first_ns, _)| *first_ns >= YEAR_2001_NS)?;
     let end = match reason {
-        EndReason::SourceEnded => Some(RecordingEndFacts { ended_ns: Some(last_ns), complete: true, reason: None }),
-        EndReason::SourceFailed(_) => {
-            Some(RecordingEndFacts { ended_ns: Some(last_ns), complete: false, reason: None })
-        }
+        End::SourceEnded => Some(RecordingEndFacts { ended_ns: Some(last_ns), complete: true, reason: None }),
+        End::SourceFailed(_) => Some(RecordingEndFacts { ended_ns: Some(last_ns), complete: false, reason: None }),
         _ => None,
     };
     Some(RecordingFacts { program: None, started_ns: Some(first_ns), end })
@@ -98,9 +94,9 @@ fn recorded_times(bag: &BagReport, reason: &EndReason) -> Option<RecordingFacts>
 /// The result for a source that could not be opened; it has no samples.
 pub(crate) fn not_started(error: impl Into<StartError>, channels: &Channels) -> SessionResult {
     let snapshot: Arc<Snapshot> = Arc::clone(&channels.state.borrow().snapshot);
-    let (reason, excluded) = (EndReason::NotStarted(error.into()), Excluded::default());
-    let ending = Ending { snapshot, reason, report: None, excluded, shortfall: None };
-    result(ending, &[], channels)
+    let error = error.into();
+    let ending = Ending { snapshot, reason: error.end(), report: None, excluded: Duration::ZERO, shortfall: None };
+    SessionResult { start_error: Some(error), ..result(ending, &[], channels) }
 }
 
 #[cfg(test)]
@@ -114,15 +110,15 @@ mod tests {
         let bag =
             |recorded_ns| BagReport { recorded_ns, ..BagReport::of("/imu", "sensor_msgs/Imu", StampSource::Recorded) };
         let dates = Some((YEAR_2001_NS, YEAR_2001_NS + 5));
-        let times = recorded_times(&bag(dates), &EndReason::SourceEnded).unwrap();
+        let times = recorded_times(&bag(dates), &End::SourceEnded).unwrap();
         assert_eq!(times.started_ns, Some(YEAR_2001_NS));
         assert_eq!(times.end.map(|end| (end.ended_ns, end.complete)), Some((Some(YEAR_2001_NS + 5), true)));
-        let times = recorded_times(&bag(dates), &EndReason::SourceFailed(std::io::Error::other("cut"))).unwrap();
+        let times = recorded_times(&bag(dates), &End::SourceFailed("cut".into())).unwrap();
         assert_eq!(times.end.map(|end| (end.ended_ns, end.complete)), Some((Some(YEAR_2001_NS + 5), false)));
-        let times = recorded_times(&bag(dates), &EndReason::Stopped).unwrap();
+        let times = recorded_times(&bag(dates), &End::Stopped).unwrap();
         assert_eq!((times.started_ns, times.end.is_none()), (Some(YEAR_2001_NS), true));
         // times since the start of a simulation
-        assert!(recorded_times(&bag(Some((YEAR_2001_NS - 1, YEAR_2001_NS))), &EndReason::SourceEnded).is_none());
-        assert!(recorded_times(&bag(None), &EndReason::SourceEnded).is_none());
+        assert!(recorded_times(&bag(Some((YEAR_2001_NS - 1, YEAR_2001_NS))), &End::SourceEnded).is_none());
+        assert!(recorded_times(&bag(None), &End::SourceEnded).is_none());
     }
 }

@@ -9,13 +9,13 @@ use std::{
 use anyhow::{Context, Result};
 use indicatif::HumanBytes;
 use tokio::task::{self, JoinHandle};
-use vn100_analysis::{Completion, Goal, Parts, SourceResult};
+use vn100_analysis::{Completion, End, Goal, Parts, SourceResult};
 use vn100_capture::RecordingState;
 use vn100_report::{
     Document, Ended, Evaluation, HeartbeatDocument, ProgressDocument, note_failed_recording, note_interrupted,
     remedies::remedy_words,
 };
-use vn100_session::{EndReason, SessionResult, SourceState};
+use vn100_session::{SessionResult, SourceState};
 
 use crate::{
     args::{Ndjson, OutputFormat},
@@ -53,7 +53,7 @@ pub(crate) async fn evaluated_replay(
     evaluation: &Arc<Evaluation>,
     has_enough: bool,
 ) -> Result<SourceResult> {
-    let is_stopped = matches!(*result.end, EndReason::Stopped) && !has_enough;
+    let is_stopped = matches!(*result.end, End::Stopped) && !has_enough;
     let mut measured = evaluated(result, evaluation, ResultOf::Capture).await?;
     if is_stopped {
         note_interrupted(&mut measured);
@@ -64,7 +64,7 @@ pub(crate) async fn evaluated_replay(
 fn measured(result: SessionResult, of: ResultOf) -> SourceResult {
     let SessionResult { measured, end, shortfall, unmet, .. } = result;
     let is_live = of != ResultOf::Capture;
-    let ended = Ended { end: &end.plain(), shortfall: shortfall.as_ref(), unmet: &unmet, is_live, words: remedy_words };
+    let ended = Ended { end: &end, shortfall: shortfall.as_ref(), unmet: &unmet, is_live, words: remedy_words };
     let mut measured = ended.complete(measured);
     if let Some(recording) = &result.recording {
         note_recording(&mut measured, recording, result.unrecorded_bytes, of);

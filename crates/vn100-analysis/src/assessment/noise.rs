@@ -20,9 +20,9 @@ use crate::{
     snapshot::{RateFrom, Snapshot},
 };
 
-/// Where a filter takes the bias of a gyroscope out, with a time constant of tens of seconds,
-/// deviations up to here still show the sensor.
-pub(crate) const BEFORE_FILTER_S: f64 = 10.0;
+/// If a filter takes the bias of a gyroscope out, with a time constant of tens of seconds, deviations
+/// up to this averaging time, in seconds, still show the sensor.
+pub const BEFORE_FILTER_S: f64 = 10.0;
 
 /// The noise parameters of one axis.
 #[derive(Debug, Clone)]
@@ -276,9 +276,9 @@ const SLOW: [Term; 3] = [Term::BiasInstability, Term::RateRandomWalk, Term::Rate
 
 /// Bounds the slow terms where a step, a cycle or a warm-up of the level would be fitted by them.
 pub(super) fn withhold_changes_of_level(channels: &mut [ChannelAssessment]) {
-    for ChannelAssessment { noise, disturbed, .. } in channels {
+    for ChannelAssessment { noise, stationarity, .. } in channels {
         let Some(noise) = noise else { continue };
-        noise.level_changes = disturbed.level_poses_as_noise();
+        noise.level_changes = stationarity.level_poses_as_noise();
         if noise.level_changes {
             noise.bound_slow_terms();
         }

@@ -246,7 +246,7 @@ pub(crate) fn verdicts(record: &SourceResult, words: RemedyWords, captions: &Cap
                     td { (measured(verdict, factor)) }
                     td {
                         b { (verdict_name(verdict)) }
-                        @if let Some(by) = verdict.decided_by { br; (decided_by(by)) " would decide" }
+                        @if verdict.decided_by.is_some() { br; (decided_by(verdict)) " would decide" }
                     }
                 }
             }

@@ -124,11 +124,6 @@ pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub(crate) files: FileArgs,
 
-    /// The sensor stayed on between the recordings: differences of means are then tested against
-    /// its noise over the time between
-    #[arg(long, help_heading = "Measurement")]
-    pub(crate) stayed_on: bool,
-
     /// The sensor of a recording, in place of its serial number or its folder: once for all, or for
     /// each recording in their order
     #[arg(long, help_heading = "Measurement", value_name = "NAME")]

@@ -15,7 +15,7 @@ use vn100_driver::list_ports;
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Evaluation, goals::Goals};
 use vn100_session::{
-    EndReason, LiveSource, LiveSpec, RecordingSpec, SampleTap, Session, SessionResult, SourceState, Stage, StartError,
+    LiveSource, LiveSpec, RecordingSpec, SampleTap, Session, SessionResult, SourceState, Stage, StartError,
 };
 
 use vn100_view::{MessageQueue, SourceMonitor, View};
@@ -247,10 +247,10 @@ async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<SourceResult> {
     let Prepared { session, writer: samples, stop } = prepared;
     let mut written = Ok(());
     let result = follow(session, &job, &stop, &mut written).await?;
-    let was_opened = match &*result.end {
-        EndReason::NotStarted(StartError::StreamInput(_)) => result.measured.source.kind.is_some(),
-        EndReason::NotStarted(error) => matches!(error, StartError::Live(_)),
-        _ => true,
+    let was_opened = match &result.start_error {
+        Some(StartError::StreamInput(_)) => result.measured.source.kind.is_some(),
+        Some(error) => matches!(error, StartError::Live(_)),
+        None => true,
     };
     let of = if matches!(job.format, OutputFormat::Head) { ResultOf::Recording } else { ResultOf::Sensor };
     let mut measured = evaluated(result, &job.evaluation, of).await?;

@@ -269,7 +269,7 @@ fn is_over(state: &SourceState) -> bool {
 /// The facts of the source, with the reason in words why its result is not complete.
 fn facts_of(state: &SourceState) -> SourceFacts {
     let error = match &state.stage {
-        Stage::Ended(reason) => end(state.name(), &reason.plain(), state.snapshot.link.tally.bytes(), page_words),
+        Stage::Ended(reason) => end(state.name(), reason, state.snapshot.link.tally.bytes(), page_words),
         _ => None,
     };
     SourceFacts { error, ..state.facts() }

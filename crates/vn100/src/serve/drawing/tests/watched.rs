@@ -1,8 +1,7 @@
 //! Sources that are watched: the words for each, its parts, and when they are drawn again.
 
-use std::io;
-
-use vn100_session::{EndReason, Playback, Speed};
+use vn100_analysis::End;
+use vn100_session::{Playback, Speed};
 
 use super::*;
 
@@ -98,7 +97,7 @@ fn a_source_is_healthy_while_it_gives_samples() {
     assert_eq!(imu.health(60_000), line(true, "replayed to its end"));
     imu.set(Stage::Finishing, None);
     assert_eq!(imu.health(60_000), line(true, "measuring"));
-    imu.set(Stage::Ended(Arc::new(EndReason::SourceEnded)), None);
+    imu.set(Stage::Ended(Arc::new(End::SourceEnded)), None);
     assert_eq!(imu.health(60_000), line(false, "ended"));
 }
 
@@ -173,7 +172,7 @@ fn results_are_drawn_again_after_half_of_the_time_then_twenty_seconds_then_a_twe
     assert_eq!((imu.shown(630_000), imu.shown(632_000)), ((14_400, 600_000), (14_400, 632_000)));
     // at the end at once
     imu.measure();
-    imu.set(Stage::Ended(Arc::new(EndReason::SourceEnded)), None);
+    imu.set(Stage::Ended(Arc::new(End::SourceEnded)), None);
     assert_eq!(imu.shown(632_001), (18_000, 632_001));
     assert_eq!(imu.shown(900_000), (18_000, 632_001));
 }
@@ -181,7 +180,7 @@ fn results_are_drawn_again_after_half_of_the_time_then_twenty_seconds_then_a_twe
 #[test]
 fn the_page_says_why_a_source_has_ended() {
     let mut imu = Watched::new(&["imu"]);
-    imu.set(Stage::Ended(Arc::new(EndReason::SourceFailed(io::Error::other("it was unplugged")))), None);
+    imu.set(Stage::Ended(Arc::new(End::SourceFailed("it was unplugged".into()))), None);
     let now = imu.html("now", 0);
     assert!(now.contains("ENDED") && now.contains("<p class=\"warning problem\">imu: it was unplugged</p>"), "{now}");
     let document = imu.drawer.documents(imu.after(0));
