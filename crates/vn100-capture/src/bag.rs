@@ -31,7 +31,6 @@ pub(crate) use self::{
     files::Bag,
     open::{Stream, detect_bag},
     samples::BagSamples,
-    sentences::checked_part,
     streams::{choose, choose_one},
 };
 pub use self::{

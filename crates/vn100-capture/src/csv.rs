@@ -43,6 +43,7 @@ pub(crate) use column_map::ColumnName;
 pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use head::detect;
 pub(crate) use reader::CsvReader;
+pub(crate) use sentence_rows::checked_part;
 
 /// Bytes of a file that are examined: a thousand rows of up to 260 bytes.
 pub(crate) const HEAD_BYTES: usize = 256 * 1024;

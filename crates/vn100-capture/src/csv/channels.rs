@@ -53,6 +53,14 @@ pub(super) fn quantity_word(channel: &str) -> &str {
     channel.split('_').next().unwrap_or(channel)
 }
 
+/// The quantities that are named first.
+const FIRST: [&str; 3] = ["gyro", "accel", "mag"];
+
+/// The place of a stream of this name among others.
+pub(super) fn rank(name: &str) -> usize {
+    FIRST.iter().position(|first| name.starts_with(first)).unwrap_or(FIRST.len())
+}
+
 /// Standard acceleration of free fall in m/s² (BIPM, The International System of Units, 2019).
 const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
 

@@ -9,12 +9,11 @@ use vn100_protocol::{
 
 use super::{
     CsvError, HeadRows,
-    channels::{Unit, known, quantity_word, units},
+    channels::{Unit, known, quantity_word, rank, units},
     column_map::ColumnMap,
     header::Header,
     holds_number,
     name::{Made, Meaning},
-    streams::rank,
 };
 
 /// The columns that are read, and the others whose names tell their content.

@@ -19,7 +19,6 @@ use super::{
     stamp::{StampForm, StampScan},
     time_columns::{StampColumns, TimeSearch, argument, date_of},
 };
-use crate::bag::checked_part;
 
 /// With fewer rows, any text may stand before a sentence.
 const FEWEST: usize = 3;
@@ -60,6 +59,18 @@ impl<'a> SentenceRow<'a> {
         let begin = self.before.iter().position(u8::is_ascii_alphanumeric).unwrap_or(self.before.len());
         let end = self.before.iter().rposition(u8::is_ascii_alphanumeric).map_or(begin, |last| last + 1);
         &self.before[begin..end]
+    }
+}
+
+/// The sentence up to its checksum of two or four digits, without a quote or an escaped line end
+/// after it. The whole sentence if it has no checksum.
+pub(crate) fn checked_part(sentence: &[u8]) -> &[u8] {
+    let Some(star) = memchr(b'*', sentence) else { return sentence };
+    let digits = sentence[star + 1..].iter().take(4).take_while(|byte| byte.is_ascii_hexdigit()).count();
+    match digits {
+        4 => &sentence[..star + 5],
+        2 | 3 => &sentence[..star + 3],
+        _ => sentence,
     }
 }
 

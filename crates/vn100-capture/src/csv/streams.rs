@@ -2,7 +2,7 @@
 
 use super::{
     HeadRows,
-    channels::{known, quantity_word},
+    channels::{known, quantity_word, rank},
     columns::ChannelColumn,
     holds_number,
 };
@@ -19,9 +19,6 @@ const SHARED: f64 = 0.9;
 
 /// A quantity with fewer values forms no stream of its own.
 const FEWEST_VALUES: usize = 10;
-
-/// The quantities that are named first.
-const FIRST: [&str; 3] = ["gyro", "accel", "mag"];
 
 /// The names of the streams of a table by its first rows; none if all columns are one stream.
 pub(super) fn streams(channels: &[ChannelColumn], rows: &HeadRows) -> Vec<String> {
@@ -51,11 +48,6 @@ pub(super) fn streams(channels: &[ChannelColumn], rows: &HeadRows) -> Vec<String
     let mut names: Vec<String> = groups.into_iter().map(name).collect();
     names.sort_by_key(|name| rank(name));
     if names.len() < 2 { Vec::new() } else { names }
-}
-
-/// The place of a stream of this name among others.
-pub(super) fn rank(name: &str) -> usize {
-    FIRST.iter().position(|first| name.starts_with(first)).unwrap_or(FIRST.len())
 }
 
 /// Whether a quantity with at most as many values as `most` has the same rate, with some values
