@@ -88,10 +88,13 @@ fn the_picture_of_a_report_is_its_first_screen() {
     let style = between("<style>", "</style>");
     let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\"";
     let first = without_scripts(between("<body>", "<nav ")).replace("<svg", svg);
+    // of the curves those of the gyroscope
+    let (curves, rest) = first.split_once("<div class=\"grid\">").unwrap();
+    let first = format!("{curves}</section>{}", rest.split_once("</section>").unwrap().1);
     let (before, after) = first.split_once("<div><dt>SHA-256</dt>").unwrap();
     let (_, after) = after.split_once("</div>").unwrap();
     let picture = format!(
-        "{svg} width=\"1280\" height=\"1350\" viewBox=\"0 0 1280 1350\"><foreignObject width=\"100%\" height=\"100%\">\
+        "{svg} width=\"1280\" height=\"1100\" viewBox=\"0 0 1280 1100\"><foreignObject width=\"100%\" height=\"100%\">\
          <html xmlns=\"http://www.w3.org/1999/xhtml\"><head><style>{}</style></head><body>{before}{after}</main></body></html></foreignObject></svg>\n",
         style.replace('&', "&amp;")
     );

@@ -164,7 +164,7 @@ fn each_of_several_sources_has_a_page_that_the_list_leads_to() {
         .until("document.title === 'b.mcap: noise, live' && document.querySelectorAll('#allan figure').length === 3");
     browser.until(UP_TO_DATE);
     // the curves are seen at once, and every control has a description
-    browser.until("document.querySelector('#allan svg').getBoundingClientRect().top < innerHeight / 2");
+    browser.until("document.querySelector('#allan svg').getBoundingClientRect().top < innerHeight");
     browser.until("document.querySelectorAll('button').length > 20");
     let unnamed = "[...document.querySelectorAll('input, select, button')].filter((one) => \
         !one.closest('label') && !one.textContent.trim() && !one.getAttribute('aria-label')).length";

@@ -5,7 +5,7 @@ use imu_noise::{Deviation, Term};
 use vn100_analysis::{ChannelResult, Point, letter};
 
 use crate::{
-    panels::sheet,
+    panels::sheet::{self, ModelLine},
     source::{ChannelGroup, SourceView},
     state::{ShownAxes, ViewState},
     units::ShownUnit,
@@ -21,15 +21,6 @@ pub(crate) struct AllanPlot<'a> {
     pub(crate) curves: Vec<AllanCurve>,
     /// Of the data sheet.
     pub(crate) sheet: Option<ModelLine>,
-}
-
-/// A line of a model in the plot.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct ModelLine {
-    /// Its letter; `None` for the whole.
-    pub(crate) term: Option<&'static str>,
-    /// Averaging time in seconds and deviation.
-    pub(crate) points: Vec<(f64, f64)>,
 }
 
 #[derive(Debug, Clone, PartialEq)]

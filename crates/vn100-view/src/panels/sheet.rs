@@ -1,11 +1,17 @@
-//! The line of the data sheet in the plot.
+//! Lines of models in the plot, and that of the data sheet.
 
 use imu_noise::{Term, Verdict};
 
-use crate::{
-    panels::curve::ModelLine,
-    source::{ChannelGroup, SourceView},
-};
+use crate::source::{ChannelGroup, SourceView};
+
+/// A line of a model in the plot.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ModelLine {
+    /// Its letter; `None` for the whole.
+    pub(crate) term: Option<&'static str>,
+    /// Averaging time in seconds and deviation.
+    pub(crate) points: Vec<(f64, f64)>,
+}
 
 /// The letter of the sheet in the plot.
 pub(crate) const SHEET: &str = "S";

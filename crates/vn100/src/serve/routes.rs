@@ -24,7 +24,7 @@ use crate::serve::{
 
 pub(crate) fn router(app: &Arc<App>) -> Router {
     Router::new()
-        .route("/", get(async |state| page(state, Path(0)).await))
+        .route("/", get(async |state| page(state, Path("0".into())).await))
         .route("/{place}", get(page))
         .route("/icon.svg", get(async || text("image/svg+xml", LIVE_ICON)))
         .route("/events", get(events))
@@ -52,7 +52,8 @@ fn html(page: Bytes) -> Response {
     ([(header::CONTENT_SECURITY_POLICY, policy)], text("text/html; charset=utf-8", page)).into_response()
 }
 
-async fn page(State(app): State<Arc<App>>, Path(place): Path<usize>) -> Result<Response, StatusCode> {
+async fn page(State(app): State<Arc<App>>, Path(place): Path<String>) -> Result<Response, StatusCode> {
+    let place = place.parse().map_err(|_| StatusCode::NOT_FOUND)?;
     let page = app.ask(move |drawer, now| drawer.html(now, place)).await?;
     page.map(|page| html(page.into())).ok_or(StatusCode::NOT_FOUND)
 }
