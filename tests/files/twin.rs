@@ -77,7 +77,9 @@ fn a_twin_of_what_does_not_show_the_sensor_is_refused() {
     let folder = TempDir::new().unwrap();
     assert!(sim(&folder, &["-o", "a.vnymr", "-d", "2min"]).0);
     std::fs::write(folder.path().join("b.json"), "{\"a\": 1}").unwrap();
-    for (file, reason) in [("a.vnymr", "filter has removed the bias"), ("b.json", "no document"), ("none", "no twin of none")] {
+    for (file, reason) in
+        [("a.vnymr", "filter has removed the bias"), ("b.json", "no document"), ("none", "no twin of none")]
+    {
         let (is_written, error) = sim(&folder, &["-o", "twin.vnimu", "--like", file]);
         assert!(!is_written && error.contains(reason), "{error}");
         assert!(!folder.path().join("twin.vnimu").exists());

@@ -15,8 +15,8 @@ mod units;
 mod white_budget;
 
 use imu_noise::{
-    ChannelCurve, Interval, LevelSearch, Normality, NotJudged, Octave, OctaveSum, PowerLaw, RecordShape, counts_to_unit,
-    noise_types,
+    ChannelCurve, Interval, LevelSearch, Normality, NotJudged, Octave, OctaveSum, PowerLaw, RecordShape,
+    counts_to_unit, noise_types,
 };
 use vn100_protocol::Channel;
 

@@ -63,8 +63,8 @@ pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError, TakenAt,
 pub use rate_change::{FalseRate, FalseReport, RateChange};
 pub use remedy::{Remedy, RemedyWords, Setting};
 pub use result::{
-    BlockValues, Budget, ChannelResult, ComparedSheet, Completion, Curve, Discrete, DriftResult, Drifting,
-    Graded, GraphicalReading, GraphicalReadings, HistogramBars, History, HistoryColumn, InUnit, Inflation, LinkCounts,
+    BlockValues, Budget, ChannelResult, ComparedSheet, Completion, Curve, Discrete, DriftResult, Drifting, Graded,
+    GraphicalReading, GraphicalReadings, HistogramBars, History, HistoryColumn, InUnit, Inflation, LinkCounts,
     NoiseResult, Norm, NormalityTest, ParameterResult, Parts, Point, SourceResult, Spectrum, Statistics,
     TemperatureResult, TimeBase, angle_drift,
 };

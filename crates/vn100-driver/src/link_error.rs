@@ -123,7 +123,8 @@ const GONE: &str = "the port disappeared, as when the cable is unplugged or the 
 /// A device that sends these sentences, in words. Names of NMEA 0183 have two letters for the talker
 /// and three for the message, or a `P` and the letters of a maker.
 fn other_device(names: &[String]) -> String {
-    let is_nmea = |name: &String| name.starts_with('P') || name.len() == 5 && !name.contains(|c: char| c.is_ascii_digit());
+    let is_nmea =
+        |name: &String| name.starts_with('P') || name.len() == 5 && !name.contains(|c: char| c.is_ascii_digit());
     let device = match names.iter().all(is_nmea) {
         true => "a device that sends NMEA sentences, such as a GPS",
         false => "another device that sends sentences",

@@ -151,9 +151,11 @@ impl Fault {
                 Ok(Self::Baud(time(when()?)?, baud))
             }
             "stale" if head == name => plain(Self::Stale),
-            _ => Err("is no fault: use drop, flip, splice, stall, unplug, reboot, baud or badopen with @ and a time, or \
+            _ => Err(
+                "is no fault: use drop, flip, splice, stall, unplug, reboot, baud or badopen with @ and a time, or \
                       stale alone"
-                .into()),
+                    .into(),
+            ),
         }
     }
 }

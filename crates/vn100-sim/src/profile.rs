@@ -48,9 +48,8 @@ pub struct UnknownProfile {
 pub struct NoTwin(String);
 
 /// Names of the channels, in the order of a profile.
-const NAMES: [&str; 12] = [
-    "yaw", "pitch", "roll", "mag_x", "mag_y", "mag_z", "accel_x", "accel_y", "accel_z", "gyro_x", "gyro_y", "gyro_z",
-];
+const NAMES: [&str; 12] =
+    ["yaw", "pitch", "roll", "mag_x", "mag_y", "mag_z", "accel_x", "accel_y", "accel_z", "gyro_x", "gyro_y", "gyro_z"];
 
 impl Profile {
     /// The names that [`Profile::named`] knows.
@@ -125,7 +124,11 @@ impl Profile {
 
     /// The names of the channels without noise.
     pub fn absent(&self) -> impl Iterator<Item = &'static str> {
-        NAMES.into_iter().zip(&self.channels).filter(|(_, channel)| channel.noise.white_density == 0.0).map(|(name, _)| name)
+        NAMES
+            .into_iter()
+            .zip(&self.channels)
+            .filter(|(_, channel)| channel.noise.white_density == 0.0)
+            .map(|(name, _)| name)
     }
 }
 

@@ -119,10 +119,7 @@ impl Wire {
     /// The time of the next poll; rare while no host reads.
     pub fn next_wakeup(&self, now: Duration) -> Duration {
         let idle = now + Duration::from_secs(1);
-        let bytes = [
-            Some(self.device.next_wakeup()),
-            self.stalled.front().map(|(at, _)| *at),
-        ];
+        let bytes = [Some(self.device.next_wakeup()), self.stalled.front().map(|(at, _)| *at)];
         let bytes = bytes.into_iter().flatten().filter(|_| self.host_is_there && self.plugged);
         bytes.chain(self.faults.next_event()).fold(idle, Duration::min)
     }

@@ -156,7 +156,9 @@ fn event(reported: Option<&LinkState>, state: &LinkState) -> Option<String> {
         LinkState::Up(Up { restarted: Some(error), since_ns, .. }) if reported_since != Some(*since_ns) => {
             Some(format!("the sensor restarted: {error}"))
         }
-        LinkState::Up(Up { output_resumed: true, .. }) if reported.and_then(LinkState::up).is_none_or(|up| !up.output_resumed) => {
+        LinkState::Up(Up { output_resumed: true, .. })
+            if reported.and_then(LinkState::up).is_none_or(|up| !up.output_resumed) =>
+        {
             Some("the sensor's output was paused; it is resumed for the measurement and paused again on exit".into())
         }
         LinkState::Up(up) if matches!(reported, Some(LinkState::Silent(silent)) if silent.since_ns == up.since_ns) => {

@@ -97,9 +97,7 @@ fn announced(address: SocketAddr, name: Option<&str>) -> String {
             name.unwrap_or("HOST")
         );
     }
-    format!(
-        "live page: {url} WARNING: everyone who reaches this machine can read it, without password or encryption"
-    )
+    format!("live page: {url} WARNING: everyone who reaches this machine can read it, without password or encryption")
 }
 
 /// As it is asked for: where all addresses answer, by the name of this machine.

@@ -9,9 +9,9 @@ use super::{
     packet_reader::{PacketOutcome, PacketReader},
 };
 use crate::{
-    AsyncType, BINARY, Channel, Decoder, Item, Layout, Options, Packet, PacketForm, PacketHeader, PrintFormat, Quantity, Register,
-    RegisterContents, RejectedCounts, Reply, Sample, Sentence, Tally, VNIMU, framing::packet::PacketRun,
-    message::decoder::Sink,
+    AsyncType, BINARY, Channel, Decoder, Item, Layout, Options, Packet, PacketForm, PacketHeader, PrintFormat,
+    Quantity, Register, RegisterContents, RejectedCounts, Reply, Sample, Sentence, Tally, VNIMU,
+    framing::packet::PacketRun, message::decoder::Sink,
 };
 
 /// Sentences with a position or a velocity, which require a satellite receiver (VN-200 and VN-300

@@ -209,8 +209,19 @@ fn a_read_without_a_value_is_the_question() {
 #[test]
 fn a_sentence_that_is_no_reply_is_none() {
     for body in [
-        "VNYPR,-129.867,-000.355,-000.296", "GPGGA,1", "VNRRG", "VNRRG,", "VNRRG,x,1", "VNRRG,+1,1", "VNWRG,256,1",
-        "VNWRG,07", "VNERR", "VNERR,", "VNERR,+3", "VNERR,003", "VNERR,03,1",
+        "VNYPR,-129.867,-000.355,-000.296",
+        "GPGGA,1",
+        "VNRRG",
+        "VNRRG,",
+        "VNRRG,x,1",
+        "VNRRG,+1,1",
+        "VNWRG,256,1",
+        "VNWRG,07",
+        "VNERR",
+        "VNERR,",
+        "VNERR,+3",
+        "VNERR,003",
+        "VNERR,03,1",
     ] {
         assert_eq!(parse_reply(&sentence(body)), None, "{body}");
     }

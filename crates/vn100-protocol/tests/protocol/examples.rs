@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use vn100_protocol::{
-    Decoder, Frame, GrammarError, Item, Layout, Options, PrintFormat, RejectReason, Sample, Suffix,
-    VNIMU, VNMAR, VNQMR, VNYMR, crc16, xor8,
+    Decoder, Frame, GrammarError, Item, Layout, Options, PrintFormat, RejectReason, Sample, Suffix, VNIMU, VNMAR,
+    VNQMR, VNYMR, crc16, xor8,
 };
 
 use crate::support::{body, counts, frames, sentence};

@@ -9,8 +9,7 @@ use proptest::{
     sample::{Index, select},
 };
 use vn100_protocol::{
-    Check, Decoder, Frame, Framer, Item, Options, RegisterContents, Reply, SensorCommand, Tally, crc16,
-    xor8,
+    Check, Decoder, Frame, Framer, Item, Options, RegisterContents, Reply, SensorCommand, Tally, crc16, xor8,
 };
 
 /// The printed form of a number in the maker's manual: the minimum width and the decimals of C's

@@ -9,12 +9,7 @@ use super::{
     command::check_count,
     register_table::{Field, Firmware, ROWS},
 };
-use crate::{
-    message::MESSAGES,
-    onboard::AveragingWindow,
-    profile::Profile,
-    sensor::Processing,
-};
+use crate::{message::MESSAGES, onboard::AveragingWindow, profile::Profile, sensor::Processing};
 
 #[derive(Debug, Clone, PartialEq)]
 enum Value {

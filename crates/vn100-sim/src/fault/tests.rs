@@ -5,7 +5,8 @@ use super::*;
 #[test]
 fn a_plan_is_read() {
     let at = Duration::from_secs_f64;
-    let plan: FaultPlan = "  drop@2min drop@0.1%   stall@0.5h+20ms\nflip@3s+1s:bit6 unplug@20s+3s:other".parse().unwrap();
+    let plan: FaultPlan =
+        "  drop@2min drop@0.1%   stall@0.5h+20ms\nflip@3s+1s:bit6 unplug@20s+3s:other".parse().unwrap();
     let expected = [
         Fault::Drop(Bytes::At(at(120.0))),
         Fault::Drop(Bytes::Chance(0.001)),

@@ -62,10 +62,9 @@ fn boxcar_correlates_neighbours() {
 /// One second of a real sensor with firmware 3.1, with the factory default of the window.
 #[test]
 fn neighbours_are_correlated_as_in_a_real_sensor() {
-    for (window, measured) in [
-        (delivered(9), [0.83, 0.49, 0.17, -0.02, -0.05]),
-        (delivered(6), [0.86, 0.60, 0.35, 0.14, 0.08]),
-    ] {
+    for (window, measured) in
+        [(delivered(9), [0.83, 0.49, 0.17, -0.02, -0.05]), (delivered(6), [0.86, 0.60, 0.35, 0.14, 0.08])]
+    {
         let values = white(window, 800, 400_000);
         for (lag, measured) in (1..).zip(measured) {
             let found = autocorrelation(&values, lag);

@@ -109,7 +109,9 @@ impl PtySensor {
         // a counter that is full wakes as well
         _ = write(&self.shared.waker, &1_u64.to_ne_bytes());
         match self.thread.take() {
-            Some(thread) => thread.join().unwrap_or_else(|_| Err(io::Error::other("internal error in the emulated sensor"))),
+            Some(thread) => {
+                thread.join().unwrap_or_else(|_| Err(io::Error::other("internal error in the emulated sensor")))
+            }
             None => Ok(()),
         }
     }

@@ -151,26 +151,14 @@ const COMMANDS: [CommandHelp; 17] = [
         ],
         exit_status: OFFLINE,
     },
-    CommandHelp {
-        name: "selftest",
-        examples: &[("compare with published values", "selftest")],
-        exit_status: OFFLINE,
-    },
-    CommandHelp {
-        name: "ports",
-        examples: &[("the ports, likely ones first", "ports")],
-        exit_status: OFFLINE,
-    },
+    CommandHelp { name: "selftest", examples: &[("compare with published values", "selftest")], exit_status: OFFLINE },
+    CommandHelp { name: "ports", examples: &[("the ports, likely ones first", "ports")], exit_status: OFFLINE },
     CommandHelp {
         name: "schema",
         examples: &[("the fields of the result of a measurement", "schema analysis")],
         exit_status: OFFLINE,
     },
-    CommandHelp {
-        name: "completions",
-        examples: &[("the script for bash", "completions bash")],
-        exit_status: OFFLINE,
-    },
+    CommandHelp { name: "completions", examples: &[("the script for bash", "completions bash")], exit_status: OFFLINE },
     CommandHelp {
         name: "man",
         examples: &[("the page of the program", "man"), ("a page for each command", "man -o man1")],

@@ -9,7 +9,7 @@ use std::{
 use anyhow::Result;
 use imu_noise::Term;
 use vn100_analysis::{
-    Comparison, Completion, DEFAULT_CONFIDENCE, OctaveTest, Ranking, SourceResult, sensor_of,
+    Chance, Comparison, Completion, DEFAULT_CONFIDENCE, OctaveTest, Ranking, SourceResult, sensor_of,
 };
 use vn100_capture::Capture;
 use vn100_protocol::Quantity;

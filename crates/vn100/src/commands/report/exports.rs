@@ -7,11 +7,7 @@ use std::{
 
 use anyhow::{Error, Result, anyhow};
 use vn100_analysis::{Completion, SourceResult};
-use vn100_report::{
-    Consumer, CsvTable, Document, Evaluation, FilterNoise, NotWritten,
-    figure::Figures,
-    json_line,
-};
+use vn100_report::{Consumer, CsvTable, Document, Evaluation, FilterNoise, NotWritten, figure::Figures, json_line};
 
 use super::print_written;
 use vn100_report::remedies::remedy_words;
