@@ -431,7 +431,6 @@ fn the_shared_static_record_is_reported_correctly() {
     holds_the_lab(&html);
     // the digest equals that of sha256sum
     for told in [
-        "mag_x 9.75·10⁻⁴ (0.7",
         "<dt>Start</dt><dd>2025-10-31T19:32:47.192Z</dd>",
         "18.4 Hz",
         "not measurable",
