@@ -22,6 +22,7 @@ mod measure_options;
 mod numbers;
 mod packets;
 mod parts;
+mod published;
 mod real_captures;
 mod replay_logs;
 mod report;
