@@ -1,6 +1,6 @@
 //! Captures through the pipeline, with the interpreter free, and ended by signals.
 
-use std::{path::PathBuf, sync::Arc, time::Duration};
+use std::{path::PathBuf, time::Duration};
 
 use pyo3::{exceptions::PyRuntimeError, prelude::*, types::PyDict};
 use tokio::{runtime::Runtime, time};
