@@ -9,8 +9,10 @@ use super::spectral_lines::SpectralLine;
 use crate::accumulate::signal::ChannelSignal;
 use crate::accumulate::spectrum::Powers;
 
-/// Points on either side in the median that is the noise around a point.
-const SIDE: usize = 25;
+/// Points on either side in the median that is the noise around a point: of a band, which may be wide,
+/// and of a line, about which the density may be bent.
+const AROUND_BAND: usize = 25;
+const AROUND_LINE: usize = 10;
 
 /// Lowest point examined: below, the noise around a point includes the point, and drift leaks in.
 const LOWEST: usize = 4;
@@ -121,15 +123,22 @@ fn bands_of(spectrum: &Powers, samples: f64) -> Vec<NarrowBand> {
     let Some((of_band, of_line)) = threshold(FALSE_BAND).zip(threshold(FALSE_LINE / candidates)) else {
         return Vec::new();
     };
-    let floors = spectrum.floors();
+    let floors = [AROUND_BAND, AROUND_LINE].map(|most| spectrum.floors(most));
+    let [of_bands, _] = &floors;
     let high: Vec<usize> =
-        (LOWEST..=last).filter(|&k| floors[k] > 0.0 && spectrum.powers[k] > of_band * floors[k]).collect();
+        (LOWEST..=last).filter(|&k| of_bands[k] > 0.0 && spectrum.powers[k] > of_band * of_bands[k]).collect();
     // Points of one band are at most the reach of a line apart.
     let bands = high.chunk_by(|a, b| b - a <= 2 * REACH);
     bands.filter_map(|points| band(spectrum, &floors, points, samples, of_line)).collect()
 }
 
-fn band(spectrum: &Powers, floors: &[f64], points: &[usize], samples: f64, of_line: f64) -> Option<NarrowBand> {
+fn band(
+    spectrum: &Powers,
+    [floors, of_lines]: &[Vec<f64>; 2],
+    points: &[usize],
+    samples: f64,
+    of_line: f64,
+) -> Option<NarrowBand> {
     let n = spectrum.segment_samples as f64;
     let last = spectrum.segment_samples / 2;
     let (first, end) = (*points.first()?, *points.last()?);
@@ -151,16 +160,16 @@ fn band(spectrum: &Powers, floors: &[f64], points: &[usize], samples: f64, of_li
     };
     let passed: f64 = parts.iter().map(|(from, to, share)| share * passed(0.5 * (from + to), samples)).sum();
     // The median of few points is itself uncertain: three standard errors of it, from 1.25 σ/√n of a Gaussian.
-    let around = (2 * points_on_a_side(peak) + 1) as f64;
+    let around = (2 * AROUND_LINE.min(peak - 1) + 1) as f64;
     let uncertain = 1.0 + 3.0 * 1.25 / (spectrum.averages * around).sqrt();
-    let peak_to_floor = spectrum.powers[peak] / floors[peak];
+    let peak_to_floor = spectrum.powers[peak] / of_lines[peak];
     Some(NarrowBand {
         parts,
         power: power / (samples * samples) / passed,
         share_of_band: reach.count() as f64 / last as f64 / samples,
         share_of_variance: 0.0,
         peak_to_floor,
-        is_line: peak_to_floor > of_line * uncertain,
+        is_line: peak_to_floor.is_finite() && peak_to_floor > of_line * uncertain,
     })
 }
 
@@ -171,17 +180,17 @@ impl Powers {
         self.powers[if k > last { 2 * last - k } else { k }]
     }
 
-    /// For each point the median of those around it, as many on either side, so that a slope cancels.
-    /// Infinite below [`LOWEST`].
-    pub(super) fn floors(&self) -> Vec<f64> {
+    /// For each point the median of those up to `most` points away, as many on either side, so that a
+    /// slope cancels. Infinite below [`LOWEST`].
+    fn floors(&self, most: usize) -> Vec<f64> {
         let last = self.segment_samples / 2;
         let mut floors = vec![f64::INFINITY; LOWEST.min(last + 1)];
         // in rising order: from point 1 on at first, then as many on either side
-        let mut around: Vec<f64> = Vec::with_capacity(2 * SIDE + 2);
+        let mut around: Vec<f64> = Vec::with_capacity(2 * most + 2);
         let place = |around: &[f64], power: f64| around.partition_point(|other| other.total_cmp(&power).is_lt());
         let mut end = 1;
         for k in LOWEST..=last {
-            let side = points_on_a_side(k);
+            let side = most.min(k - 1);
             while end <= k + side {
                 let power = self.power(end);
                 around.insert(place(&around, power), power);
@@ -194,11 +203,6 @@ impl Powers {
         }
         floors
     }
-}
-
-/// Points on either side of point k in the median.
-fn points_on_a_side(k: usize) -> usize {
-    SIDE.min(k - 1)
 }
 
 /// Where the line of the highest point `peak` lies, in points, by the power `above` the noise.

@@ -48,7 +48,7 @@ fn the_file_for_kalibr_says_of_each_value_what_it_is() {
         "rad/s/sqrt(Hz): gyro_y, estimated\n",
         "\ngyroscope_noise_density: 3.1845e-5\n",
         ": gyro_z, estimated\n",
-        "\ngyroscope_random_walk: 3.0588e-5\n",
+        "\ngyroscope_random_walk: 3.0589e-5\n",
     ] {
         assert!(text.contains(lines), "{lines:?} is not in:\n{text}");
     }
