@@ -35,6 +35,7 @@ mod system_faults;
 mod tables;
 #[cfg(unix)]
 mod terminal;
+mod twin;
 mod uncertainty;
 mod verdict;
 mod wild_tables;

@@ -7,7 +7,6 @@ mod bag_report;
 mod batch;
 mod counts;
 mod input;
-mod packet_choice;
 mod packet_reader;
 mod rejected_rows;
 mod sample_reader;

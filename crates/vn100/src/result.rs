@@ -36,13 +36,15 @@ pub(crate) enum ResultOf {
     Recording,
 }
 
-/// The result of a live source, evaluated.
+/// The result of a source, evaluated.
 pub(crate) async fn evaluated(
     result: SessionResult,
     evaluation: &Arc<Evaluation>,
-    records_alone: bool,
+    of: ResultOf,
 ) -> Result<SourceResult> {
-    complete(result, evaluation, if records_alone { ResultOf::Recording } else { ResultOf::Sensor }).await
+    let evaluation = Arc::clone(evaluation);
+    // it is slow: other sources are measured meanwhile
+    Ok(task::spawn_blocking(move || evaluation.complete(measured(result, of))).await?)
 }
 
 /// The result of a replay, evaluated; one that was interrupted says so, unless the reader of its
@@ -53,20 +55,14 @@ pub(crate) async fn evaluated_replay(
     has_enough: bool,
 ) -> Result<SourceResult> {
     let is_stopped = matches!(*result.end, EndReason::Stopped) && !has_enough;
-    let mut measured = complete(result, evaluation, ResultOf::Capture).await?;
+    let mut measured = evaluated(result, evaluation, ResultOf::Capture).await?;
     if is_stopped {
         note_interrupted(&mut measured);
     }
     Ok(measured)
 }
 
-async fn complete(result: SessionResult, evaluation: &Arc<Evaluation>, of: ResultOf) -> Result<SourceResult> {
-    let evaluation = Arc::clone(evaluation);
-    // it is slow: other sources are measured meanwhile
-    Ok(task::spawn_blocking(move || evaluation.complete(measured(result, of))).await?)
-}
-
-pub(crate) fn measured(result: SessionResult, of: ResultOf) -> SourceResult {
+fn measured(result: SessionResult, of: ResultOf) -> SourceResult {
     let SessionResult { measured, end, shortfall, unmet, .. } = result;
     let is_live = of != ResultOf::Capture;
     let ended = Ended { end: &end.plain(), shortfall: shortfall.as_ref(), unmet: &unmet, is_live, words: remedy_words };

@@ -54,7 +54,6 @@ pub struct BagReport {
 
 impl BagReport {
     /// The report of a topic before its first message.
-    #[must_use]
     pub fn of(topic: impl Into<String>, type_name: impl Into<String>, stamps: StampSource) -> Self {
         Self {
             topic: topic.into(),
@@ -118,7 +117,6 @@ pub enum StampSource {
 
 impl StampSource {
     /// Its code in results.
-    #[must_use]
     pub const fn code(&self) -> &'static str {
         match self {
             Self::Field(_) => "field",

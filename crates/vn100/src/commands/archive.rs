@@ -106,8 +106,7 @@ fn archived(args: &FileArgs, files: Vec<PathBuf>) -> Vec<ArchivedCapture> {
         judged_by => format!("{judged_by:?}"),
     };
     let options = spec.options_digest(&judged_by);
-    let part = |path: &PathBuf| (!args.separate).then(|| RecordingPart::of(path)).flatten();
-    let groups = joined_parts(files.into_iter().map(|path| (path.clone(), part(&path))));
+    let groups = joined_parts(files.into_iter().map(|path| (path.clone(), RecordingPart::of(&path))));
     let capture = |parts: BTreeMap<u32, PathBuf>| {
         let files: Vec<PathBuf> = parts.into_values().collect();
         let (bytes, modified_ns) = file_stamp(&files);

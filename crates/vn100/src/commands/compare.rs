@@ -9,8 +9,8 @@ use std::{
 use anyhow::Result;
 use imu_noise::Term;
 use vn100_analysis::{
-    Chance, ChannelMeans, Comparison, Completion, DEFAULT_CONFIDENCE, OctaveTest, Population, Ranking, SameSamples,
-    SourceResult, sensor_of,
+    Chance, ChannelMeans, Comparison, Completion, DEFAULT_CONFIDENCE, OctaveTest, Population, Ranking, SourceResult,
+    sensor_of,
 };
 use vn100_capture::Capture;
 use vn100_protocol::Quantity;
@@ -57,7 +57,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
     let confidence = args.files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE);
     let comparison = Comparison::of(&records, args.stayed_on, confidence);
     let populations = comparison.populations(&records, &units(&inputs, &all, &args.sensor));
-    if args.json {
+    if args.output.json {
         unless_closed(print_json(&ComparisonDocument::new(&all, &comparison, &populations, remedy_words)))?;
     } else {
         unless_closed(print(&text(|out| write_comparison(out, &all, &comparison, &populations))))?;
@@ -84,7 +84,7 @@ fn write_comparison(
     populations: &[Population],
 ) -> fmt::Result {
     if all.len() > 1 {
-        writeln!(out, "{}\n", fill(&conclusion(all, comparison), "", "  "))?;
+        writeln!(out, "{}\n", fill(&sentence(&recommendation(comparison, run_name)), "", "  "))?;
     }
     writeln!(out, "{}, {} % confidence", counted(all.len() as u64, "run"), short(100.0 * comparison.confidence))?;
     for (number, measured) in all.iter().enumerate() {
@@ -109,82 +109,10 @@ fn write_comparison(
     write_means(out, comparison)
 }
 
-/// The answer: which runs are the same, whether N and means differ, and which run to use.
-fn conclusion(all: &[SourceResult], comparison: &Comparison) -> String {
-    let is_whole = |part: f64| part >= SameSamples::WHOLE;
-    let same =
-        comparison.same_samples.iter().filter(|same| is_whole(same.shared.of_first) && is_whole(same.shared.of_second));
-    let mut parts: Vec<String> = same
-        .map(|same| {
-            let [a, b] = same.records.map(run_name);
-            format!("{a} and {b} hold the same samples")
-        })
-        .collect();
-    parts.extend(white_conclusion(comparison, all.len()));
-    parts.extend(means_conclusion(comparison));
-    parts.push(recommendation(comparison, run_name));
-    parts.iter().map(|part| sentence(part)).collect::<Vec<_>>().join(" ")
-}
-
 /// With a capital and a full stop.
 fn sentence(part: &str) -> String {
     let mut letters = part.chars();
     letters.next().into_iter().flat_map(char::to_uppercase).chain(letters).chain(['.']).collect()
-}
-
-/// Which run is the quietest, sensor by sensor, or that none differ in N.
-fn white_conclusion(comparison: &Comparison, records: usize) -> Vec<String> {
-    let leads = comparison.rankings.iter().filter_map(|ranking| {
-        let lead = ranking.lead().filter(|lead| comparison.is_significant(*lead))?;
-        let sensor = names_of(ranking.quantity).short;
-        Some(format!("{} has the smallest N of {sensor} ({})", run_name(ranking.records.first()?.record), chance(lead)))
-    });
-    let mut parts: Vec<String> = leads.collect();
-    let tests: Vec<Chance> =
-        comparison.rankings.iter().flat_map(|ranking| &ranking.tests).map(|test| test.chance).collect();
-    let surest = tests.iter().copied().min_by(|a, b| a.corrected.total_cmp(&b.corrected));
-    if let Some(surest) = surest.filter(|_| parts.is_empty()) {
-        parts.push(match comparison.is_significant(surest) {
-            true => format!("some runs differ in N, and none is significantly the quietest ({})", chance(surest)),
-            false => format!("{} ({})", undifferent(comparison, records), chance(surest)),
-        });
-    }
-    parts
-}
-
-/// Which means differ.
-fn means_conclusion(comparison: &Comparison) -> Option<String> {
-    let tested = |channel: &ChannelMeans| {
-        let tests = channel.differences.iter().filter_map(|difference| difference.test.ok());
-        tests.map(|test| test.chance).min_by(|a, b| a.corrected.total_cmp(&b.corrected))
-    };
-    let surest: Vec<(&str, Chance)> =
-        comparison.means.iter().filter_map(|channel| Some((&*channel.channel, tested(channel)?))).collect();
-    if surest.is_empty() {
-        return None;
-    }
-    let (names, chances): (Vec<&str>, Vec<String>) = (surest.iter())
-        .filter(|(_, found)| comparison.is_significant(*found))
-        .map(|(name, found)| (*name, chance(*found).trim_start_matches("p = ").to_owned()))
-        .unzip();
-    Some(match &names[..] {
-        [] => "means do not differ significantly".into(),
-        [only] => format!("the mean of {only} differs (p = {})", chances.join(", ")).replace("p = p", "p"),
-        _ => format!("means of {} differ (p = {})", names.join(", "), chances.join(", ")).replace("p = p", "p"),
-    })
-}
-
-/// The runs that were tested, where these are all: `runs 1-3 do not differ significantly in N`.
-fn undifferent(comparison: &Comparison, records: usize) -> String {
-    let is_tested = |record: usize| {
-        let mut tests = comparison.rankings.iter().flat_map(|ranking| &ranking.tests);
-        tests.any(|test| test.records.contains(&record))
-    };
-    match records {
-        _ if !(0..records).all(is_tested) => "no significant difference in N".into(),
-        2 => "runs 1 and 2 do not differ significantly in N".into(),
-        all => format!("runs 1-{all} do not differ significantly in N"),
-    }
 }
 
 /// `Angle Random Walk (ARW) N`.
