@@ -69,7 +69,9 @@ fn what_is_measured_of_a_twin_covers_the_original() {
         }
     }
     assert!(tried >= 9 * sensors as u32, "{tried}");
-    assert!(f64::from(covered) >= 0.9 * f64::from(tried), "{covered} of {tried}");
+    // intervals of 95 %, and chance
+    let tried = f64::from(tried);
+    assert!(f64::from(covered) >= 0.95 * tried - 4.0 * (0.0475 * tried).sqrt(), "{covered} of {tried}");
 }
 
 #[test]

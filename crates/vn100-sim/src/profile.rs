@@ -93,7 +93,7 @@ impl Profile {
         let refused = |text: &str| Err(NoTwin(text.into()));
         let document: Value = serde_json::from_str(document).unwrap_or_default();
         let (Some(channels), source) = (document["channels"].as_array(), &document["source"]) else {
-            return refused("it is no document of a measurement (--json)");
+            return refused("it is no document of a measurement");
         };
         let is_compensated = |channel: &&Value| {
             let kind = channel["noise"]["long_taus"].as_str().unwrap_or_default();
