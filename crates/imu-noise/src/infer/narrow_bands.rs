@@ -47,12 +47,22 @@ pub struct NarrowBand {
     pub power: f64,
     /// Share of the frequencies up to half the sampling rate that it covers.
     pub share_of_band: f64,
-    /// Share of the band in the variance within segments, from 0 to 1.
+    /// Its highest point as a line; `None` if twelve channels of a clean record have one as high with a
+    /// probability of 1e-4 or more.
+    line: Option<Line>,
+}
+
+/// The highest point of a band, and what a line there reaches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Line {
+    /// In cycles per sample, interpolated between the points.
+    frequency: f64,
+    /// Its variance, in the unit of the channel squared.
+    power: f64,
+    /// Share in the variance within segments, from 0 to 1.
     share_of_variance: f64,
     /// Power of the highest point over the power of the noise around it.
     peak_to_floor: f64,
-    /// A clean record of twelve channels hardly ever has one as high.
-    is_line: bool,
 }
 
 impl NarrowBand {
@@ -71,11 +81,11 @@ impl NarrowBand {
     /// a band that twelve channels of a clean record show with a probability of 1e-4 or more.
     #[must_use]
     pub fn line(&self, interval_s: f64) -> Option<SpectralLine> {
-        (self.is_line && interval_s > 0.0).then(|| SpectralLine {
-            frequency_hz: self.frequency() / interval_s,
-            amplitude: (2.0 * self.power).sqrt(),
-            share_of_variance: self.share_of_variance,
-            peak_to_floor: self.peak_to_floor,
+        self.line.filter(|_| interval_s > 0.0).map(|line| SpectralLine {
+            frequency_hz: line.frequency / interval_s,
+            amplitude: (2.0 * line.power).sqrt(),
+            share_of_variance: line.share_of_variance,
+            peak_to_floor: line.peak_to_floor,
         })
     }
 }
@@ -107,8 +117,12 @@ impl ChannelSignal {
             bands.splice(..0, slow);
         }
         for band in &mut bands {
-            band.share_of_variance = band.power / total;
-            band.power *= unit_per_count * unit_per_count;
+            let unit2_per_count2 = unit_per_count * unit_per_count;
+            band.power *= unit2_per_count2;
+            if let Some(line) = &mut band.line {
+                line.share_of_variance = line.power / total;
+                line.power *= unit2_per_count2;
+            }
         }
         bands
     }
@@ -162,15 +176,30 @@ fn band(
     // The median of few points is itself uncertain: three standard errors of it, from 1.25 σ/√n of a Gaussian.
     let around = (2 * AROUND_LINE.min(peak - 1) + 1) as f64;
     let uncertain = 1.0 + 3.0 * 1.25 / (spectrum.averages * around).sqrt();
-    let peak_to_floor = spectrum.powers[peak] / of_lines[peak];
+    let line = line(spectrum, of_lines[peak], peak, samples);
     Some(NarrowBand {
         parts,
         power: power / (samples * samples) / passed,
         share_of_band: reach.count() as f64 / last as f64 / samples,
-        share_of_variance: 0.0,
-        peak_to_floor,
-        is_line: peak_to_floor.is_finite() && peak_to_floor > of_line * uncertain,
+        line: Some(line).filter(|line| line.peak_to_floor.is_finite() && line.peak_to_floor > of_line * uncertain),
     })
+}
+
+/// The line whose highest point is `peak`.
+fn line(spectrum: &Powers, floor: f64, peak: usize, samples: f64) -> Line {
+    let n = spectrum.segment_samples as f64;
+    let last = spectrum.segment_samples / 2;
+    let above = |k: usize| (spectrum.power(k) - floor).max(0.0);
+    let frequency = interpolated(peak, above).min(n / 2.0) / n / samples;
+    // Points beyond half the sampling rate are the mirror image of those below it, and count once.
+    let sides = |k: usize| if k == last { 1.0 } else { 2.0 };
+    let power = (peak - REACH..=(peak + REACH).min(last)).map(|k| sides(k) * above(k)).sum::<f64>() / n;
+    Line {
+        frequency,
+        power: power / (samples * samples) / passed(frequency, samples),
+        share_of_variance: 0.0,
+        peak_to_floor: spectrum.powers[peak] / floor,
+    }
 }
 
 impl Powers {

@@ -130,8 +130,9 @@ impl ChannelNoise {
     #[must_use]
     pub fn withheld(&self) -> Option<Withheld> {
         match () {
-            () if self.level_changes => Some(Withheld::LevelChange),
+            // what follows the temperature is a change of the level too
             () if self.temperature.as_ref().is_some_and(AxisTemperature::poses_as_noise) => Some(Withheld::Temperature),
+            () if self.level_changes => Some(Withheld::LevelChange),
             () => SLOW.into_iter().find_map(|term| self.fit.rival(term)).map(|rival| match rival {
                 Rival::Cycle => Withheld::MayBeCycle,
                 Rival::WarmUp => Withheld::MayBeWarmUp,

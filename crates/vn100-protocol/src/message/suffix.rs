@@ -1,6 +1,13 @@
 //! The fields that register 30 appends to a measuring message.
 
-use crate::register::fields::integer;
+use nom::{
+    IResult, Parser,
+    branch::alt,
+    bytes::complete::take_while_m_n,
+    character::complete::char,
+    combinator::{map, map_opt},
+    sequence::preceded,
+};
 
 /// The optional last fields of a message: a count or time, and a status word, in either order.
 ///
@@ -24,24 +31,37 @@ impl Suffix {
     }
 
     #[inline(never)]
-    fn parse_fields(input: &[u8]) -> Option<Self> {
+    fn parse_fields(mut input: &[u8]) -> Option<Self> {
         let mut suffix = Self::default();
-        for field in str::from_utf8(input).ok()?.strip_prefix(',')?.split(',') {
-            let (kind, digits) = field.split_at_checked(1)?;
-            let is_second = match kind {
-                // twenty digits can be a number beyond 64 bits
-                "T" if digits.len() <= 20 => suffix.count.replace(integer(digits)?).is_some(),
-                "S" if digits.len() == 4 && digits.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'A'..=b'F')) => {
-                    suffix.status.replace(u16::from_str_radix(digits, 16).ok()?).is_some()
-                }
-                _ => return None,
+        while !input.is_empty() {
+            let (rest, field) = field(input).ok()?;
+            let is_second = match field {
+                Field::Count(count) => suffix.count.replace(count).is_some(),
+                Field::Status(status) => suffix.status.replace(status).is_some(),
             };
             if is_second {
                 return None;
             }
+            input = rest;
         }
         Some(suffix)
     }
+}
+
+enum Field {
+    Count(u64),
+    Status(u16),
+}
+
+/// `,T` and 1 to 20 digits, or `,S` and 4 hexadecimal digits.
+fn field(input: &[u8]) -> IResult<&[u8], Field> {
+    let digits = take_while_m_n(1, 20, |byte: u8| byte.is_ascii_digit());
+    let hex_digits = take_while_m_n(4, 4, |byte| matches!(byte, b'0'..=b'9' | b'A'..=b'F'));
+    // twenty digits can be a number beyond 64 bits
+    let count = map_opt(digits, |digits| str::from_utf8(digits).ok()?.parse().ok());
+    let status = map_opt(hex_digits, |digits| u16::from_str_radix(str::from_utf8(digits).ok()?, 16).ok());
+    let fields = alt((map(preceded(char('T'), count), Field::Count), map(preceded(char('S'), status), Field::Status)));
+    preceded(char(','), fields).parse(input)
 }
 
 #[cfg(test)]

@@ -257,7 +257,7 @@ mod tests {
 
     #[test]
     fn of_two_deviations_the_larger_is_a_multiple_of_the_smaller() {
-        assert_eq!(larger_over_smaller([1, 2], [14_475.819, 1.0]), "run 2 is 1.448e4 times run 3");
+        assert_eq!(larger_over_smaller([1, 2], [14_475.819, 1.0]), "run 2 is 14476 times run 3");
         assert_eq!(larger_over_smaller([1, 2], [1.0, 2240.4]), "run 3 is 2240 times run 2");
         assert_eq!(larger_over_smaller([0, 2], [1.1, 1.0]), "run 1 is 1.100 times run 3");
     }
