@@ -26,7 +26,7 @@ pub(crate) fn simulated<'py>(
         rate_hz.ok_or_else(|| PyValueError::new_err(format!("rate: {rate} Hz is not between 1 and 100000 Hz")))?;
     let mut arrays = Vec::with_capacity(channels.len());
     for ((mean, white_density, bias_instability, random_walk, ramp), channel) in channels.into_iter().zip(0..) {
-        let truth = NoiseTruth { mean, white_density, bias_instability, random_walk, ramp, line: None };
+        let truth = NoiseTruth { mean, white_density, bias_instability, random_walk, ramp, ..NoiseTruth::default() };
         let mut stream = ChannelStream::new(&truth, AveragingWindow::None, rate_hz, seed, channel);
         let mut values = Vec::new();
         values.try_reserve_exact(samples).map_err(|_| {

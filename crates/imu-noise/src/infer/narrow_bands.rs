@@ -47,15 +47,15 @@ pub struct NarrowBand {
     pub power: f64,
     /// Share of the frequencies up to half the sampling rate that it covers.
     pub share_of_band: f64,
-    /// Its highest point as a line; `None` if twelve channels of a clean record have one as high with a
+    /// What is reported of it; `None` if twelve channels of a clean record have one as high with a
     /// probability of 1e-4 or more.
     line: Option<Line>,
 }
 
-/// The highest point of a band, and what a line there reaches.
+/// A band as a vibration line: its highest point if that is steady, else the whole band.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Line {
-    /// In cycles per sample, interpolated between the points.
+    /// In cycles per sample: interpolated between the points, of a whole band the mean over its power.
     frequency: f64,
     /// Its variance, in the unit of the channel squared.
     power: f64,
@@ -176,17 +176,24 @@ fn band(
     // The median of few points is itself uncertain: three standard errors of it, from 1.25 σ/√n of a Gaussian.
     let around = (2 * AROUND_LINE.min(peak - 1) + 1) as f64;
     let uncertain = 1.0 + 3.0 * 1.25 / (spectrum.averages * around).sqrt();
-    let line = line(spectrum, of_lines[peak], peak, samples);
+    let power = power / (samples * samples) / passed;
+    let peak_to_floor = spectrum.powers[peak] / of_lines[peak];
+    let (frequency, line_power) = if variance < STEADY || peak == last {
+        steady_line(spectrum, of_lines[peak], peak, samples)
+    } else {
+        (frequency(mean), power)
+    };
+    let line = Line { frequency, power: line_power, share_of_variance: 0.0, peak_to_floor };
     Some(NarrowBand {
         parts,
-        power: power / (samples * samples) / passed,
+        power,
         share_of_band: reach.count() as f64 / last as f64 / samples,
-        line: Some(line).filter(|line| line.peak_to_floor.is_finite() && line.peak_to_floor > of_line * uncertain),
+        line: Some(line).filter(|_| peak_to_floor.is_finite() && peak_to_floor > of_line * uncertain),
     })
 }
 
-/// The line whose highest point is `peak`.
-fn line(spectrum: &Powers, floor: f64, peak: usize, samples: f64) -> Line {
+/// Frequency in cycles per sample and variance of the line whose highest point is `peak`.
+fn steady_line(spectrum: &Powers, floor: f64, peak: usize, samples: f64) -> (f64, f64) {
     let n = spectrum.segment_samples as f64;
     let last = spectrum.segment_samples / 2;
     let above = |k: usize| (spectrum.power(k) - floor).max(0.0);
@@ -194,12 +201,7 @@ fn line(spectrum: &Powers, floor: f64, peak: usize, samples: f64) -> Line {
     // Points beyond half the sampling rate are the mirror image of those below it, and count once.
     let sides = |k: usize| if k == last { 1.0 } else { 2.0 };
     let power = (peak - REACH..=(peak + REACH).min(last)).map(|k| sides(k) * above(k)).sum::<f64>() / n;
-    Line {
-        frequency,
-        power: power / (samples * samples) / passed(frequency, samples),
-        share_of_variance: 0.0,
-        peak_to_floor: spectrum.powers[peak] / floor,
-    }
+    (frequency, power / (samples * samples) / passed(frequency, samples))
 }
 
 impl Powers {

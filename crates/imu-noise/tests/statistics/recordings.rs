@@ -57,7 +57,7 @@ fn the_vibration_line_is_the_only_finding_of_a_record_at_rest() {
     let strongest = lines.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude)).unwrap();
     assert!((strongest.frequency_hz - 18.4).abs() < 0.3, "{lines:?}");
     // half a standard deviation is 0.00055 rad/s
-    assert!((5e-4..1e-3).contains(&strongest.amplitude), "{lines:?}");
+    assert!((5e-4..1.1e-3).contains(&strongest.amplitude), "{lines:?}");
 }
 
 #[test]
