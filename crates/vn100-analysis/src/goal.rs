@@ -6,7 +6,6 @@ use imu_noise::least_half_width;
 use thiserror::Error;
 
 use crate::{
-    accumulate::analysis::Analysis,
     assessment::Assessment,
     noise_figure::{NoiseFigure, NoiseFigureError, in_percent, share_of_percent},
     snapshot::{ChannelSnapshot, Snapshot},
@@ -44,7 +43,7 @@ impl Goal {
     }
 
     /// Whether a record with these octaves may meet the goal, which takes far less time than a fit.
-    fn may_be_met(&self, snapshot: &Snapshot, confidence: f64) -> bool {
+    pub(crate) fn may_be_met(&self, snapshot: &Snapshot, confidence: f64) -> bool {
         // the asymmetry of a wider interval cannot be predicted
         const WIDEST: f64 = 0.5;
         let samples = snapshot.timing.samples + snapshot.timing.missing;
@@ -76,25 +75,6 @@ impl Goal {
                 (channel.name.to_string(), width)
             })
             .collect()
-    }
-}
-
-impl Analysis {
-    /// Whether all goals of the settings are met, or one is out of reach; `false` without goals. The
-    /// answer is that of [`Goal::is_met`] with the assessment of this moment, which is made only if
-    /// its answer may be yes.
-    #[must_use]
-    pub fn goals_are_decided(&self) -> bool {
-        let (goals, confidence) = (&self.settings().until, self.settings().confidence);
-        let (Some(layout), false) = (self.layout(), goals.is_empty()) else { return false };
-        if goals.iter().any(|goal| goal.figure.absent_from(layout).is_some()) {
-            return true;
-        }
-        let snapshot = self.snapshot();
-        goals.iter().all(|goal| goal.may_be_met(&snapshot, confidence)) && {
-            let assessment = Assessment::new(&snapshot, confidence);
-            goals.iter().all(|goal| goal.is_met(&snapshot, &assessment))
-        }
     }
 }
 

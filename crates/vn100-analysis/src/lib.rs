@@ -19,6 +19,7 @@ mod comparison;
 mod datasheet;
 mod end;
 mod goal;
+mod goals_decided;
 mod hypothesis_tests;
 mod in_parallel;
 mod motion;

@@ -42,7 +42,7 @@ pub use datasheet::{
 };
 pub use document::{
     Document, analysis_schema,
-    comparison::{ComparisonDocument, run_name, run_prefix},
+    comparison::ComparisonDocument,
     plan::{PlanCommands, plan_document},
     progress::{HeartbeatDocument, ProgressDocument, progress_schema},
 };
@@ -57,5 +57,6 @@ pub use export::{
     samples::SampleTable,
     tables::CsvTable,
 };
+pub use names::{run_name, run_prefix};
 pub use printable::{json_line, printable, steers_terminal};
 pub use toml_text::{TomlError, parse_toml};

@@ -9,7 +9,6 @@ use vn100_analysis::{
 
 use crate::{
     codes::{name_of, word_of},
-    document::comparison::run_name,
     numbers::plain::{counted, digits, four_digits, grouped},
     units::parameter_unit,
 };
@@ -325,6 +324,18 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     };
     let open = verdict.decided_by.map_or_else(String::new, |_| format!(": {} would decide", decided_by(verdict)));
     format!("{measured}; {expected}{times}{open}")
+}
+
+/// The name of a record among several, by its place from 0: `run 1` for the first.
+#[must_use]
+pub fn run_name(number: usize) -> String {
+    format!("run {}", number + 1)
+}
+
+/// The prefix of the figures of a record, by its place from 0: `run1-` for the first.
+#[must_use]
+pub fn run_prefix(number: usize) -> String {
+    format!("run{}-", number + 1)
 }
 
 /// Which record to use and why, or why none; without a full stop.

@@ -10,18 +10,6 @@ use vn100_analysis::{Caveat, Comparison, Recommendation, RemedyWords, SourceResu
 
 use crate::{caveats::caveat_in_words, names::recommendation, warnings::in_words};
 
-/// The name of a record among several, by its place from 0: `run 1` for the first.
-#[must_use]
-pub fn run_name(number: usize) -> String {
-    format!("run {}", number + 1)
-}
-
-/// The prefix of the figures of a record, by its place from 0: `run1-` for the first.
-#[must_use]
-pub fn run_prefix(number: usize) -> String {
-    format!("run{}-", number + 1)
-}
-
 /// The JSON document of several records side by side.
 #[derive(Debug, Serialize)]
 pub struct ComparisonDocument<'a> {
