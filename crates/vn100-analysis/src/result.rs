@@ -214,7 +214,8 @@ impl SourceResult {
     /// Whether the stream has a channel of this figure.
     #[must_use]
     pub fn has_channel_of(&self, figure: &NoiseFigure) -> bool {
-        self.channels_of(figure).next().is_some()
+        let channels = self.basis.snapshot.layout_channels();
+        channels.iter().any(|channel| figure.concerns(&channel.name, channel.quantity))
     }
 
     /// Why no record of this message shows the parameter of the goal; see [`Goal::out_of_reach`].
