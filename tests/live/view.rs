@@ -35,7 +35,7 @@ fn keys_lead_through_the_view_and_the_result_follows() {
     session.press("x");
     session.wait_to_see("Allan deviation");
     session.press("\t");
-    session.wait_to_see("Angle Random Walk");
+    session.wait_to_see("Noise of the gyro");
     session.press("r");
     session.wait_to_see("Discard everything");
     session.press("y");

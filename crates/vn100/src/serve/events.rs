@@ -113,7 +113,7 @@ impl Stream for PageEvents {
         if self.stream.is_none() && self.has_state {
             return self.last(format!("{FULL}{STREAMS}\n\n"));
         }
-        // the first one at once
+        // the first one at once, unless a state is there already
         if self.stream.is_some() && self.quiet.poll_tick(context).is_ready() {
             return Poll::Ready(Some(Ok(Bytes::from_static(ALIVE))));
         }
