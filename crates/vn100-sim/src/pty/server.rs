@@ -4,7 +4,7 @@ use std::{
     io,
     num::NonZeroU32,
     os::fd::OwnedFd,
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::{
         Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, Ordering},
@@ -31,6 +31,13 @@ const LINGER: Duration = Duration::from_secs(1);
 /// checks without pending bytes: the machine passes bytes on in steps, and late if it is busy.
 const LINGER_STEP: Timespec = Timespec { tv_sec: 0, tv_nsec: 2_000_000 };
 const LINGER_LOOKS: u32 = 25;
+
+/// The time during which a port whose host has left can still be opened: a host that looked up its
+/// name just before finds a sensor there, and not a port that is hung up.
+const FORMER_KEPT: Duration = Duration::from_secs(2);
+
+/// The interval for checking whether a host has opened it.
+const FORMER_CHECK: Duration = Duration::from_millis(10);
 
 /// A sensor that is connected until this handle is dropped or stopped.
 #[derive(Debug)]
@@ -71,6 +78,7 @@ pub fn serve(device: Device, options: PtyOptions) -> io::Result<PtySensor> {
     let mut server = Server {
         wire: Wire::new(device, &options.faults, options.seed, baud),
         port: None,
+        former: None,
         outbox: Outbox::default(),
         link: None,
         link_path: options.link,
@@ -128,6 +136,8 @@ struct Server {
     wire: Wire,
     /// `None` while it is unplugged.
     port: Option<PseudoTerminal>,
+    /// The port before this one, and the end of its time.
+    former: Option<(PseudoTerminal, Duration)>,
     outbox: Outbox,
     link: Option<SymbolicLink>,
     link_path: Option<PathBuf>,
@@ -143,7 +153,11 @@ impl Server {
             self.follow_plug(now)?;
             self.follow_host(now)?;
             self.exchange(now)?;
-            self.sleep(self.wire.next_wakeup(now).saturating_sub(self.now()))?;
+            let mut wakeup = self.wire.next_wakeup(now);
+            if self.former.is_some() {
+                wakeup = wakeup.min(now + FORMER_CHECK);
+            }
+            self.sleep(wakeup.saturating_sub(self.now()))?;
         }
         self.linger()
     }
@@ -159,7 +173,7 @@ impl Server {
                 PlugEvent::Unplugged => {
                     self.hang_up(now);
                     self.link = None;
-                    self.port = None;
+                    (self.port, self.former) = (None, None);
                 }
                 PlugEvent::Replugged { other_name } => self.plug_in(other_name)?,
             }
@@ -170,15 +184,18 @@ impl Server {
     fn follow_host(&mut self, now: Duration) -> io::Result<()> {
         let Some(port) = &mut self.port else { return Ok(()) };
         match port.host_change()? {
-            None => {}
-            Some(HostChange::Opened) => self.open(now)?,
+            None => self.follow_former(now)?,
+            Some(HostChange::Opened) => {
+                self.former = None;
+                self.open(now)?;
+            }
             Some(HostChange::Reopened) => {
                 self.hang_up(now);
                 self.open(now)?;
             }
             Some(HostChange::Left) => {
                 self.hang_up(now);
-                self.replace_port()?;
+                self.replace_port(now)?;
             }
         }
         Ok(())
@@ -240,13 +257,30 @@ impl Server {
     }
 
     /// A host has left: the next one finds a new port.
-    fn replace_port(&mut self) -> io::Result<()> {
+    fn replace_port(&mut self, now: Duration) -> io::Result<()> {
         let fresh = PseudoTerminal::new(host_baud(self.wire.device()))?;
-        match &self.link {
-            Some(link) => link.turn(&fresh.path)?,
-            None => self.shared.state().path.clone_from(&fresh.path),
+        self.lead_to(&fresh.path)?;
+        self.former = self.port.replace(fresh).map(|left| (left, now + FORMER_KEPT));
+        self.follow_former(now)
+    }
+
+    /// Returns to the port before this one if a host has opened that one.
+    fn follow_former(&mut self, now: Duration) -> io::Result<()> {
+        let Some((mut former, until)) = self.former.take() else { return Ok(()) };
+        if former.host_change()? == Some(HostChange::Opened) {
+            self.lead_to(&former.path)?;
+            self.port = Some(former);
+            return self.open(now);
         }
-        self.port = Some(fresh);
+        self.former = (now < until).then_some((former, until));
+        Ok(())
+    }
+
+    fn lead_to(&self, port: &Path) -> io::Result<()> {
+        match &self.link {
+            Some(link) => link.turn(port)?,
+            None => self.shared.state().path = port.to_owned(),
+        }
         Ok(())
     }
 

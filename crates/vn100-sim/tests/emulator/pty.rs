@@ -149,6 +149,18 @@ fn a_host_that_returns_at_once_is_served() {
     }
 }
 
+/// As on a busy machine, the program opens the former target of the link later.
+#[test]
+fn a_host_that_looked_up_the_former_port_is_served_there() {
+    let (_folder, link, sensor) = connected("");
+    let former = fs::read_link(&link).unwrap();
+    Host::open(&link).ask("VNRRG,04", "$VNRRG,04,3.1.0.0*77\r\n");
+    wait_until(|| fs::read_link(&link).unwrap() != former);
+    let mut host = Host::open(&former);
+    host.ask("VNRRG,04", "$VNRRG,04,3.1.0.0*77\r\n");
+    assert_eq!((fs::read_link(&link).unwrap(), sensor.stats().openings), (former, 2));
+}
+
 #[test]
 fn a_host_at_another_rate_reads_junk_and_gets_no_reply() {
     let (_folder, link, _sensor) = connected("");
