@@ -22,6 +22,7 @@ mod measure_options;
 mod numbers;
 mod packets;
 mod parts;
+mod published;
 mod real_captures;
 mod replay_logs;
 mod report;
@@ -36,6 +37,7 @@ mod tab;
 mod tables;
 #[cfg(unix)]
 mod terminal;
+mod twin;
 mod uncertainty;
 mod verdict;
 mod wild_tables;

@@ -209,7 +209,7 @@ fn no_face_gives_a_parameter_of_a_moved_sensor() {
             withheld(&noise[parameter], &format!("{parameter} of {name}"));
         }
         withheld(&noise["white"]["budget"]["unaliased"], name);
-        assert!(noise["fit"].is_null() && noise["correlations"].as_array().unwrap().is_empty(), "{name}");
+        assert!(noise["fit"].is_null(), "{name}");
         let points = channel(&document, name)["allan"]["points"].as_array().unwrap();
         assert!(points.iter().all(|point| point["fitted"].is_null() && point["deviation"].is_f64()), "{name}");
     }
@@ -294,7 +294,7 @@ fn with_the_window_that_averages_all_samples_the_sheet_applies_unchanged() {
     let (document, _) = replay(&file, &["--rate", "40", "--datasheet", sheet.to_str().unwrap()]);
     let of = |name| verdicts(&document, name, "white")[0];
     assert_eq!([&of("gyro_x")["factor_low"], &of("gyro_x")["factor_high"]], [&Value::from(1.0); 2]);
-    assert_eq!(GYRO.map(|name| verdict(&document, name, "white")), ["fail", "undecided longer-record", "pass"]);
+    assert_eq!(GYRO.map(|name| verdict(&document, name, "white")), ["fail", "undecided nothing", "pass"]);
 }
 
 #[test]

@@ -44,7 +44,15 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "vn100-python",
-        &["vn100-protocol", "vn100-capture", "imu-noise", "vn100-analysis", "vn100-session", "vn100-report"],
+        &[
+            "vn100-protocol",
+            "vn100-capture",
+            "imu-noise",
+            "vn100-sim",
+            "vn100-analysis",
+            "vn100-session",
+            "vn100-report",
+        ],
         &["serialport", "clap", "ratatui", "indicatif", "anyhow"],
     ),
     (

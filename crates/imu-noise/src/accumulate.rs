@@ -1,11 +1,9 @@
 //! From samples to exact sums, one channel at a time, in bounded memory.
 
-pub(crate) mod aligned_sums;
 pub(crate) mod blocks;
 pub(crate) mod channel;
 pub(crate) mod counts;
 pub(crate) mod histogram;
-pub(crate) mod lag_one_sums;
 pub(crate) mod moments;
 pub(crate) mod octaves;
 mod places;
@@ -14,6 +12,5 @@ pub(crate) mod signal;
 pub(crate) mod spectrum;
 pub(crate) mod stretch;
 pub(crate) mod temperature_blocks;
-mod trend;
 pub(crate) mod unwrap;
 pub(crate) mod window_statistics;

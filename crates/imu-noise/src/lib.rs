@@ -24,7 +24,7 @@
 //! let (octaves, variances): (Vec<_>, Vec<f64>) = variances.unzip();
 //! let shape = RecordShape { samples: 16_384, interval_s: 0.025, estimator, deviation };
 //! let fit = NoiseModel::new(&octaves, &shape, Terms::RATE,
-//! None).fit(&ChannelCurve::new(&variances, None), 0.95);
+//! None).fit(&ChannelCurve::new(&variances, false), 0.95);
 //!
 //! // N, the angle random walk: 0.001 rad/s / sqrt(12 * 40 Hz) is the truth
 //! let white = fit.parameter(Term::White).ok_or("not in the model")?;
@@ -104,6 +104,7 @@ pub use infer::confidence::{Interval, edf};
 pub use infer::convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, conventions, temperature_conventions};
 pub use infer::disturbance::Disturbance;
 pub use infer::drift::{CurvePoint, Drift, Integral};
+pub use infer::identification::noise_types;
 pub use infer::level_change::{LevelChange, LevelFindings, LevelSearch, LevelShape};
 pub use infer::narrow_bands::NarrowBand;
 pub use infer::noise_change::{Frozen, NoiseChange, NoiseChanges};

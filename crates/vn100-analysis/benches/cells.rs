@@ -1,9 +1,8 @@
 //! How often the intervals of N, B and K hold: records of known noise, read as a stream is.
 //!
 //! with `--seed 1` and `--threads 2`; `--disturbances` for what is found in disturbed records
-//! instead and `--clean` for what is found in clean ones, `--means` for how often two means are
-//! said to differ, `--plans` for how many records of the planned length show what was wanted,
-//! `--temperature` for the temperature coefficient, `--random SEED` for cells that are drawn from
+//! instead and `--clean` for what is found in clean ones, `--plans` for how many records of the
+//! planned length show what was wanted, `--temperature` for the temperature coefficient, `--random SEED` for cells that are drawn from
 //! ranges, for at most `--minutes` minutes, `--channels` of each.
 //! Families: model-class, lines, correlated, filters, tails, mixtures, gaps, quantised; all of
 //! them, ten minutes and an hour, unless the arguments say otherwise.
@@ -36,7 +35,6 @@ mod cells {
     pub(super) mod efficiency;
     pub(super) mod families;
     pub(super) mod generators;
-    pub(super) mod means;
     pub(super) mod plans;
     pub(super) mod printing;
     pub(super) mod random;
@@ -51,7 +49,7 @@ use std::{
 };
 
 use cells::{
-    clean, disturbances, drawn, efficiency, families, generators::Flicker, means, plans, printing, random::Random,
+    clean, disturbances, drawn, efficiency, families, generators::Flicker, plans, printing, random::Random,
     scoring::RecordScore, temperature,
 };
 
@@ -73,7 +71,6 @@ struct Arguments {
     disturbances: bool,
     clean: bool,
     efficiency: bool,
-    means: bool,
     plans: bool,
     temperature: bool,
 }
@@ -81,7 +78,7 @@ struct Arguments {
 fn main() -> ExitCode {
     let Some(arguments) = Arguments::read(std::env::args().skip(1)) else {
         println!("--records N, --minutes M,M, --family NAME, --cell PART, --seed S, --threads T");
-        println!("--disturbances, --clean, --efficiency, --means, --plans, --temperature");
+        println!("--disturbances, --clean, --efficiency, --plans, --temperature");
         println!("--random SEED, --cells N, --channels N, --minutes BUDGET");
         return ExitCode::from(2);
     };
@@ -99,10 +96,6 @@ fn main() -> ExitCode {
     }
     if arguments.clean {
         clean::measure(&arguments);
-        return ExitCode::SUCCESS;
-    }
-    if arguments.means {
-        means::measure(&arguments);
         return ExitCode::SUCCESS;
     }
     if arguments.temperature {
@@ -165,7 +158,6 @@ impl Arguments {
             clean: false,
             cell: None,
             efficiency: false,
-            means: false,
             plans: false,
             temperature: false,
         };
@@ -180,7 +172,6 @@ impl Arguments {
                 "--clean" => read.clean = true,
                 "--cell" => read.cell = Some(arguments.next()?),
                 "--efficiency" => read.efficiency = true,
-                "--means" => read.means = true,
                 "--plans" => read.plans = true,
                 "--temperature" => read.temperature = true,
                 "--family" => read.family = Some(arguments.next()?),

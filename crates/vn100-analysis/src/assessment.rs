@@ -1,13 +1,13 @@
 //! What a snapshot says of the sensor, channel by channel.
 
 mod axis_temperature;
-mod disturbed;
 mod mains;
 mod noise;
 mod onboard;
 mod points;
 mod rest;
 mod rounding;
+mod stationarity;
 mod stationary;
 mod stream;
 mod temperature;
@@ -15,24 +15,20 @@ mod units;
 mod white_budget;
 
 use imu_noise::{
-    ChannelCurve, Interval, LevelSearch, NarrowBand, Normality, NotJudged, Octave, OctaveSum, Parameter, PowerLaw,
-    RecordShape, Term, counts_to_unit,
+    ChannelCurve, Interval, LevelSearch, Normality, NotJudged, Octave, OctaveSum, PowerLaw, RecordShape,
+    counts_to_unit, noise_types,
 };
 use vn100_protocol::Channel;
 
 pub use axis_temperature::{AxisTemperature, BeforeAndAfter, WhyNoCoefficient};
-pub use disturbed::Disturbed;
-pub(crate) use noise::BEFORE_FILTER_S;
-pub use noise::{ChannelNoise, DetectableRrw, LongTauValidity, NoGrade, Withheld};
+pub use noise::{BEFORE_FILTER_S, ChannelNoise, DetectableRrw, LongTauValidity, NoGrade, Withheld};
 pub use onboard::{Onboard, WindowFrom};
 pub(crate) use rounding::is_rounded_away;
+pub use stationarity::{Detectable, Stationarity};
 pub use white_budget::{Aliasing, RateShare, WhiteBudget};
 
 use crate::{
-    assessment::{
-        noise::Models,
-        points::{KnownEdf, KnownIntervals},
-    },
+    assessment::{noise::Models, points::KnownEdf},
     in_parallel::{both, in_parallel},
     motion::Motion,
     snapshot::{ChannelSnapshot, Snapshot},
@@ -71,7 +67,7 @@ pub struct ChannelAssessment {
     /// The noise parameters of a sensor's axis; `None` for angles, temperature and pressure.
     pub noise: Option<ChannelNoise>,
     /// Vibration, disturbances, changes of level; not searched where the sensor was moved.
-    pub disturbed: Disturbed,
+    pub stationarity: Stationarity,
     /// Whether the values are normally distributed; `None` for channels that are not in the stream.
     pub normality: Option<Result<Normality, NotJudged>>,
     /// What the sensor does on board to the white noise of the channel; `None` where that is not
@@ -108,14 +104,13 @@ impl Assessment {
         let signals = snapshot.channels.iter().filter_map(|results| results.signal.as_ref());
         let (models, levels) =
             both(|| Models::of(snapshot, &curves), || LevelSearch::of(signals.clone().filter(|_| motion.is_none())));
-        let intervals = KnownIntervals::new(confidence);
+        let known = KnownEdf::new(confidence);
         let mut channels = in_parallel(snapshot.measured().zip(&curves), |((channel, results), curve)| {
             let levels = motion.is_none().then_some(&levels);
-            ChannelAssessment::new(channel, results, curve, snapshot, levels, &intervals, &models)
+            ChannelAssessment::new(channel, results, curve, snapshot, levels, &known, &models)
         });
-        let mut known_edf = KnownEdf::default();
         for (((_, results), curve), channel) in snapshot.measured().zip(&curves).zip(&mut channels) {
-            channel.points = known_edf.points(results, curve, &channel.octaves, confidence);
+            channel.points = known.points(results, curve, &channel.octaves);
         }
         temperature::add(snapshot, motion.is_some(), confidence, &mut channels);
         noise::withhold_changes_of_level(&mut channels);
@@ -143,117 +138,58 @@ impl ChannelAssessment {
         curve: &OctaveVariances,
         snapshot: &Snapshot,
         levels: Option<&LevelSearch>,
-        intervals: &KnownIntervals,
+        known: &KnownEdf,
         models: &Models,
     ) -> Self {
         let onboard = Onboard::of(channel, results, snapshot);
         let signal = results.signal.as_ref();
         let bands = signal.map_or_else(Vec::new, |signal| signal.narrow_bands(channel.in_unit(1.0)));
-        let disturbed = match levels {
-            None => Disturbed::default(),
-            Some(levels) => Disturbed::of(channel, results, curve.shape.interval_s, &bands, levels),
+        let stationarity = match levels {
+            None => Stationarity::default(),
+            Some(levels) => {
+                let skipped_s = snapshot.skipped.as_secs_f64();
+                Stationarity::of(channel, results, curve.shape.interval_s, skipped_s, &bands, levels)
+            }
         };
-        let beside = Beside { bands: &bands, was_moved: levels.is_none() };
-        let noise = noise_of(channel, results, curve, onboard, beside, snapshot, intervals.confidence(), models);
+        let evidence = ChannelCurve {
+            bands: &bands,
+            signal: signal.map(|signal| (signal, channel.in_unit(1.0))),
+            is_averaging_known: onboard
+                .is_some_and(|onboard| onboard.window_known() && onboard.own_low_pass().is_none()),
+            fourth_cumulant: fourth_cumulant_counts4(results) * channel.in_unit(1.0).powi(4),
+            ..ChannelCurve::default()
+        };
+        let mut noise = ChannelNoise::new(channel, curve, snapshot, onboard, &evidence, known.confidence, models);
+        if let Some(noise) = &mut noise {
+            noise.rounded_away = rounding::hidden_terms(channel, results);
+            if levels.is_none() {
+                noise.was_moved();
+            }
+        }
         let fitted = |octave: &Octave| noise.as_ref().and_then(|noise| noise.fit.edf(octave.m));
-        let octaves = assess_octaves(&curve.octaves, &curve.shape, results, fitted, intervals);
+        let octaves = assess_octaves(curve, fitted, known);
         let normality = results.signal.as_ref().map(|signal| signal.normality(&results.moments));
-        Self { octaves, points: Vec::new(), noise, disturbed, normality, onboard }
+        Self { octaves, points: Vec::new(), noise, stationarity, normality, onboard }
     }
 }
 
 /// What is known of each octave: by its fitted degrees of freedom, else by the kind of noise seen
 /// there or last before.
 fn assess_octaves(
-    octaves: &[Octave],
-    shape: &RecordShape,
-    results: &ChannelSnapshot,
+    OctaveVariances { shape, octaves, variances, .. }: &OctaveVariances,
     fitted: impl Fn(&Octave) -> Option<f64>,
-    intervals: &KnownIntervals,
+    known: &KnownEdf,
 ) -> Vec<OctaveAssessment> {
     let mut last_law = None;
-    let laws = results.noise_types.iter().copied().chain(std::iter::repeat(None));
     let assess = |(octave, law): (&Octave, Option<PowerLaw>)| {
         last_law = law.or(last_law);
         let relative = match fitted(octave) {
-            Some(edf) => intervals.with(edf),
-            None => last_law.and_then(|law| intervals.of(octave, shape, law)),
+            Some(edf) => known.interval(edf),
+            None => last_law.and_then(|law| known.interval(known.of(octave, shape, law)?)),
         };
         OctaveAssessment { m: octave.m, alpha: law.map(PowerLaw::alpha), relative }
     };
-    octaves.iter().zip(laws).map(assess).collect()
-}
-
-/// What one channel shows beside its noise.
-struct Beside<'a> {
-    bands: &'a [NarrowBand],
-    was_moved: bool,
-}
-
-/// The noise of one axis as it shows itself, see [`ChannelNoise::new`].
-#[expect(clippy::too_many_arguments, reason = "the parts of one step of an assessment")]
-fn noise_of(
-    channel: &Channel,
-    results: &ChannelSnapshot,
-    curve: &OctaveVariances,
-    onboard: Option<Onboard>,
-    Beside { bands, was_moved }: Beside<'_>,
-    snapshot: &Snapshot,
-    confidence: f64,
-    models: &Models,
-) -> Option<ChannelNoise> {
-    let evidence = ChannelCurve {
-        bands,
-        signal: results.signal.as_ref().map(|signal| (signal, channel.in_unit(1.0))),
-        is_averaging_known: onboard.is_some_and(|onboard| onboard.window_known() && onboard.own_low_pass().is_none()),
-        fourth_cumulant: fourth_cumulant_counts4(results) * channel.in_unit(1.0).powi(4),
-        ..ChannelCurve::default()
-    };
-    let mut noise = ChannelNoise::new(channel, curve, snapshot, onboard, &evidence, confidence, models)?;
-    noise.rounded_away = rounding::hidden_terms(channel, results);
-    if was_moved {
-        noise.was_moved();
-    }
-    Some(noise)
-}
-
-/// The axes of a snapshot one by one: the parameters that its [`Assessment`] has, but for slow
-/// terms that all axes together do not prove.
-pub(crate) struct SingleAxes<'a> {
-    snapshot: &'a Snapshot,
-    confidence: f64,
-    was_moved: bool,
-    curves: Vec<OctaveVariances>,
-    models: Models,
-    /// Those that were asked for, by their places.
-    known: Vec<(usize, Option<ChannelNoise>)>,
-}
-
-impl<'a> SingleAxes<'a> {
-    pub(crate) fn new(snapshot: &'a Snapshot, confidence: f64) -> Self {
-        let was_moved = Motion::of(snapshot).is_some();
-        let curve = |(channel, results)| OctaveVariances::new(channel, results, snapshot.shape_of(results));
-        let curves: Vec<_> = snapshot.measured().map(curve).collect();
-        let models = Models::of(snapshot, &curves);
-        Self { snapshot, confidence, was_moved, curves, models, known: Vec::new() }
-    }
-
-    /// Of the channel at this place of the layout.
-    pub(crate) fn parameter(&mut self, place: usize, term: Term) -> Option<Parameter> {
-        if !self.known.iter().any(|(known, _)| *known == place) {
-            let (channel, results) = self.snapshot.measured().nth(place)?;
-            let snapshot = self.snapshot;
-            let (onboard, curve) = (Onboard::of(channel, results, snapshot), self.curves.get(place)?);
-            let signal = results.signal.as_ref();
-            let bands = signal.map_or_else(Vec::new, |signal| signal.narrow_bands(channel.in_unit(1.0)));
-            let (confidence, models) = (self.confidence, &self.models);
-            let beside = Beside { bands: &bands, was_moved: self.was_moved };
-            let noise = noise_of(channel, results, curve, onboard, beside, snapshot, confidence, models);
-            self.known.push((place, noise));
-        }
-        let (_, noise) = self.known.iter().find(|(known, _)| *known == place)?;
-        noise.as_ref()?.parameter(term)
-    }
+    octaves.iter().zip(noise_types(octaves, variances, shape)).map(assess).collect()
 }
 
 /// Fourth cumulant of the white noise. Normal noise of any other kind adds none, but one record of
@@ -274,8 +210,6 @@ struct OctaveVariances {
     octaves: Vec<Octave>,
     /// In the unit squared; no number where the sum is unknown.
     variances: Vec<f64>,
-    /// Slope of the regression line.
-    slope_unit_s: Option<f64>,
 }
 
 impl OctaveVariances {
@@ -285,7 +219,6 @@ impl OctaveVariances {
             shape,
             octaves: results.octaves.iter().map(OctaveSum::octave).collect(),
             variances: (results.octaves.iter()).map(|sum| sum.variance_counts2().map_or(f64::NAN, variance)).collect(),
-            slope_unit_s: results.slope_counts.map(|slope| channel.in_unit(slope) / shape.interval_s),
         }
     }
 

@@ -6,16 +6,16 @@ mod octaves;
 mod population;
 mod ranking;
 mod recommendation;
-mod two_sample;
 
+use serde::Serialize;
 use vn100_protocol::Quantity;
 
 pub use caveat::{Caveat, CaveatKind};
-pub use means::{ChannelMeans, MeanDifference, MeanError, MeanTest, RecordMean, Untested};
-pub use octaves::OctaveTest;
+pub use means::{ChannelMeans, RecordMean, Spread};
+pub use octaves::{ComparedChannel, OctaveTest};
 pub use population::{NoPrediction, Population, UnitValue};
-pub use ranking::{RankedRecord, Ranking, WhiteTest};
-pub use recommendation::{Recommendation, WhyNone, WhyUse};
+pub use ranking::{AxisWhite, RankedRecord, Ranking, WhiteTest};
+pub use recommendation::{Recommendation, WhyUse};
 
 use crate::hypothesis_tests::holm;
 use crate::{Assessment, Onboard, SharedRows, Snapshot, Warning, WarningKind};
@@ -26,45 +26,38 @@ const DISTURBANCES: [WarningKind; 3] = [WarningKind::NotStationary, WarningKind:
 /// One record to be compared.
 #[derive(Debug, Clone, Copy)]
 pub struct ComparedRecord<'a> {
-    /// The name of the record in texts.
-    pub name: &'a str,
     /// The numbers of the record.
     pub snapshot: &'a Snapshot,
     /// The assessment of the snapshot.
     pub assessment: &'a Assessment,
-    /// When the source of the record began, before any skip, in nanoseconds since 1970-01-01 UTC;
-    /// 0 or `None` where that is not known.
-    pub started_ns: Option<i64>,
 }
 
-impl ComparedRecord<'_> {
-    /// When the source began, where that is known: a recording that bears no date begins at 0.
-    fn start_ns(&self) -> Option<i64> {
-        self.started_ns.filter(|started_ns| *started_ns > 0)
-    }
-}
-
-/// A comparison of several records. A record is referred to by its place among those given, from 0.
-/// Of fewer than two records all lists of differences are empty.
-#[derive(Debug, Clone)]
+/// A comparison of several records in SI units, magnetic field in gauss. A record is referred to by
+/// its place among those given, from 0. Of fewer than two records all lists of differences are empty.
+#[derive(Debug, Clone, Serialize)]
 pub struct Comparison {
-    /// Two-sided level of every interval; a difference is significant where its corrected
-    /// probability is below 1 - confidence.
+    /// Two-sided level of every interval; a difference is significant if its corrected probability is
+    /// below 1 - confidence.
     pub confidence: f64,
-    /// The octaves that two records share at the same averaging time; corrected for all of them
-    /// together.
-    pub octaves: Vec<OctaveTest>,
+    /// F-tests of the octaves that two records share, corrected for all of them together.
+    pub channels: Vec<ComparedChannel>,
     /// By sensor, the records in ascending order of their white noise.
+    #[serde(rename = "sensors")]
     pub rankings: Vec<Ranking>,
-    /// By channel of a sensor: the mean in each record, and the differences of the means.
-    pub means: Vec<ChannelMeans>,
-    /// Events that disturbed a record.
-    pub disturbances: Vec<RecordDisturbance>,
+    /// The record to use if one is enough, or why there is none.
+    #[serde(skip)]
+    pub recommended: Recommendation,
     /// Pairs of records that hold the same samples, which are not tested against each other.
     pub same_samples: Vec<SameSamples>,
-    /// The record to use where one is enough, or why there is none.
-    pub recommended: Result<Recommendation, WhyNone>,
+    /// By channel of a sensor: the mean in each record, and their spread.
+    pub means: Vec<ChannelMeans>,
+    /// N, B and K over three recordings or more, copies counted once.
+    pub populations: Vec<Population>,
+    /// Events that disturbed a record.
+    #[serde(skip)]
+    pub disturbances: Vec<RecordDisturbance>,
     /// What could not be compared, or only in part.
+    #[serde(skip)]
     pub caveats: Vec<Caveat>,
 }
 
@@ -78,11 +71,12 @@ pub struct RecordDisturbance {
 }
 
 /// Two records with the same samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SameSamples {
     /// The numbers of the two records.
     pub records: [usize; 2],
     /// The shares of each record that are in the other.
+    #[serde(flatten)]
     pub shared: SharedRows,
 }
 
@@ -93,52 +87,56 @@ impl SameSamples {
 }
 
 /// The two probabilities of one test among many.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Chance {
     /// Probability of a difference at least as large by chance alone, for this test alone; 0 to 1.
     pub p: f64,
     /// The same probability with Holm's correction for all tests made together.
     pub corrected: f64,
+    /// Whether the difference is statistically significant.
+    pub differs: bool,
+}
+
+impl Chance {
+    /// A test by itself; [`correct`] makes it one of many.
+    const fn new(p: f64) -> Self {
+        Self { p, corrected: p, differs: false }
+    }
 }
 
 impl Comparison {
     /// Compares records assessed at the level `confidence`, 0 < p < 1; outside that range no
-    /// difference is significant and nothing is ranked. `stayed_on`: the sensor was not switched
-    /// off between the records, so that noise alone may have changed their means; the records
-    /// themselves do not show that.
+    /// difference is significant and nothing is ranked. `units` names the sensor of each record.
     #[must_use]
-    pub fn of(records: &[ComparedRecord<'_>], stayed_on: bool, confidence: f64) -> Self {
+    pub fn of(records: &[ComparedRecord<'_>], units: &[String], confidence: f64) -> Self {
         let same_samples = same_samples(records);
-        let mut comparison = Self {
+        let rankings = ranking::rankings(records, &same_samples, confidence);
+        let disturbances = disturbances(records);
+        Self {
             confidence,
-            octaves: octaves::tests(records, &same_samples),
-            rankings: ranking::rankings(records, &same_samples, confidence),
-            means: means::means(records, &same_samples, stayed_on, confidence),
-            disturbances: disturbances(records),
-            caveats: caveat::caveats(records, &same_samples, stayed_on),
+            channels: octaves::tests(records, &same_samples, confidence),
+            recommended: recommendation::recommendation(records, &rankings, &disturbances, &same_samples),
+            rankings,
+            means: means::means(records, confidence),
+            populations: population::populations(records, units, &same_samples, confidence),
+            disturbances,
+            caveats: caveat::caveats(records, &same_samples),
             same_samples,
-            recommended: Err(WhyNone::NotRanked),
-        };
-        comparison.recommended = recommendation::recommendation(&comparison, records);
-        comparison
+        }
     }
+}
 
-    /// N, B and K of each axis over these records, if three or more say something of them. `units`
-    /// names the sensor of each record; of records with the same samples the first counts alone.
-    #[must_use]
-    pub fn populations(&self, records: &[ComparedRecord<'_>], units: &[String]) -> Vec<Population> {
-        population::populations(records, units, &self.same_samples, self.confidence)
-    }
-
-    /// Whether a difference with this probability is statistically significant.
-    #[must_use]
-    pub fn is_significant(&self, chance: Chance) -> bool {
-        chance.corrected < 1.0 - self.confidence
+/// Corrects the probabilities of tests that are made together.
+fn correct<'a>(tests: impl Iterator<Item = &'a mut Chance>, confidence: f64) {
+    let tests: Vec<_> = tests.collect();
+    let corrected = holm(&tests.iter().map(|test| test.p).collect::<Vec<_>>());
+    for (test, corrected) in tests.into_iter().zip(corrected) {
+        *test = Chance { p: test.p, corrected, differs: corrected < 1.0 - confidence };
     }
 }
 
 fn disturbances(records: &[ComparedRecord<'_>]) -> Vec<RecordDisturbance> {
-    let all = records.iter().enumerate().flat_map(|(record, ComparedRecord { snapshot, assessment, .. })| {
+    let all = records.iter().enumerate().flat_map(|(record, ComparedRecord { snapshot, assessment })| {
         let warnings = snapshot.warnings.iter().chain(&assessment.warnings);
         warnings.map(move |warning| RecordDisturbance { record, warning: warning.clone() })
     });
@@ -153,28 +151,24 @@ fn same_samples(records: &[ComparedRecord<'_>]) -> Vec<SameSamples> {
     pairs(records.len()).filter_map(shared).collect()
 }
 
-fn chances(probabilities: &[f64]) -> Vec<Chance> {
-    let corrected = holm(probabilities);
-    probabilities.iter().zip(corrected).map(|(&p, corrected)| Chance { p, corrected }).collect()
-}
-
 /// Every pair out of `count` records, the earlier record first.
 fn pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
     (0..count).flat_map(move |a| (a + 1..count).map(move |b| [a, b]))
 }
 
-/// What the sensor does on board to the channels of `quantity`; `None` where that is not known.
-fn onboard(quantity: Quantity, record: &ComparedRecord<'_>) -> Option<Onboard> {
-    let layout = record.snapshot.layout.as_ref()?;
-    let channel = layout.channels.iter().position(|channel| channel.quantity == quantity)?;
-    record.assessment.channels.get(channel)?.onboard
+/// Whether the white noise of `quantity` aliases in the same way in both records. If averaging and
+/// decimation are not known, that is assumed for equal rates.
+fn fold_alike(quantity: Quantity, a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> bool {
+    let onboard = |record: &ComparedRecord<'_>| -> Option<Onboard> {
+        let mut channels = record.snapshot.layout_channels().iter().zip(&record.assessment.channels);
+        channels.find(|(channel, _)| channel.quantity == quantity)?.1.onboard
+    };
+    match (onboard(a), onboard(b)) {
+        (Some(a), Some(b)) => (a.window.white_factor() / b.window.white_factor() - 1.0).abs() < 0.01,
+        _ => have_same_rate(a, b),
+    }
 }
 
-/// Whether the white noise of `quantity` aliases in the same way in both records. Where averaging
-/// and decimation are not known, that is assumed for equal rates.
-fn fold_alike(quantity: Quantity, a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> bool {
-    match (onboard(quantity, a), onboard(quantity, b)) {
-        (Some(a), Some(b)) => (a.window.white_factor() / b.window.white_factor() - 1.0).abs() < 0.01,
-        _ => (a.snapshot.timing.rate_hz / b.snapshot.timing.rate_hz - 1.0).abs() < 1e-3,
-    }
+fn have_same_rate(a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> bool {
+    (a.snapshot.timing.rate_hz / b.snapshot.timing.rate_hz - 1.0).abs() < 1e-3
 }

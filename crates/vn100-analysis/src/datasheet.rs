@@ -8,7 +8,6 @@ use serde::Serialize;
 
 use crate::{
     assessment::{Assessment, ChannelAssessment, ChannelNoise, Onboard, WindowFrom},
-    noise_figure::NoiseFigure,
     snapshot::{RateFrom, Snapshot},
 };
 
@@ -68,6 +67,11 @@ pub struct FigureVerdict {
     pub verdict: Option<Verdict>,
     /// What would decide; `None` unless the verdict is undecided.
     pub decided_by: Option<DecidedBy>,
+    /// Length in seconds of a record that would probably decide, if it has the noise that this one
+    /// shows; `None` unless a longer record would decide, and if 100 days do not.
+    pub deciding_record_s: Option<f64>,
+    /// Below the first a parameter passes, above the second it fails.
+    pub(crate) range: (f64, f64),
     /// The measured parameter in the convention of the figure, in SI units (magnetic field in
     /// gauss).
     pub measured: Parameter,
@@ -107,22 +111,14 @@ pub enum DecidedBy {
     Unaliased,
     /// A longer record, whose interval is narrower.
     LongerRecord,
+    /// Nothing: 100 days of the noise that the record shows do not decide.
+    Nothing,
 }
 
 impl DecidedBy {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Rate, Self::Window, Self::Convention, Self::Unaliased, Self::LongerRecord];
-}
-
-/// The verdicts of a measurement on all figures of a data sheet.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Verdicts {
-    /// Name of the data sheet.
-    pub datasheet: String,
-    /// How far the figures of the sheet can be trusted.
-    pub note: Option<String>,
-    /// By channel of the layout, the verdicts on its figures; empty for channels without figures.
-    pub channels: Vec<Vec<FigureVerdict>>,
+    pub const ALL: [Self; 6] =
+        [Self::Rate, Self::Window, Self::Convention, Self::Unaliased, Self::LongerRecord, Self::Nothing];
 }
 
 /// √(2 ln 2/π): the flat part of the Allan deviation of flicker noise with B = 1 (IEEE 952).
@@ -165,9 +161,10 @@ impl Datasheet {
     /// White noise is compared with the figure multiplied by the effect of averaging and decimation
     /// on board; if that effect is not known, with all that it may be. B and the minimum of the curve
     /// do not depend on the time scale; all other figures need a sample rate that is not assumed. If
-    /// the sensor was moved, no channel has verdicts.
+    /// the sensor was moved, no channel has verdicts. By channel of the layout; empty for channels
+    /// without figures.
     #[must_use]
-    pub fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Verdicts {
+    pub fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<Vec<FigureVerdict>> {
         let is_rate_assumed = snapshot.timing.rate_from == RateFrom::Assumed;
         let of_channel = |channel: &ChannelAssessment| {
             let Some(noise) = channel.noise.as_ref().filter(|_| assessment.motion.is_none()) else { return Vec::new() };
@@ -181,11 +178,7 @@ impl Datasheet {
             };
             figures.filter_map(judged).collect()
         };
-        Verdicts {
-            datasheet: self.name.clone(),
-            note: self.note.clone(),
-            channels: assessment.channels.iter().map(of_channel).collect(),
-        }
+        assessment.channels.iter().map(of_channel).collect()
     }
 
     /// The terms that the sheet gives for a sensor, in SI units (magnetic field in gauss), with B
@@ -295,38 +288,12 @@ impl DatasheetFigure {
             figure: self.clone(),
             verdict,
             decided_by: decided_by.map(|(_, by)| by),
+            deciding_record_s: None,
+            range,
             measured,
             ratio,
             factor: stream.factor,
             expected,
         })
     }
-}
-
-/// The channels of `figure` whose verdicts are not all a pass, each with such a verdict; empty if all
-/// pass. Typical figures without a verdict do not count. `None` stands for a channel without a
-/// figure, and, under the name of the figure, for a record without such a channel or for no data
-/// sheet.
-#[must_use]
-pub fn not_passed<'a>(
-    figure: &NoiseFigure,
-    snapshot: &Snapshot,
-    verdicts: Option<&'a Verdicts>,
-) -> Vec<(String, Option<&'a FigureVerdict>)> {
-    let judged = verdicts.map_or(&[][..], |verdicts| &verdicts.channels);
-    let concerned: Vec<_> =
-        snapshot.layout_channels().iter().zip(judged).filter(|(channel, _)| figure.concerns(channel)).collect();
-    if concerned.is_empty() {
-        return vec![(figure.to_string(), None)];
-    }
-    let mut reasons = Vec::new();
-    for (channel, verdicts) in concerned {
-        let of_term = || verdicts.iter().filter(|verdict| verdict.figure.term == figure.term);
-        if of_term().next().is_none() {
-            reasons.push((channel.name.to_string(), None));
-        }
-        let worse = of_term().filter(|judged| judged.verdict.is_some_and(|verdict| verdict != Verdict::Pass));
-        reasons.extend(worse.map(|verdict| (channel.name.to_string(), Some(verdict))));
-    }
-    reasons
 }

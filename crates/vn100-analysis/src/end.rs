@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use vn100_protocol::stream::MessageName;
 
-use crate::rate_change::RateChange;
+use crate::{rate_change::RateChange, source_facts::EndKind};
 
 /// Why a measurement is over.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,6 +54,26 @@ pub enum End {
     },
     /// The session has lasted as long by the clock as it may, which is this long.
     WallTime(Duration),
+}
+
+impl End {
+    /// The reason as a code, without its details.
+    #[must_use]
+    pub const fn kind(&self) -> EndKind {
+        match self {
+            Self::NotStarted { .. } => EndKind::NotStarted,
+            Self::SourceEnded => EndKind::EndOfInput,
+            Self::DurationReached => EndKind::Duration,
+            Self::GoalsDecided => EndKind::Goals,
+            Self::Stopped => EndKind::Stopped,
+            Self::SourceFailed(_) => EndKind::SourceFailed,
+            Self::OtherMessages { .. } => EndKind::OtherMessage,
+            Self::OtherRate(_) => EndKind::OtherRate,
+            Self::NoMeasurement => EndKind::NoMeasurement,
+            Self::GaveUp { .. } => EndKind::GaveUp,
+            Self::WallTime(_) => EndKind::WallTime,
+        }
+    }
 }
 
 /// What the user can say of a source so that it can be read.

@@ -1,6 +1,6 @@
-//! Whether deviations differ significantly, and how far repeated means lie apart.
+//! Whether deviations differ significantly.
 
-use imu_noise::{Interval, chi_squared};
+use imu_noise::chi_squared;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal};
 
 /// The probability that two estimates of the same variance, each with its degrees of freedom, lie
@@ -79,33 +79,6 @@ impl VarianceEstimate {
             error += scaled * scaled / part.edf;
         }
         (variance > 0.0 && error > 0.0).then_some(Self { variance, edf: variance * variance / error })
-    }
-}
-
-/// How far the means of several records lie apart.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spread {
-    /// Standard deviation of the means, with n - 1.
-    pub deviation: f64,
-    /// Its interval with n - 1 degrees of freedom; `None` for two means, which span a factor of
-    /// seventy at 95 %.
-    pub interval: Option<Interval>,
-}
-
-impl Spread {
-    /// Of `means`. The interval is that of a normally distributed value seen n times (χ²). `None`
-    /// for fewer than two, and if one is no number.
-    #[must_use]
-    pub fn of(means: &[f64], confidence: f64) -> Option<Self> {
-        if means.len() < 2 {
-            return None;
-        }
-        let count = means.len() as f64;
-        let mean = means.iter().sum::<f64>() / count;
-        let variance = means.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        let dof = count - 1.0;
-        let interval = (dof >= 2.0).then(|| Interval::new(variance, dof, confidence)).flatten();
-        variance.is_finite().then_some(Self { deviation: variance.sqrt(), interval })
     }
 }
 
@@ -210,18 +183,5 @@ mod tests {
         let sum = VarianceEstimate::sum([(0.5, one), (0.5, one)]).unwrap();
         assert!(near(sum.variance, 2.0, 1e-12) && near(sum.edf, 20.0, 1e-12), "{sum:?}");
         assert_eq!(VarianceEstimate::sum([]), None);
-    }
-
-    /// From SciPy 1.17.1: `chi2.ppf([.975, .025], 2)`.
-    #[test]
-    fn a_spread_has_the_interval_of_the_reference() {
-        let spread = Spread::of(&[1.0, 2.0, 4.0], 0.95).unwrap();
-        assert!(near(spread.deviation.powi(2), 7.0 / 3.0, 1e-12));
-        let interval = spread.interval.unwrap();
-        assert!(near(interval.lower, 0.795_318_64, 1e-7), "{spread:?}");
-        assert!(near(interval.upper, 9.600_090_82, 1e-7), "{spread:?}");
-        assert_eq!(Spread::of(&[1.0], 0.95), None);
-        assert_eq!(Spread::of(&[1.0, f64::NAN], 0.95), None);
-        assert_eq!(Spread::of(&[1.0, 1.0], 0.95), Some(Spread { deviation: 0.0, interval: None }));
     }
 }

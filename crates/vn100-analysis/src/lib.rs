@@ -19,7 +19,7 @@ mod comparison;
 mod datasheet;
 mod end;
 mod goal;
-mod goal_check;
+mod goals_decided;
 mod hypothesis_tests;
 mod in_parallel;
 mod motion;
@@ -45,31 +45,31 @@ pub use accumulate::{
     temperature_record::TemperatureRecord,
 };
 pub use assessment::{
-    Aliasing, Assessment, AxisTemperature, BeforeAndAfter, ChannelAssessment, ChannelNoise, DEFAULT_CONFIDENCE,
-    DetectableRrw, Disturbed, LEAST_EDF, LongTauValidity, NoGrade, OctaveAssessment, Onboard, RateShare, WhiteBudget,
-    WhyNoCoefficient, WindowFrom, Withheld,
+    Aliasing, Assessment, AxisTemperature, BEFORE_FILTER_S, BeforeAndAfter, ChannelAssessment, ChannelNoise,
+    DEFAULT_CONFIDENCE, Detectable, DetectableRrw, LEAST_EDF, LongTauValidity, NoGrade, OctaveAssessment, Onboard,
+    RateShare, Stationarity, WhiteBudget, WhyNoCoefficient, WindowFrom, Withheld,
 };
 pub use averaging_times::{AveragingTimes, AveragingTimesError, MissingTime};
 pub use comparison::{
-    Caveat, CaveatKind, Chance, ChannelMeans, ComparedRecord, Comparison, MeanDifference, MeanError, MeanTest,
-    NoPrediction, OctaveTest, Population, RankedRecord, Ranking, Recommendation, RecordDisturbance, RecordMean,
-    SameSamples, UnitValue, Untested, WhiteTest, WhyNone, WhyUse,
+    AxisWhite, Caveat, CaveatKind, Chance, ChannelMeans, ComparedChannel, ComparedRecord, Comparison, NoPrediction,
+    OctaveTest, Population, RankedRecord, Ranking, Recommendation, RecordDisturbance, RecordMean, SameSamples, Spread,
+    UnitValue, WhiteTest, WhyUse,
 };
-pub use datasheet::{Datasheet, DatasheetFigure, DecidedBy, FigureVerdict, Ratio, SheetOnboard, Verdicts, not_passed};
+pub use datasheet::{Datasheet, DatasheetFigure, DecidedBy, FigureVerdict, Ratio, SheetOnboard};
 pub use end::{End, Shortfall, StartCure};
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
-pub use goal_check::GoalCheck;
-pub use hypothesis_tests::{Spread, holm};
+pub use goals_decided::GoalCheck;
+pub use hypothesis_tests::holm;
 pub use motion::Motion;
 pub use noise_figure::{NoiseFigure, NoiseFigureError};
 pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError, TakenAt, TakenFrom};
 pub use rate_change::{FalseRate, FalseReport, RateChange};
 pub use remedy::{Remedy, RemedyWords, Setting};
 pub use result::{
-    BlockValues, Budget, ChannelResult, ComparedSheet, Completion, Correlation, Curve, Detectable, Discrete,
-    DriftResult, Drifting, Graded, GraphicalReading, GraphicalReadings, HistogramBars, History, HistoryColumn, InUnit,
-    Inflation, LinkCounts, NoiseResult, Norm, NormalityTest, ParameterResult, Parts, Point, SourceResult, Spectrum,
-    Stationarity, Statistics, TemperatureResult, TimeBase, angle_drift,
+    BlockValues, Budget, ChannelResult, ComparedSheet, Completion, Curve, Discrete, DriftResult, Drifting, Graded,
+    GraphicalReading, GraphicalReadings, HistogramBars, History, HistoryColumn, InUnit, Inflation, LinkCounts,
+    NoiseResult, Norm, NormalityTest, ParameterResult, Parts, Point, SourceResult, Spectrum, Statistics,
+    TemperatureResult, TimeBase, angle_drift,
 };
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};

@@ -39,11 +39,10 @@ pub enum NoiseFigureError {
 }
 
 impl NoiseFigure {
-    /// Whether `channel` is one of the channels of the figure.
+    /// Whether the channel of this name and quantity is one of the channels of the figure.
     #[must_use]
-    pub fn concerns(&self, channel: &Channel) -> bool {
-        channel.name == self.channels
-            || self.channels == axes_name(self.sensor) && sensor_of(channel.quantity) == Some(self.sensor)
+    pub fn concerns(&self, name: &str, quantity: Quantity) -> bool {
+        name == self.channels || self.channels == axes_name(self.sensor) && sensor_of(quantity) == Some(self.sensor)
     }
 
     /// The number of axes of the figure.
@@ -54,7 +53,8 @@ impl NoiseFigure {
     /// Why no record of `layout`, however long, shows the parameter; `None` if one may.
     pub(crate) fn absent_from(&self, layout: &Layout) -> Option<String> {
         let message = &layout.message;
-        let concerned: Vec<&Channel> = layout.channels.iter().filter(|channel| self.concerns(channel)).collect();
+        let is_of = |channel: &&Channel| self.concerns(&channel.name, channel.quantity);
+        let concerned: Vec<&Channel> = layout.channels.iter().filter(is_of).collect();
         if concerned.is_empty() {
             return Some(format!("{self} is not measurable in {message}, which lacks the channel"));
         }
@@ -121,7 +121,8 @@ mod tests {
         for (text, concerned) in [("gyro N", 3), ("accel B", 3), ("mag N", 3), ("gyro_y K", 1), ("mag_x N", 1)] {
             let figure: NoiseFigure = text.parse().unwrap();
             assert_eq!(figure.to_string(), text);
-            assert_eq!(VNYMR.channels.iter().filter(|channel| figure.concerns(channel)).count(), concerned, "{text}");
+            let is_of = |channel: &&Channel| figure.concerns(&channel.name, channel.quantity);
+            assert_eq!(VNYMR.channels.iter().filter(is_of).count(), concerned, "{text}");
         }
         assert_eq!("gyro  n".parse::<NoiseFigure>().unwrap().to_string(), "gyro N");
     }

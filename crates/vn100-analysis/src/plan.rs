@@ -26,7 +26,7 @@ const PACKETS_HZ: u32 = 200;
 const FASTEST: BaudRate = BaudRate::ALL[BaudRate::ALL.len() - 1];
 
 /// The number of slow terms that are tested in one record: B, K and R of six axes.
-const SLOW_TERMS: usize = 18;
+pub(crate) const SLOW_TERMS: usize = 18;
 
 /// Published practice excludes a warm-up between these lengths, in seconds; the maker states none.
 const WARM_UP_S: [f64; 2] = [600.0, 1800.0];

@@ -51,8 +51,6 @@ pub enum Remedy {
     Record,
     /// Plan how long a record must be.
     Plan,
-    /// State that the sensor was not switched off between two records.
-    SayStayedOn,
 }
 
 /// A setting of the sensor.

@@ -12,28 +12,26 @@ mod verdict;
 
 use std::sync::Arc;
 
-use imu_noise::{Deviation, Estimator, RecordShape};
+use imu_noise::{Deviation, Estimator, RecordShape, Verdict};
 use schemars::JsonSchema;
 use serde::Serialize;
 use vn100_protocol::Quantity;
 
-pub use channel::{
-    BlockValues, ChannelResult, Curve, Detectable, HistogramBars, Norm, NormalityTest, Point, Spectrum, Stationarity,
-    Statistics,
-};
+pub use channel::{BlockValues, ChannelResult, Curve, HistogramBars, Norm, NormalityTest, Point, Spectrum, Statistics};
 pub use drift::{DriftResult, Drifting, angle_drift};
 pub use history::{History, HistoryColumn};
 pub use inflation::Inflation;
 pub use noise::{
-    Budget, Correlation, Discrete, Graded, GraphicalReading, GraphicalReadings, InUnit, NoiseResult, ParameterResult,
+    Budget, Discrete, Graded, GraphicalReading, GraphicalReadings, InUnit, NoiseResult, ParameterResult,
     TemperatureResult,
 };
 pub use time_base::{LinkCounts, TimeBase};
+use verdict::deciding_record_s;
 
 use crate::{
     assessment::Assessment,
     comparison::ComparedRecord,
-    datasheet::{Datasheet, FigureVerdict, Verdicts, not_passed},
+    datasheet::{Datasheet, DecidedBy, FigureVerdict},
     goal::Goal,
     motion::Motion,
     noise_figure::NoiseFigure,
@@ -170,30 +168,54 @@ impl SourceResult {
 
     /// The same with verdicts by this data sheet.
     pub fn judge(&mut self, sheet: &Datasheet) {
-        let Verdicts { datasheet: name, note, channels } = sheet.verdicts(&self.basis.snapshot, &self.basis.assessment);
-        self.datasheet = Some(ComparedSheet { name, note, typical_is_limit: sheet.typical_is_limit });
-        for (channel, verdicts) in self.channels.iter_mut().zip(channels) {
+        let Datasheet { name, note, typical_is_limit, .. } = sheet.clone();
+        self.datasheet = Some(ComparedSheet { name, note, typical_is_limit });
+        let verdicts = sheet.verdicts(&self.basis.snapshot, &self.basis.assessment);
+        let assessed = self.basis.assessment.channels.iter().zip(verdicts);
+        for (channel, (assessed, mut verdicts)) in self.channels.iter_mut().zip(assessed) {
+            // it takes too long while a record grows
+            if let Some(noise) = assessed.noise.as_ref().filter(|_| channel.spectrum.is_some()) {
+                let is_open = |verdict: &&mut FigureVerdict| verdict.decided_by == Some(DecidedBy::LongerRecord);
+                for verdict in verdicts.iter_mut().filter(is_open) {
+                    let length_s = deciding_record_s(verdict, noise, channel.rate_hz.recip(), self.confidence);
+                    verdict.deciding_record_s = length_s;
+                    verdict.decided_by = length_s.map(|_| DecidedBy::LongerRecord).or(Some(DecidedBy::Nothing));
+                }
+            }
             channel.verdict = Some(verdicts).filter(|verdicts| !verdicts.is_empty());
         }
     }
 
-    /// The channels of `figure` whose verdicts are not all a pass, as [`not_passed`] gives
-    /// them; empty if all pass.
+    /// The channels of `figure` whose verdicts are not all a pass, each with such a verdict; empty if
+    /// all pass. Typical figures without a verdict do not count. `None` stands for a channel without
+    /// a figure, and, under the name of the figure, for a record without such a channel or for no
+    /// data sheet.
     #[must_use]
-    pub fn not_passed(&self, figure: &NoiseFigure) -> Vec<(String, Option<FigureVerdict>)> {
-        let verdicts = self.datasheet.as_ref().map(|sheet| Verdicts {
-            datasheet: sheet.name.clone(),
-            note: sheet.note.clone(),
-            channels: self.channels.iter().map(|channel| channel.verdicts().to_vec()).collect(),
-        });
-        let reasons = not_passed(figure, &self.basis.snapshot, verdicts.as_ref());
-        reasons.into_iter().map(|(name, verdict)| (name, verdict.cloned())).collect()
+    pub fn not_passed(&self, figure: &NoiseFigure) -> Vec<(String, Option<&FigureVerdict>)> {
+        if self.datasheet.is_none() || !self.has_channel_of(figure) {
+            return vec![(figure.to_string(), None)];
+        }
+        let mut reasons = Vec::new();
+        for channel in self.channels_of(figure) {
+            let of_term = || channel.verdicts().iter().filter(|verdict| verdict.figure.term == figure.term);
+            if of_term().next().is_none() {
+                reasons.push((channel.name.clone(), None));
+            }
+            let worse = of_term().filter(|judged| judged.verdict.is_some_and(|verdict| verdict != Verdict::Pass));
+            reasons.extend(worse.map(|verdict| (channel.name.clone(), Some(verdict))));
+        }
+        reasons
+    }
+
+    fn channels_of(&self, figure: &NoiseFigure) -> impl Iterator<Item = &ChannelResult> {
+        self.streamed().filter(|channel| figure.concerns(&channel.name, channel.quantity))
     }
 
     /// Whether the stream has a channel of this figure.
     #[must_use]
     pub fn has_channel_of(&self, figure: &NoiseFigure) -> bool {
-        self.basis.snapshot.layout_channels().iter().any(|channel| figure.concerns(channel))
+        let channels = self.basis.snapshot.layout_channels();
+        channels.iter().any(|channel| figure.concerns(&channel.name, channel.quantity))
     }
 
     /// Why no record of this message shows the parameter of the goal; see [`Goal::out_of_reach`].
@@ -240,12 +262,7 @@ impl SourceResult {
     /// The record for a comparison with others.
     #[must_use]
     pub fn compared(&self) -> ComparedRecord<'_> {
-        ComparedRecord {
-            name: &self.source.name,
-            snapshot: &self.basis.snapshot,
-            assessment: &self.basis.assessment,
-            started_ns: self.source.recording.as_ref().and_then(|recording| recording.started_ns),
-        }
+        ComparedRecord { snapshot: &self.basis.snapshot, assessment: &self.basis.assessment }
     }
 
     /// The latest samples of the channel at this place.

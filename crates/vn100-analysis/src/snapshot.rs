@@ -5,7 +5,7 @@ use serde::Serialize;
 use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
 use imu_noise::timebase::{Refusal, TimebaseSummary};
-use imu_noise::{ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, PowerLaw, RecordShape};
+use imu_noise::{ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, RecordShape};
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, RegisterFields, Sample, VNIMU};
 
@@ -335,11 +335,6 @@ pub struct ChannelSnapshot {
     /// The sums at the averaging times of the settings; empty where these are the octaves, and
     /// during a measurement.
     pub points: Vec<OctaveSum>,
-    /// The kind of noise that each of the octaves shows; `None` with too few blocks.
-    pub noise_types: Vec<Option<PowerLaw>>,
-    /// Slope of the regression line in counts per sample; `None` for short records and after gaps
-    /// of unknown length.
-    pub slope_counts: Option<f64>,
     /// Spectrum, blocks and distribution; `None` for a channel of register 54, which is not in the
     /// stream.
     pub signal: Option<ChannelSignal>,

@@ -63,77 +63,57 @@ pub enum WarningKind {
     UnitDoubtful,
 }
 
+/// The kinds in their order, each with its code and what most of its findings mean for the result.
+const KINDS: [(WarningKind, &str, Severity); 25] = [
+    (WarningKind::Incomplete, "incomplete", Severity::Problem),
+    (WarningKind::NoValidLines, "no-valid-lines", Severity::Problem),
+    (WarningKind::OtherMessages, "other-messages", Severity::Caution),
+    (WarningKind::LinkErrors, "link-errors", Severity::Problem),
+    (WarningKind::StreamChanged, "stream-changed", Severity::Problem),
+    (WarningKind::Gaps, "gaps", Severity::Caution),
+    (WarningKind::RejectedLines, "bad-lines", Severity::Caution),
+    (WarningKind::RepeatedLines, "repeated-lines", Severity::Problem),
+    (WarningKind::TooShort, "too-short", Severity::Caution),
+    (WarningKind::RateAssumed, "rate-assumed", Severity::Caution),
+    (WarningKind::RateOffNominal, "rate-off-nominal", Severity::Caution),
+    (WarningKind::StampsDoubtful, "stamps-doubtful", Severity::Caution),
+    (WarningKind::VibrationLine, "vibration-line", Severity::Caution),
+    (WarningKind::NotStationary, "not-stationary", Severity::Caution),
+    (WarningKind::WarmUp, "warm-up", Severity::Caution),
+    (WarningKind::FollowsTemperature, "follows-temperature", Severity::Caution),
+    (WarningKind::MagnitudeOff, "magnitude-off", Severity::Caution),
+    (WarningKind::CompensatedStream, "compensated-stream", Severity::Note),
+    (WarningKind::CompensationUnknown, "compensation-unknown", Severity::Caution),
+    (WarningKind::LowPass, "low-pass", Severity::Caution),
+    (WarningKind::SensorSettings, "sensor-settings", Severity::Note),
+    (WarningKind::QuantisationFloor, "quantisation-floor", Severity::Caution),
+    (WarningKind::CorrelatedNoise, "correlated-noise", Severity::Caution),
+    (WarningKind::FullRange, "full-range", Severity::Problem),
+    (WarningKind::UnitDoubtful, "unit-doubtful", Severity::Problem),
+];
+
 impl WarningKind {
     /// All kinds.
-    pub const ALL: [Self; 25] = [
-        Self::Incomplete,
-        Self::NoValidLines,
-        Self::OtherMessages,
-        Self::LinkErrors,
-        Self::StreamChanged,
-        Self::Gaps,
-        Self::RejectedLines,
-        Self::RepeatedLines,
-        Self::TooShort,
-        Self::RateAssumed,
-        Self::RateOffNominal,
-        Self::StampsDoubtful,
-        Self::VibrationLine,
-        Self::NotStationary,
-        Self::WarmUp,
-        Self::FollowsTemperature,
-        Self::MagnitudeOff,
-        Self::CompensatedStream,
-        Self::CompensationUnknown,
-        Self::LowPass,
-        Self::SensorSettings,
-        Self::QuantisationFloor,
-        Self::CorrelatedNoise,
-        Self::FullRange,
-        Self::UnitDoubtful,
-    ];
+    pub const ALL: [Self; KINDS.len()] = {
+        let mut all = [Self::Incomplete; KINDS.len()];
+        let mut place = 0;
+        while place < all.len() {
+            all[place] = KINDS[place].0;
+            place += 1;
+        }
+        all
+    };
 
     /// The code of the kind: lower case, words joined by hyphens.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        self.row().0
+        KINDS[self as usize].1
     }
 
     /// What most findings of this kind mean for the result.
     #[must_use]
     pub const fn severity(self) -> Severity {
-        self.row().1
-    }
-
-    const fn row(self) -> (&'static str, Severity) {
-        use Severity::{Caution, Note, Problem};
-        match self {
-            Self::Incomplete => ("incomplete", Problem),
-            Self::NoValidLines => ("no-valid-lines", Problem),
-            Self::OtherMessages => ("other-messages", Caution),
-            Self::LinkErrors => ("link-errors", Problem),
-            Self::StreamChanged => ("stream-changed", Problem),
-            Self::Gaps => ("gaps", Caution),
-            Self::RejectedLines => ("bad-lines", Caution),
-            Self::RepeatedLines => ("repeated-lines", Problem),
-            Self::TooShort => ("too-short", Caution),
-            Self::RateAssumed => ("rate-assumed", Caution),
-            Self::RateOffNominal => ("rate-off-nominal", Caution),
-            Self::StampsDoubtful => ("stamps-doubtful", Caution),
-            Self::VibrationLine => ("vibration-line", Caution),
-            Self::NotStationary => ("not-stationary", Caution),
-            Self::WarmUp => ("warm-up", Caution),
-            Self::FollowsTemperature => ("follows-temperature", Caution),
-            Self::MagnitudeOff => ("magnitude-off", Caution),
-            Self::CompensatedStream => ("compensated-stream", Note),
-            Self::CompensationUnknown => ("compensation-unknown", Caution),
-            Self::LowPass => ("low-pass", Caution),
-            Self::SensorSettings => ("sensor-settings", Note),
-            Self::QuantisationFloor => ("quantisation-floor", Caution),
-            Self::CorrelatedNoise => ("correlated-noise", Caution),
-            Self::FullRange => ("full-range", Problem),
-            Self::UnitDoubtful => ("unit-doubtful", Problem),
-        }
+        KINDS[self as usize].2
     }
 }
 

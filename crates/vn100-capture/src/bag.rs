@@ -23,7 +23,6 @@ mod sentences;
 mod sqlite;
 mod standard_types;
 mod streams;
-mod time_order;
 mod topic;
 mod topic_scan;
 

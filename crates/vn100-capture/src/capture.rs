@@ -14,7 +14,7 @@ use crate::{
     bag::{self, Bag, BagError, BagSamples},
     capture_options::CaptureOptions,
     counted_reader::CountedReader,
-    csv::{self, CsvError, CsvReader, Said},
+    csv::{CsvError, CsvReader, Said},
     detect_format::{Detected, Format, detect_format},
     read_samples::{Event, FileEvents, FileReader, read_file, read_samples},
     recording::{LaterParts, Recorded, RecordingError, RecordingReader, RecordingSamples},
@@ -295,7 +295,7 @@ fn groups_of_columns(file: &dyn StoredFile, path: &Path, options: &CaptureOption
     let name = path.file_name().map(|name| name.to_string_lossy());
     let said = Said { map: options.columns.as_ref(), stream: None, file: name.as_deref() };
     match detect_format(&mut reader, said).ok()? {
-        (head, Detected::Csv(plan)) => Some(csv::streams(*plan, head.chain(reader))),
+        (_, Detected::Csv(plan)) => Some(plan.streams),
         _ => None,
     }
 }

@@ -6,7 +6,7 @@
 //! passing through a float, stamps become nanoseconds, and a malformed row is counted with its
 //! reason.
 
-mod cells;
+mod channels;
 mod column_map;
 mod columns;
 mod date;
@@ -22,15 +22,15 @@ mod resolution;
 mod row_counts;
 mod row_parser;
 mod sensor_column;
+mod sentence_rows;
 mod stamp;
-mod stamp_search;
-mod stamped_sentences;
 mod streams;
 mod suggestion;
 #[cfg(test)]
 mod tests;
-mod time_name;
-mod words;
+mod time_columns;
+
+use std::sync::Arc;
 
 use thiserror::Error;
 use vn100_protocol::{Layout, stream::LeftOutColumn};
@@ -38,11 +38,12 @@ use vn100_protocol::{Layout, stream::LeftOutColumn};
 use self::{
     date::DateForm, dialect::Dialect, fields::LastField, number::Number, resolution::Quantizer, stamp::StampForm,
 };
+pub(crate) use channels::{Unit, by_name, known, units};
+pub(crate) use column_map::ColumnName;
 pub use column_map::{ColumnMap, ColumnMapError};
-pub(crate) use column_map::{by_name, known, units};
 pub(crate) use head::detect;
 pub(crate) use reader::CsvReader;
-pub(crate) use streams::streams;
+pub(crate) use sentence_rows::checked_part;
 
 /// Bytes of a file that are examined: a thousand rows of up to 260 bytes.
 pub(crate) const HEAD_BYTES: usize = 256 * 1024;
@@ -53,7 +54,9 @@ const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 /// The way to read a CSV file, as determined from its head.
 #[derive(Debug, Clone)]
 pub(crate) struct CsvPlan {
-    kind: Kind,
+    /// The layout of the rows in their counts; `None` for sentences. If the channels are exactly those
+    /// of a message, it has its name, else `CSV`.
+    layout: Option<Arc<Layout>>,
     /// The names of all columns; empty in a file without a header.
     names: Vec<String>,
     /// The names of the columns that are not used.
@@ -67,53 +70,30 @@ pub(crate) struct CsvPlan {
     /// The conversion of the column of each channel of the layout to counts.
     quantizers: Vec<Quantizer>,
     /// The common printed form of the last fields of the first rows, used to recognise a truncated
-    /// row; `None` for sentences, which have a checksum, and if no row has a line end.
+    /// row; `None` for a last column of sentences, which have a checksum, and if no row has a line end.
     last_field: Option<LastField>,
     /// The columns of the stamps and their forms, as written in a column map.
     times: Option<String>,
     /// The form of dates and times of day.
     date: Option<DateForm>,
+    /// Whether a row is a stamp and a sentence, with any signs between them.
+    has_prefix_stamps: bool,
     /// Lines before the first row.
     lines_above: u64,
+    /// The names of the streams of different rates; empty if all columns are one stream, as in a
+    /// table without times and so without a known rate, or with the fields of a message of the sensor.
+    pub(crate) streams: Vec<String>,
 }
 
 impl CsvPlan {
     /// Whether the rows are numbers, not sentences.
     pub(crate) fn holds_values(&self) -> bool {
-        matches!(self.kind, Kind::Values(_))
+        self.layout.is_some()
     }
 
     /// Whether the rows are numbers without a stamp.
     pub(crate) fn lacks_times(&self) -> bool {
         self.holds_values() && self.times.is_none()
-    }
-}
-
-/// The content of the rows of a CSV file.
-#[derive(Debug, Clone, PartialEq)]
-enum Kind {
-    /// Numbers, one per channel. If the channels are exactly those of a message, the layout has its
-    /// name, else `CSV`. Its scales convert the units of the file to those of the channels,
-    /// independent of the size of a count.
-    Values(Layout),
-    /// Sentences as the sensor sent them.
-    Sentences,
-}
-
-impl CsvPlan {
-    /// The layout of the rows in their counts; `None` for sentences.
-    fn layout(&self) -> Option<Layout> {
-        let Kind::Values(layout) = &self.kind else { return None };
-        let channels = layout.channels.iter().cloned().zip(&self.quantizers);
-        let channels = channels.map(|(channel, quantizer)| quantizer.of_counts(channel)).collect::<Vec<_>>();
-        Some(Layout { channels: channels.into(), ..layout.clone() })
-    }
-
-    /// The names of the channels whose last digits are rounded.
-    fn rounded(&self) -> Vec<String> {
-        let Kind::Values(layout) = &self.kind else { return Vec::new() };
-        let channels = layout.channels.iter().zip(&self.quantizers).filter(|(_, quantizer)| quantizer.is_rounded);
-        channels.map(|(channel, _)| channel.name.to_string()).collect()
     }
 }
 
@@ -156,106 +136,15 @@ fn holds_number(row: &[Vec<u8>], place: usize) -> bool {
     row.get(place).is_some_and(|cell| Number::parse(cell).is_some())
 }
 
-/// The reason why a CSV file cannot be read.
+/// The reason why a CSV file cannot be read, in words.
 #[derive(Debug, Clone, PartialEq, Error)]
-pub enum CsvError {
-    /// No column of the rows of numbers has a known name in the header.
-    #[error(
-        "no known column in this CSV file: expected {}; found {}",
-        columns::Columns::SEARCHED,
-        described(found, left_out)
-    )]
-    UnknownColumns {
-        /// The names in the header, or the places and mean values of columns without names.
-        found: Vec<String>,
-        /// The columns with known meanings, and the reasons why they cannot be read.
-        left_out: Vec<LeftOutColumn>,
-        /// A column map, if names, units and magnitudes fit exactly one.
-        map: Option<String>,
-    },
-    /// The file does not have a column that the map names.
-    #[error("no column {column:?} for {channel}: the file has {}", found.join(", "))]
-    MissingColumn {
-        /// The channel in the map.
-        channel: &'static str,
-        /// The name or number of the column in the map.
-        column: String,
-        /// The names in the header.
-        found: Vec<String>,
-    },
-    /// The map gives one column to two channels.
-    #[error("column {column:?} is mapped to both {} and {}: give each its own", channels[0], channels[1])]
-    SameColumn {
-        /// The name or number of the column.
-        column: String,
-        /// The two channels.
-        channels: [&'static str; 2],
-    },
-    /// The file lacks the columns of the requested stream.
-    #[error("no columns of {name:?}: name some of {found}")]
-    NoStream {
-        /// The requested stream.
-        name: String,
-        /// The quantities that the file has.
-        found: String,
-    },
-    /// The rows are of several sensors.
-    #[error(
-        "the rows are of several sensors, by column {column:?}: {}; keep those of one, as awk -F, 'NR==1 || ${place}==\"{}\"' does",
-        sensors.join(", "),
-        sensors.first().map_or("", String::as_str)
-    )]
-    SeveralSensors {
-        /// The name of the column.
-        column: String,
-        /// Its number, from 1.
-        place: usize,
-        /// The values of the column, one for each sensor.
-        sensors: Vec<String>,
-    },
-    /// Hundreds of rows share each stamp, so the rate cannot be found.
-    #[error(
-        "the time stamps in column {column:?} are too coarse to show a sample rate: they change once at most in {rows} rows"
-    )]
-    CoarseStamps {
-        /// The column of the stamps.
-        column: String,
-        /// Number of rows that were examined.
-        rows: usize,
-    },
-    /// The unit of the stamps cannot be inferred from them.
-    #[error(
-        "the unit of the time stamps in column {column:?} is ambiguous: they step by {step} from row to row, which {}",
-        stamp::may_be(units)
-    )]
-    StampUnit {
-        /// The column of the stamps.
-        column: String,
-        /// The column as written in a column map.
-        argument: String,
-        /// The median step from row to row.
-        step: f64,
-        /// The units in which the step is 1 ms to 1 s.
-        units: Vec<&'static str>,
-    },
-    /// Whether the day or the month comes first cannot be inferred from the dates.
-    #[error("the dates in column {column:?} may begin with the day or with the month")]
-    DateOrder {
-        /// The column of the stamps.
-        column: String,
-        /// The column as written in a column map.
-        argument: String,
-    },
-    /// No stamp has a known form.
-    #[error(
-        "the time stamps in column {column:?} are neither numbers nor dates nor times of day, the first is {text:?}: name another column"
-    )]
-    Stamps {
-        /// The column of the stamps.
-        column: String,
-        /// The first stamp.
-        text: String,
-    },
+#[error("{reason}")]
+pub struct CsvError {
+    reason: String,
+    hint: Option<MapHint>,
+    /// Whether the columns are known, but their stamps are not understood or the requested stream
+    /// is missing.
+    is_certain: bool,
 }
 
 /// The part that a [`ColumnMap`] must add so that the file can be read.
@@ -273,41 +162,47 @@ impl CsvError {
     /// The part that a column map must add so that the file can be read; `None` if no map helps.
     #[must_use]
     pub fn hint(&self) -> Option<MapHint> {
-        match self {
-            Self::UnknownColumns { map, .. } => Some(MapHint::Columns(map.clone())),
-            Self::StampUnit { argument, .. } => Some(MapHint::StampUnit(format!("t={argument}:ms"))),
-            Self::DateOrder { argument, .. } => Some(MapHint::DateOrder(format!("t={argument}:dmy"))),
-            Self::MissingColumn { .. }
-            | Self::SameColumn { .. }
-            | Self::SeveralSensors { .. }
-            | Self::NoStream { .. }
-            | Self::CoarseStamps { .. }
-            | Self::Stamps { .. } => None,
-        }
+        self.hint.clone()
     }
 
-    /// Whether the columns are known, but their stamps are not understood or the requested stream
-    /// is missing.
-    fn knows_columns(&self) -> bool {
-        matches!(
-            self,
-            Self::Stamps { .. }
-                | Self::StampUnit { .. }
-                | Self::DateOrder { .. }
-                | Self::NoStream { .. }
-                | Self::SeveralSensors { .. }
-                | Self::CoarseStamps { .. }
-        )
+    fn certain(reason: String) -> Self {
+        Self { reason, hint: None, is_certain: true }
     }
-}
 
-/// All columns; those that are left out with the reason.
-fn described(found: &[String], left_out: &[LeftOutColumn]) -> String {
-    let column = |name: &String| match left_out.iter().find(|column| column.name == *name) {
-        Some(LeftOutColumn { reason, .. }) => format!("{name} ({reason})"),
-        None => name.clone(),
-    };
-    found.iter().map(column).collect::<Vec<_>>().join(", ")
+    fn uncertain(reason: String) -> Self {
+        Self { is_certain: false, ..Self::certain(reason) }
+    }
+
+    /// A map gives one column to two channels.
+    fn same_column(column: &str, one: &str, other: &str) -> Self {
+        Self::uncertain(format!("column {column:?} is mapped to both {one} and {other}: give each its own"))
+    }
+
+    /// The unit of the stamps cannot be inferred from them, for this reason. A column map names the
+    /// column by `argument`.
+    fn stamp_unit(column: &str, argument: &str, ambiguous: &str) -> Self {
+        let reason = format!("the unit of the time stamps in column {column:?} is ambiguous: {ambiguous}");
+        Self { hint: Some(MapHint::StampUnit(format!("t={argument}:ms"))), ..Self::certain(reason) }
+    }
+
+    /// Whether the day or the month comes first cannot be inferred from the dates.
+    fn date_order(column: &str, argument: &str) -> Self {
+        let reason = format!("the dates in column {column:?} may begin with the day or with the month");
+        Self { hint: Some(MapHint::DateOrder(format!("t={argument}:dmy"))), ..Self::certain(reason) }
+    }
+
+    /// No column of the rows of numbers has a known name in the header. `map` is a column map, if
+    /// names, units and magnitudes fit exactly one.
+    fn unknown_columns(found: &[String], left_out: &[LeftOutColumn], map: Option<String>) -> Self {
+        let described = |name: &String| match left_out.iter().find(|column| column.name == *name) {
+            Some(LeftOutColumn { reason, .. }) => format!("{name} ({reason})"),
+            None => name.clone(),
+        };
+        let found = found.iter().map(described).collect::<Vec<_>>().join(", ");
+        let searched = columns::Columns::SEARCHED;
+        let reason = format!("no known column in this CSV file: expected {searched}; found {found}");
+        Self { hint: Some(MapHint::Columns(map)), ..Self::uncertain(reason) }
+    }
 }
 
 /// The beginning of `text`, without control characters; read as Latin-1 if it is not UTF-8.

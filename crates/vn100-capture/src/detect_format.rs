@@ -6,7 +6,7 @@ use vn100_protocol::{Decoder, Item, Options, RejectReason, stream::MeasuredFrame
 
 use crate::{
     bag::BagForm,
-    csv::{self, CsvError, CsvPlan, Said},
+    csv::{self, CsvError, CsvPlan, MapHint, Said},
     recording,
     telnet::doubles_ff,
 };
@@ -172,7 +172,7 @@ pub(crate) fn detect_format(reader: &mut impl Read, said: Said<'_>) -> io::Resul
             Ok(Some(plan)) => return Ok((head, Detected::Csv(plan.into()))),
             // the sentences could be read without stamps, but the user would not learn that a word turns the stamps
             // into a time base
-            Err(error @ (CsvError::StampUnit { .. } | CsvError::DateOrder { .. })) => {
+            Err(error) if matches!(error.hint(), Some(MapHint::StampUnit(_) | MapHint::DateOrder(_))) => {
                 return Ok((head, Detected::UnusableCsv(error)));
             }
             Err(error) if said.map.is_some() || !sentence_seen && begins_legibly(&head.bytes) => {

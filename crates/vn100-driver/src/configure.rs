@@ -53,7 +53,6 @@ pub struct Configured {
 
 impl Configured {
     /// Whether the measured rate agrees with the setting, within one frame and 5 %.
-    #[must_use]
     pub fn rate_is_kept(&self) -> bool {
         (self.measured_hz - self.rate_hz).abs() <= 1.0 / MEASURE.as_secs_f64() + 0.05 * self.rate_hz
     }

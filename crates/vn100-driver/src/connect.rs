@@ -207,7 +207,6 @@ fn group_name(groups: &str, id: u32) -> Option<&str> {
 /// The name and the process of another program that has the port at `path` open: `screen (process
 /// 71)`. `None` if there is none, for a program of another user, which the system does not show,
 /// and on systems other than Linux.
-#[must_use]
 pub fn other_program_on(path: &Path) -> Option<String> {
     Holder::of(path).find(|holder| !holder.is_this_program()).map(Holder::into_words)
 }

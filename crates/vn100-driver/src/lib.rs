@@ -37,7 +37,6 @@ mod link_error;
 mod link_machine;
 mod link_task;
 mod lossy_sender;
-mod other_device;
 mod output_plan;
 mod ports;
 mod question;

@@ -87,7 +87,6 @@ pub enum LinkState {
 impl LinkState {
     /// The facts about the link while its port is open and the sensor is connected, silent or not;
     /// `None` in all other states.
-    #[must_use]
     pub fn up(&self) -> Option<&Up> {
         match self {
             Self::Up(up) | Self::Silent(up) => Some(up),
@@ -193,14 +192,12 @@ impl LinkHandle {
 
     /// Marks this place of the stream, and of the recording, with a text. Returns `false` if the
     /// link does not accept the mark, because it is closed or four marks are waiting.
-    #[must_use]
     pub fn mark(&self, text: String) -> bool {
         self.marks.try_send(text).is_ok()
     }
 
     /// Number of valid frames of this kind that the sensor has sent by itself so far. Sentences
     /// whose code has no known header are counted together.
-    #[must_use]
     pub fn frames(&self, kind: FrameKind) -> u64 {
         let kind = match kind {
             FrameKind::Sentence(message) if message.header().is_none() => FrameKind::Sentence(AsyncType::OFF),
@@ -215,13 +212,11 @@ impl LinkHandle {
     }
 
     /// The state of the link; the receiver is notified of each change.
-    #[must_use]
     pub fn state(&self) -> watch::Receiver<LinkState> {
         self.state.clone()
     }
 
     /// Number of bytes that were dropped because the recording was too slow.
-    #[must_use]
     pub fn unrecorded_bytes(&self) -> u64 {
         self.counters.unrecorded_bytes.load(Ordering::Relaxed)
     }

@@ -7,7 +7,6 @@ use vn100_protocol::{DeviceError, RequestFailure};
 
 use crate::{
     connect::{ConnectError, PortProblem},
-    other_device::OtherOutput,
     question::without_echoes,
 };
 
@@ -28,8 +27,8 @@ pub(crate) enum LinkError {
         /// Whether a question was sent.
         asked: bool,
     },
-    #[error("no sensor found on {port}{}, but {output}", at_speeds(baud.as_slice()))]
-    OtherDevice { port: String, baud: Option<u32>, output: OtherOutput },
+    #[error("no sensor found on {port}{}, but {}", at_speeds(baud.as_slice()), other_device(sentences))]
+    OtherDevice { port: String, baud: Option<u32>, sentences: Vec<String> },
     #[error("{bytes} bytes received in {ms} ms contain no valid sentence")]
     Garbled { bytes: u64, ms: u128 },
     #[error("the server closed the connection: it stopped, or serves the port to another program")]
@@ -67,7 +66,6 @@ pub enum LinkHint {
 
 impl LinkHint {
     /// The hint in words; an application may have [others](crate::LinkOptions::hint_text).
-    #[must_use]
     pub fn text(self) -> &'static str {
         match self {
             Self::AskSensor => {
@@ -122,6 +120,18 @@ fn lost(error: &io::Error) -> String {
 
 const GONE: &str = "the port disappeared, as when the cable is unplugged or the adapter loses power";
 
+/// A device that sends these sentences, in words. Names of NMEA 0183 have two letters for the talker
+/// and three for the message, or a `P` and the letters of a maker.
+fn other_device(names: &[String]) -> String {
+    let is_nmea =
+        |name: &String| name.starts_with('P') || name.len() == 5 && !name.contains(|c: char| c.is_ascii_digit());
+    let device = match names.iter().all(is_nmea) {
+        true => "a device that sends NMEA sentences, such as a GPS",
+        false => "another device that sends sentences",
+    };
+    format!("{device}: ${}", names.join(", $"))
+}
+
 fn at_speeds(tried: &[u32]) -> String {
     match tried {
         [] => String::new(),
@@ -163,8 +173,8 @@ mod tests {
     #[test]
     fn another_device_is_named_by_its_output() {
         let error = |baud, sentences: &[&str]| {
-            let output = OtherOutput::Sentences(sentences.iter().copied().map(String::from).collect());
-            LinkError::OtherDevice { port: "x".into(), baud, output }.to_string()
+            let sentences = sentences.iter().copied().map(String::from).collect();
+            LinkError::OtherDevice { port: "x".into(), baud, sentences }.to_string()
         };
         assert_eq!(
             error(Some(9600), &["GPGGA", "GPRMC"]),

@@ -45,7 +45,6 @@ const WAITING_COMMANDS: usize = 16;
 ///
 /// # Panics
 /// If called outside a tokio runtime.
-#[must_use]
 pub fn open_link<C: Connect>(
     connect: C,
     mut options: LinkOptions,

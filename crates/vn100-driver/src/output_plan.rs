@@ -59,58 +59,15 @@ impl fmt::Display for Change {
     }
 }
 
-/// The reason why a sensor cannot be set as requested.
+/// The reason why a sensor cannot be set as requested, with the settings that are possible.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum PlanError {
-    /// The baud rate is too low for the sentences.
-    #[error(
-        "{} at {} Hz{} needs {:.0} bytes a second and {} baud carry {}; {}",
-        message.header().unwrap_or("the message"), rate.hz(), beside(*packets), (*lines + *packets).bytes_per_s,
-        baud.bits_per_s(), baud.bytes_per_s(), way_out(*highest, *lines + *packets)
-    )]
-    DoesNotFit {
-        /// The message.
-        message: AsyncType,
-        /// The requested rate.
-        rate: AsyncRate,
-        /// The baud rate.
-        baud: BaudRate,
-        /// The load of the sentences.
-        lines: LinkLoad,
-        /// The load of the binary outputs on any port, because the sensor does not report which
-        /// port is in use.
-        packets: LinkLoad,
-        /// The highest rate of the message that fits; `None` if none does.
-        highest: Option<AsyncRate>,
-    },
-    /// No baud rate is high enough for the packets, or the requested one is too low.
-    #[error("{} packets a second need {:.0} bytes a second, and {} baud carry {}; {}", rate_hz, load.bytes_per_s,
-        baud.bits_per_s(), baud.bytes_per_s(), way_out(None, *load))]
-    PacketsDoNotFit {
-        /// The rate of the packets, in hertz.
-        rate_hz: u32,
-        /// The baud rate.
-        baud: BaudRate,
-        /// The load of all packets.
-        load: LinkLoad,
-    },
-    /// The sensor does not have the value.
-    #[error("{setting} can be {allowed}, not {asked}")]
-    NotAllowed {
-        /// The setting.
-        setting: &'static str,
-        /// The requested value.
-        asked: String,
-        /// The values that are allowed.
-        allowed: String,
-    },
-    /// A register holds a value that its type does not allow.
-    #[error("{0}; this sensor cannot be configured here")]
-    Value(#[from] ValueError),
-    /// The plan needs a register that the sensor does not have.
-    #[error("this sensor lacks register {0}, which the setting needs")]
-    Missing(Register),
+#[error("{0}")]
+pub struct PlanError(String);
+
+impl From<ValueError> for PlanError {
+    fn from(error: ValueError) -> Self {
+        Self(format!("{error}; this sensor cannot be configured here"))
+    }
 }
 
 fn beside(packets: LinkLoad) -> String {
@@ -284,7 +241,7 @@ impl Output {
             new.baud = new.packets().lowest_baud_rate().unwrap_or(new.baud);
         }
         if let Some(window) = settings.window {
-            let filter = new.filter.as_mut().ok_or(PlanError::Missing(Register::IMU_FILTER))?;
+            let filter = new.filter.as_mut().ok_or_else(|| missing(Register::IMU_FILTER))?;
             let allowed = || format!("1 to {SAMPLES_PER_S} samples");
             let samples = u16::try_from(window).ok().filter(|samples| (1..=SAMPLES_PER_S).contains(samples));
             let samples = samples.ok_or_else(|| not_allowed("the window", window, allowed()))?;
@@ -305,7 +262,7 @@ impl Output {
     }
 
     fn set_packets(&mut self, packets: PacketMessage, rate_hz: Option<u32>) -> Result<(), PlanError> {
-        let binary = self.binary.as_ref().ok_or(PlanError::Missing(Register::BINARY_OUTPUT_1))?;
+        let binary = self.binary.as_ref().ok_or_else(|| missing(Register::BINARY_OUTPUT_1))?;
         self.message = AsyncType::OFF;
         // unchanged if it is sent already
         if binary.rate_hz() > 0.0 && packets.is_of(binary) {
@@ -345,7 +302,7 @@ impl Output {
             return Ok(());
         }
         let skip = self.measurements_skipped();
-        let sync = self.sync.as_mut().ok_or(PlanError::Missing(Register::SYNC_CONTROL))?;
+        let sync = self.sync.as_mut().ok_or_else(|| missing(Register::SYNC_CONTROL))?;
         // the output pulse marks the start of every measurement that is sent, and its pulses are
         // counted
         (self.protocol.serial_count, sync.out_mode, sync.out_skip) =
@@ -362,17 +319,28 @@ impl Output {
     fn check_fit(&self) -> Result<(), PlanError> {
         let &Self { message, rate, baud, .. } = self;
         let packets = self.packets();
+        let (has, carries) = (baud.bits_per_s(), baud.bytes_per_s());
         if let Some(binary) = self.binary.as_ref().filter(|_| self.sends_packets_alone() && !packets.fits(baud)) {
-            return Err(PlanError::PacketsDoNotFit { rate_hz: binary.rate_hz() as u32, baud, load: packets });
+            return Err(PlanError(format!(
+                "{} packets a second need {:.0} bytes a second, and {has} baud carry {carries}; {}",
+                binary.rate_hz() as u32,
+                packets.bytes_per_s,
+                way_out(None, packets)
+            )));
         }
         // a message of unknown length has no known load: the sensor itself refuses an excess
         let Some(length) = message.line_length(LineForm::from(&self.protocol)) else { return Ok(()) };
-        let lines = LinkLoad::of_lines(length, rate);
-        if (lines + packets).fits(baud) {
+        let load = LinkLoad::of_lines(length, rate) + packets;
+        if load.fits(baud) {
             return Ok(());
         }
-        let highest = packets.highest_rate_beside(length, baud);
-        Err(PlanError::DoesNotFit { message, rate, baud, lines, packets, highest })
+        Err(PlanError(format!(
+            "{} at {rate} Hz{} needs {:.0} bytes a second and {has} baud carry {carries}; {}",
+            message.header().unwrap_or("the message"),
+            beside(packets),
+            load.bytes_per_s,
+            way_out(packets.highest_rate_beside(length, baud), load)
+        )))
     }
 }
 
@@ -382,7 +350,7 @@ fn value<T: RegisterValue>(current: &[RegisterContents]) -> Result<Option<T>, Va
 }
 
 fn required<T: RegisterValue>(current: &[RegisterContents]) -> Result<T, PlanError> {
-    value(current)?.ok_or(PlanError::Missing(T::REGISTERS[0]))
+    value(current)?.ok_or_else(|| missing(T::REGISTERS[0]))
 }
 
 /// The write that changes `before` to `after`, `None` if they are equal. Values are compared, not
@@ -398,8 +366,12 @@ fn not_a_packet_rate(asked_hz: u32) -> PlanError {
     not_allowed("the rate of packets", asked_hz, list(rates))
 }
 
-fn not_allowed(setting: &'static str, asked: impl ToString, allowed: String) -> PlanError {
-    PlanError::NotAllowed { setting, asked: asked.to_string(), allowed }
+fn not_allowed(setting: &str, asked: impl fmt::Display, allowed: String) -> PlanError {
+    PlanError(format!("{setting} can be {allowed}, not {asked}"))
+}
+
+fn missing(register: Register) -> PlanError {
+    PlanError(format!("this sensor lacks register {register}, which the setting needs"))
 }
 
 fn list(values: impl IntoIterator<Item = impl ToString>) -> String {

@@ -59,7 +59,6 @@ impl UsbAdapter {
 /// Lists the serial ports of this machine: the likely ones first, then by name.
 ///
 /// If the system cannot list ports, the list is empty; a port can still be opened by its name.
-#[must_use]
 pub fn list_ports() -> Vec<PortEntry> {
     let found = serialport::available_ports().unwrap_or_default();
     entries(found, &stable_names(Path::new(STABLE_NAMES)))

@@ -51,7 +51,6 @@ pub struct SerialPorts {
 
 impl SerialPorts {
     /// The port named `name`, such as `/dev/ttyUSB0`; nothing is opened yet.
-    #[must_use]
     pub fn new(name: &str, clock: Clock) -> Self {
         Self::among(name, clock, list_ports)
     }
@@ -59,7 +58,6 @@ impl SerialPorts {
     /// The port named `name` among those that `list` returns at each opening, the likely ones
     /// first, each by the name of the device and not of a symlink: for ports that [`list_ports`]
     /// does not find.
-    #[must_use]
     pub fn among(name: &str, clock: Clock, list: impl Fn() -> Vec<PortEntry> + Send + Sync + 'static) -> Self {
         Self { address: Arc::new(Mutex::new(PortAddress::new(name))), list: Arc::new(list), clock }
     }

@@ -42,7 +42,7 @@
 //! let asked = session.submit(SensorCommand::ReadRegister(Register::ASYNC_RATE))?;
 //! assert_eq!(session.poll_transmit(Duration::ZERO).as_deref(), Some(&b"$VNRRG,07*74\r\n"[..]));
 //! Decoder::new(Options::default()).push(b"$VNYPR,+010.071,+000.278,-002.026*60\r\n$VNRRG,07,40*5C\r\n", |item| {
-//!     if let Item::Reply(sentence) = item && let Ok(reply) = Reply::parse(&sentence) {
+//!     if let Item::Reply(sentence) = item && let Some(reply) = Reply::parse(&sentence) {
 //!         session.handle_reply(&reply, Duration::from_millis(12));
 //!     }
 //! });
@@ -64,13 +64,10 @@
 //! | pressure | kPa | 3 | 200 |
 //!
 //! Axes are those of the body, x forward, y right, z down, in the order x y z. A line with a
-//! magnitude beyond its limit is [`RejectReason::Range`]. Settings have the unit in their name. Old
-//! firmware prints fewer decimals: see [`PrintFormat`].
+//! magnitude beyond its limit is [`RejectReason::Range`]. Old firmware prints fewer decimals: see
+//! [`PrintFormat`].
 //!
-//! # Features
-//!
-//! `std`, on by default, reads packets faster on processors with the needed instructions, which
-//! only the standard library can detect at run time. The decoded values are the same without it.
+//! The feature `std`, on by default, reads packets faster on some processors, with the same values.
 //!
 //! # Differences from the maker's manual
 //!
@@ -81,15 +78,8 @@
 //!   [`RejectReason::Checksum`].
 //! - It puts the status before the count in text and after it in an example; [`Suffix`] takes
 //!   either order.
-//! - A sensor ends a line with CR LF. Here any byte that is no check digit ends it, and the
-//!   checksum decides.
-//! - Some editions list the last error codes as decimal numbers. All are hexadecimal here, as
-//!   firmware 3 sends them.
-//! - Register numbers of replies are compared as numbers, with a leading zero or without.
 //! - Editions disagree on the checksum numbers 0 and 2 of register 30; [`ProtocolControl::check`]
 //!   knows only 1 and 3.
-//! - Packets with groups that a VN-100 does not have (satellite and inertial navigation) or with
-//!   extension words have no known length; their bytes are searched like any others.
 #![cfg_attr(not(test), no_std)]
 
 extern crate alloc;
@@ -114,7 +104,6 @@ pub use framing::{
 pub use link_budget::{LineForm, LinkLoad};
 pub use message::{
     GrammarError, RangeError,
-    decimal::DecimalError,
     decoder::{Decoder, Item},
     increments::VNDTV,
     layout::{Channel, ColumnRead, ColumnsRead, Layout, OUTPUT_RATES_HZ, PrintFormat, Quantity},
@@ -135,5 +124,5 @@ pub use request::{
     command::SensorCommand,
     device_error::DeviceError,
     queue::{Handled, QueueFull, RequestFailure, RequestId, RequestQueue, Response},
-    reply::{Reply, ReplyError},
+    reply::Reply,
 };

@@ -13,16 +13,6 @@ use crate::{
 /// The sensor refuses a setting with a load above a tenth of the baud rate, by
 /// [`InsufficientBaudRate`](crate::DeviceError::InsufficientBaudRate): this rule explains all
 /// accepted and refused settings on record for firmware 3.
-///
-/// ```
-/// use vn100_protocol::{AsyncRate, AsyncType, BaudRate, LineForm, LinkLoad};
-///
-/// let ymr = AsyncType::YMR.line_length(LineForm::default()).unwrap();
-/// let load = LinkLoad::of_lines(ymr, AsyncRate::new(100).unwrap());
-/// assert!(!load.fits(BaudRate::DEFAULT)); // 12200 bytes a second and room for 11520
-/// assert_eq!(load.lowest_baud_rate(), BaudRate::new(128_000));
-/// assert_eq!(LinkLoad::NONE.highest_rate_beside(ymr, BaudRate::DEFAULT), AsyncRate::new(50));
-/// ```
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct LinkLoad {
     /// Bytes per second, not negative.
@@ -55,7 +45,6 @@ impl From<&ProtocolControl> for LineForm {
 impl AsyncType {
     /// The usual length of a sentence of this form in bytes, CR and LF included; 0 for
     /// [`OFF`](Self::OFF), `None` if the length is not known.
-    #[must_use]
     pub fn line_length(self, form: LineForm) -> Option<u32> {
         let check = match form.check {
             Check::Xor8 => 3,
@@ -74,14 +63,12 @@ impl LinkLoad {
     pub const NONE: Self = Self { bytes_per_s: 0.0 };
 
     /// The load of sentences of `length` bytes, CR and LF included.
-    #[must_use]
     pub fn of_lines(length: u32, rate: AsyncRate) -> Self {
         Self { bytes_per_s: f64::from(length) * f64::from(rate.hz()) }
     }
 
     /// The load of the packets of a binary output on its port; `None` if packets of unknown length
     /// are sent.
-    #[must_use]
     pub fn of_packets(output: &BinaryOutput) -> Option<Self> {
         match output.rate_hz() {
             0.0 => Some(Self::NONE),
@@ -90,20 +77,17 @@ impl LinkLoad {
     }
 
     /// Whether the sensor accepts this load at `baud_rate`.
-    #[must_use]
     pub fn fits(self, baud_rate: BaudRate) -> bool {
         self.bytes_per_s * 10.0 <= f64::from(baud_rate.bits_per_s())
     }
 
     /// The lowest baud rate with room for this load; `None` if there is none.
-    #[must_use]
     pub fn lowest_baud_rate(self) -> Option<BaudRate> {
         BaudRate::ALL.into_iter().find(|&baud_rate| self.fits(baud_rate))
     }
 
     /// The highest rate at which sentences of `length` bytes fit in addition to this load; `None`
     /// if not even 1 Hz does.
-    #[must_use]
     pub fn highest_rate_beside(self, length: u32, baud_rate: BaudRate) -> Option<AsyncRate> {
         let fits = |rate: &AsyncRate| (self + Self::of_lines(length, *rate)).fits(baud_rate);
         OUTPUT_RATES_HZ.into_iter().rev().filter_map(AsyncRate::new).find(fits)

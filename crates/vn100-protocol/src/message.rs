@@ -13,7 +13,7 @@ mod template;
 
 use thiserror::Error;
 
-use crate::message::{decimal::DecimalError, layout::Channel};
+use crate::message::layout::Channel;
 
 /// The reason why a sentence with the header of a measured message is malformed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
@@ -31,12 +31,10 @@ pub enum GrammarError {
         found: usize,
     },
     /// A field is not a number.
-    #[error("{channel}: {error}")]
+    #[error("{channel} is no number with a sign, digits, a point and decimals, or has too many digits")]
     Number {
         /// The channel of the field.
         channel: &'static str,
-        /// The reason why the field is no number.
-        error: DecimalError,
     },
     /// The number of decimals fits no print format.
     #[error("{channel} has {found} decimals, {expected} are expected from the first number of the sentence")]

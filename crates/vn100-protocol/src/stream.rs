@@ -7,12 +7,11 @@ mod bag_report;
 mod batch;
 mod counts;
 mod input;
-mod packet_choice;
 mod packet_reader;
 mod rejected_rows;
 mod sample_reader;
 
-pub use bag_report::{BagReport, FileReport, StampSource, UnreadNumbers};
+pub use bag_report::{BagReport, FileReport, StampSource};
 pub use batch::{AbsentCell, Arrival, Batch, Diagnostic, Mark, MarkKind, RowCounter, SingleRows};
 pub use counts::{MessageName, StreamCounts, UnsolicitedErrors};
 pub use input::{Chunk, LinkEvent, LinkEventKind, StreamInput};

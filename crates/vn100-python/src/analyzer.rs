@@ -46,7 +46,7 @@ fn quantity(name: &str) -> PyResult<(Quantity, &'static str)> {
 #[pymethods]
 impl Sums {
     #[new]
-    #[pyo3(signature = (channels, rate, resolution, estimator, deviation, confidence, compensated))]
+    #[pyo3(signature = (channels, rate, resolution, estimator, deviation, confidence, compensated, taus))]
     #[expect(clippy::too_many_arguments, reason = "the Python class around it names and documents them")]
     fn new(
         py: Python<'_>,
@@ -57,6 +57,7 @@ impl Sums {
         deviation: &str,
         confidence: f64,
         compensated: Option<Bound<'_, PyAny>>,
+        taus: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         if channels.is_empty()
             || resolution.len() != channels.len()
@@ -70,8 +71,10 @@ impl Sums {
             deviation: named(py, "deviation", options::deviation(deviation))?,
             confidence: named(py, "confidence", options::confidence(confidence))?,
             compensated: named(py, "compensated", compensated.as_ref().map(options::is_compensated).transpose())?,
+            averaging_times: named(py, "taus", taus.as_ref().map(options::taus).transpose())?.unwrap_or_default(),
             ..Settings::default()
         };
+        options::check_taus(&settings)?;
         let channel = |((name, word), scale): ((String, String), f64)| {
             let (quantity, unit) = quantity(&word)?;
             Ok(Channel {

@@ -57,7 +57,7 @@ pub(crate) fn deviations(
         let is_finite = data.iter().all(|value| value.is_finite());
         PyValueError::new_err(match is_finite {
             true => "the data leave the range of floats when they are summed or divided: scale them",
-            false => "the data have a gap (NaN), or an infinite value: use Analyzer, which takes gaps",
+            false => "the data have a gap (NaN), or an infinite value: gradev and Analyzer take gaps",
         })
     })?;
     py.check_signals()?;

@@ -9,6 +9,7 @@ mod measured;
 mod options;
 mod rows;
 mod sessions;
+mod simulated;
 
 use pyo3::prelude::*;
 
@@ -29,4 +30,6 @@ mod _vn100 {
     use super::rows::Rows;
     #[pymodule_export]
     use super::sessions::replay;
+    #[pymodule_export]
+    use super::simulated::simulated;
 }

@@ -12,7 +12,7 @@ use vn100_report::html::{PageOptions, Program, write_page};
 use vn100_report::{
     Asked, Consumer, Document, Ended, Evaluation, FilterNoise, NotWritten, remedies::python_words, warnings::headline,
 };
-use vn100_session::{EndReason, SessionResult, StartError};
+use vn100_session::{SessionResult, StartError};
 
 create_exception!(vn100, CaptureError, PyException, "A capture could not be read, or holds no sample.");
 
@@ -25,7 +25,6 @@ pub(crate) fn evaluation() -> PyResult<Evaluation> {
 /// A replay that ended.
 pub(crate) fn of_session(result: SessionResult) -> SourceResult {
     let SessionResult { measured, end, unmet, shortfall, .. } = result;
-    let end = end.plain();
     Ended { end: &end, shortfall: shortfall.as_ref(), unmet: &unmet, is_live: false, words: python_words }
         .complete(measured)
 }
@@ -40,9 +39,9 @@ pub(crate) fn explain(result: &mut SourceResult) {
 }
 
 /// The exception of a capture of which nothing could be measured; `None` where anything was.
-pub(crate) fn failure(end: &EndReason, result: &SourceResult) -> Option<PyErr> {
+pub(crate) fn failure(error: Option<&StartError>, result: &SourceResult) -> Option<PyErr> {
     let text = result.source.error.clone()?;
-    if let EndReason::NotStarted(StartError::Capture(error @ OpenError::Io { source, .. })) = end
+    if let Some(StartError::Capture(error @ OpenError::Io { source, .. })) = error
         && source.raw_os_error().is_some()
     {
         return Some(not_opened(error));

@@ -14,8 +14,8 @@ use pyo3::{
     prelude::*,
     types::{PyBool, PyDict},
 };
-use vn100_analysis::Settings;
 use vn100_analysis::noise::{Deviation, Estimator};
+use vn100_analysis::{AveragingTimes, Settings};
 use vn100_capture::{Capture, CaptureOptions, OpenError, RecordingPart, joined_parts, missing_parts};
 use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 use vn100_session::ReplaySpec;
@@ -53,6 +53,7 @@ impl ReplayOptions {
             }
             named(py, &name, options.set(&name, &value))?;
         }
+        check_taus(&options.settings)?;
         let Settings { skip, duration, .. } = options.settings;
         match duration.filter(|duration| *duration <= skip) {
             Some(duration) => Err(PyValueError::new_err(format!(
@@ -89,6 +90,7 @@ impl ReplayOptions {
                 duration => settings.duration = Some(duration),
             },
             "quantization" => settings.quantization = value.extract()?,
+            "taus" => settings.averaging_times = taus(value)?,
             "window" => settings.window = Some(window(value.extract()?)?),
             "compensated" => settings.compensated = Some(is_compensated(value)?),
             "accept_unchecked" => read.accept_unchecked = value.extract()?,
@@ -179,6 +181,25 @@ pub(crate) fn estimator(name: &str) -> PyResult<Estimator> {
 
 pub(crate) fn deviation(name: &str) -> PyResult<Deviation> {
     one_of(name, &[("allan", Deviation::Allan), ("hadamard", Deviation::Hadamard)])
+}
+
+/// A name, or seconds.
+pub(crate) fn taus(value: &Bound<'_, PyAny>) -> PyResult<AveragingTimes> {
+    let text = match value.extract::<Vec<f64>>() {
+        Ok(seconds) => seconds.iter().map(f64::to_string).collect::<Vec<_>>().join(","),
+        Err(_) => value.extract()?,
+    };
+    text.parse().map_err(|error| PyValueError::new_err(format!("{error}")))
+}
+
+/// Others than the octaves take all samples, and are whole numbers of samples.
+pub(crate) fn check_taus(settings: &Settings) -> PyResult<()> {
+    let times = &settings.averaging_times;
+    if *times != AveragingTimes::Octave && settings.estimator != Estimator::Full {
+        return Err(PyValueError::new_err("taus: sums are kept of the octaves alone, unless estimator=\"full\""));
+    }
+    let missing = settings.rate_hz.and_then(|rate_hz| times.no_multiples(1.0 / rate_hz).first().copied());
+    missing.map_or(Ok(()), |missing| Err(PyValueError::new_err(format!("taus: {missing}"))))
 }
 
 fn window(samples: i64) -> PyResult<u32> {

@@ -1,6 +1,6 @@
 //! Captures through the pipeline, with the interpreter free, and ended by signals.
 
-use std::{path::PathBuf, sync::Arc, time::Duration};
+use std::{path::PathBuf, time::Duration};
 
 use pyo3::{exceptions::PyRuntimeError, prelude::*, types::PyDict};
 use tokio::{runtime::Runtime, time};
@@ -37,13 +37,13 @@ pub(crate) fn replay(
     let mut results = Vec::new();
     for spec in py.detach(|| given.specs(&path)) {
         let is_one_of_several = spec.is_one_of_several;
-        let result = session(py, spec)?;
-        let end = Arc::clone(&result.end);
+        let mut result = session(py, spec)?;
+        let error = result.start_error.take();
         let mut measured = py.detach(|| evaluation.complete(measured::of_session(result)));
         // what a stream of several lacks is said beside the others
         if !is_one_of_several {
             measured::explain(&mut measured);
-            measured::failure(&end, &measured).map_or(Ok(()), Err)?;
+            measured::failure(error.as_ref(), &measured).map_or(Ok(()), Err)?;
         }
         results.push(Measured(measured));
     }

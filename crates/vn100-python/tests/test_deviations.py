@@ -197,3 +197,36 @@ except KeyboardInterrupt:
         assert process.communicate(timeout=20)[0].strip() == b"interrupted"
     finally:
         process.kill()
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32), st.integers(20, 400), st.floats(0, 0.3))
+def test_phase_with_gaps_is_that_of_allantools(seed, length, share):
+    random = np.random.default_rng(seed)
+    data = np.cumsum(random.standard_normal(length))
+    data[random.random(length) < share] = np.nan
+    theirs = allantools.gradev(data, 10.0, "phase", "octave")
+    ours = vn100.gradev(data, 10.0, "phase", "octave")
+    for place in (0, 1, 3):
+        np.testing.assert_allclose(ours[place], theirs[place], rtol=1e-9)
+
+
+def test_rates_after_a_gap_count_as_those_before():
+    random = np.random.default_rng(4)
+    data = random.standard_normal(3000)
+    data[1000:1040] = np.nan
+    taus, found, _, ns = vn100.gradev(data, 10.0, "freq", [0.1, 1.6, 12.8])
+    parts = [vn100.oadev(part, 10.0, "freq", taus) for part in (data[:1000], data[1040:])]
+    windows = np.array([part[3] for part in parts])
+    squares = np.array([part[1] for part in parts]) ** 2
+    np.testing.assert_allclose(ns, windows.sum(axis=0))
+    np.testing.assert_allclose(found, np.sqrt((squares * windows).sum(axis=0) / ns), rtol=1e-9)
+
+
+@pytest.mark.parametrize("data_type", ["phase", "freq"])
+def test_without_a_gap_it_is_the_overlapping_deviation(data_type):
+    data = np.random.default_rng(5).standard_normal(500)
+    for one, other in zip(vn100.gradev(data, 4.0, data_type), vn100.oadev(data, 4.0, data_type), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-9)
+    with pytest.raises(ValueError, match="too few"):
+        vn100.gradev(np.full(10, np.nan), 1.0, data_type="phase")

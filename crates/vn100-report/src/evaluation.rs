@@ -72,7 +72,7 @@ impl Evaluation {
                     Some(motion) => vec![motion_text(motion)],
                     None => {
                         let absent = why_absent(figure, &result);
-                        failed.iter().map(|(name, verdict)| reason(name, verdict.as_ref(), absent)).collect()
+                        failed.iter().map(|(name, verdict)| reason(name, *verdict, absent)).collect()
                     }
                 };
                 let text = format!("{}: {figure} does not pass: {}", result.source.name, reasons.join(". "));

@@ -1,9 +1,10 @@
 //! Rate, counts and losses of a source as rows with a name and a value, for pages and terminals.
 
-use vn100_analysis::{MissingFrom, RateFrom, SourceResult};
+use vn100_analysis::{MissingFrom, SourceResult};
 
 use crate::{
-    names::{echoes, missing_text, outages, rejected_lines},
+    codes::word_of,
+    names::{echoes, missing_text, outages, pending_text, rejected_lines},
     numbers::{
         plain::{counted, grouped, ppm, short, time},
         trimmed,
@@ -28,18 +29,10 @@ pub(crate) fn or_not_recorded(name: &str, value: Option<String>) -> Row {
 #[must_use]
 pub fn timing(result: &SourceResult) -> Vec<Row> {
     let SourceResult { timing, link, .. } = result;
-    let from = match timing.rate_from {
-        Some(RateFrom::Option) => "as given by the user",
-        Some(RateFrom::DeviceTime) => "from the device time in each packet",
-        Some(RateFrom::Device) => "reported by the sensor (register 7)",
-        Some(RateFrom::Arrival) => "from arrival times",
-        Some(RateFrom::Assumed) | None => "assumed; the capture does not contain it",
-    };
+    let from = timing.rate_from.map_or_else(|| "unknown".into(), |from| word_of("rate_from", from));
     let by = match timing.missing_from {
-        MissingFrom::DeviceTime => "by device time",
-        MissingFrom::Counter => "by the row counter",
-        MissingFrom::Arrival => "by arrival times",
-        MissingFrom::RejectedRows => "by rejected lines; entirely missing lines cannot be detected",
+        MissingFrom::RejectedRows => "rejected lines; entirely missing lines cannot be detected".into(),
+        by => word_of("missing_from", by),
     };
     let measured = timing.measured_hz.map(|hz| {
         let off = |offset| format!(", {} from nominal", ppm(offset));
@@ -60,7 +53,8 @@ pub fn timing(result: &SourceResult) -> Vec<Row> {
     };
     let length =
         if timing.duration_s < 60.0 { format!("{} s", short(timing.duration_s)) } else { time(timing.duration_s) };
-    let dropped = format!("{} in {}, {by}", missing_text(timing), counted(timing.gaps, "gap"));
+    let (gaps, pending) = (counted(timing.gaps, "gap"), pending_text(timing));
+    let dropped = format!("{} in {gaps}, by {by}{pending}", missing_text(timing));
     let (replies, others) = (link.replies, link.other_messages);
     let sentences =
         format!("{} ({replies} replies, {}{others} other messages)", grouped(link.frames), echoes(link.echoes));

@@ -14,7 +14,6 @@ mod over_time;
 mod plot;
 mod spectrum;
 mod svg;
-mod text_width;
 
 use vn100_analysis::noise::Deviation;
 use vn100_analysis::protocol::Quantity;
@@ -23,14 +22,14 @@ use vn100_analysis::{ChannelResult, SENSORS, SourceResult, axes_name};
 pub use allan::{allan_in_unit, id_of};
 pub use axes::{PlotAxis, Scale};
 pub use drawing::Rectangle;
-pub use last_minutes::last_minutes;
 
 use crate::names::names_of;
 use allan::{allan_of_axes, allan_of_each, allan_of_records};
-use drawing::{Anchor, Colour, Dash, Drawing, Marker, Primitive, Stroke};
+use drawing::{Colour, Dash, Drawing, Marker, Primitive, Stroke};
 use drift::drift;
 use graphical::graphical;
 use histogram::histogram;
+use last_minutes::last_minutes;
 use over_time::{envelope, segments};
 use plot::{LegendSample, Plot, quiet, solid};
 use spectrum::spectrum;
@@ -56,7 +55,12 @@ pub struct Figures {
     /// The standard deviation in each segment of the record, one figure a sensor, and one of the
     /// orientation.
     pub segments: Vec<Figure>,
+    /// The last minutes of each channel; of a record that is measured alone.
+    pub recent: Vec<Figure>,
 }
+
+/// Columns of the last minutes.
+const RECENT_COLUMNS: usize = 61;
 
 impl Figures {
     /// The figures of one record; `prefix` makes their names unique in a report of several.
@@ -80,11 +84,16 @@ impl Figures {
         all.named(prefix)
     }
 
-    /// The figures that say something while the record is measured: deviations, spectra and
-    /// segments. `prefix` makes their names unique on a page of several sources.
+    /// The figures that say something while the record is measured: deviations, spectra, segments and
+    /// the last minutes.
     #[must_use]
-    pub fn live(record: &SourceResult, prefix: &str) -> Self {
-        Self::of_deviation_and_spectrum(record).named(prefix)
+    pub fn live(record: &SourceResult) -> Self {
+        let mut all = Self::of_deviation_and_spectrum(record);
+        for (place, channel) in record.streamed().enumerate() {
+            let history = record.history(place, RECENT_COLUMNS, usize::MAX);
+            all.recent.extend(history.and_then(|history| last_minutes(&channel.name, &channel.unit, &history)));
+        }
+        all
     }
 
     fn of_deviation_and_spectrum(record: &SourceResult) -> Self {
@@ -111,12 +120,12 @@ impl Figures {
     }
 
     fn named(mut self, prefix: &str) -> Self {
-        let Self { allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments } = &mut self;
-        for figures in [allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments] {
-            for figure in figures {
-                figure.id.insert_str(0, prefix);
-                figure.prefix = prefix.len();
-            }
+        let Self { allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments, recent: _ } =
+            &mut self;
+        let all = [allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments];
+        for figure in all.into_iter().flatten() {
+            figure.id.insert_str(0, prefix);
+            figure.prefix = prefix.len();
         }
         self
     }
@@ -148,8 +157,10 @@ impl Figures {
 
     /// All figures, in the order of the page.
     pub fn all(&self) -> impl Iterator<Item = &Figure> {
-        let Self { allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments } = self;
-        [allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments].into_iter().flatten()
+        let Self { allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments, recent } = self;
+        [allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments, recent]
+            .into_iter()
+            .flatten()
     }
 }
 

@@ -11,7 +11,7 @@ use vn100_analysis::{Remedy, RemedyWords, WarningKind};
 use crate::warnings::{WarningWords, actions, warning_words};
 
 /// The entry of the glossary for one code.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Explanation {
     /// The kind of code, as a title.
     pub group: &'static str,
@@ -76,14 +76,27 @@ fn of_warning(kind: WarningKind) -> Explanation {
     Explanation {
         group: "Warnings",
         code,
-        aliases: Vec::new(),
         title,
         meaning: meaning.into(),
         why,
         advice,
         remedies,
         source,
+        ..Explanation::default()
     }
+}
+
+/// An entry in sentences: what it means, why it matters and what to do.
+fn entry(
+    group: &'static str,
+    (code, aliases): (&'static str, &[&'static str]),
+    title: &str,
+    [meaning, why, advice]: [&'static str; 3],
+    remedies: &'static [Remedy],
+    source: &'static str,
+) -> Explanation {
+    let (title, meaning) = (title.into(), meaning.into());
+    Explanation { group, code, aliases: aliases.to_vec(), title, meaning, why, advice, remedies, source }
 }
 
 #[cfg(test)]

@@ -2,11 +2,12 @@
 //! numbers, names and units in which all faces give them.
 //!
 //! Everything is made from a [`SourceResult`](vn100_analysis::SourceResult), completed by an
-//! [`Evaluation`] and, once it is over, by its [`Ended`]. [`Document`], [`ComparisonDocument`] and
-//! [`PlanDocument`] serialise to JSON; [`Figures`](figure::Figures) are drawn, and [`CsvTable`] and
+//! [`Evaluation`] and, once it is over, by its [`Ended`]. [`Document`], [`comparison_document`] and
+//! [`plan_document`] serialise to JSON; [`Figures`](figure::Figures) are drawn, and [`CsvTable`] and
 //! the file of each [`Consumer`] are for other programs. Units and numbers are chosen here at last, in
 //! [`units`] and [`numbers`]. Pure: no file is opened and no clock is read.
 
+pub mod caveats;
 mod codes;
 mod datasheet;
 mod document;
@@ -41,8 +42,8 @@ pub use datasheet::{
 };
 pub use document::{
     Document, analysis_schema,
-    comparison::{ComparisonDocument, run_name, run_prefix, tests_by_channel},
-    plan::{PlanCommands, PlanDocument},
+    comparison::ComparisonDocument,
+    plan::{PlanCommands, plan_document},
     progress::{HeartbeatDocument, ProgressDocument, progress_schema},
 };
 pub use ended::{Ended, no_sample, note_failed_recording, note_interrupted};
@@ -56,5 +57,6 @@ pub use export::{
     samples::SampleTable,
     tables::CsvTable,
 };
+pub use names::{run_name, run_prefix};
 pub use printable::{json_line, printable, steers_terminal};
 pub use toml_text::{TomlError, parse_toml};

@@ -3,12 +3,12 @@
 use vn100_analysis::noise::{Deviation, Grade, Parameter, Sensor, Status, Term, Verdict};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
-    Aliasing, Budget, Comparison, DecidedBy, FigureVerdict, Graded, LinkCounts, Motion, NoGrade, NoPrediction, Onboard,
-    Ranking, RateFrom, Ratio, TimeBase, Untested, WhyNone, WhyUse, WindowFrom,
+    Aliasing, Budget, DecidedBy, FigureVerdict, Graded, LinkCounts, Motion, NoGrade, NoPrediction, Onboard, Ranking,
+    RateFrom, Ratio, Recommendation, TimeBase, WhyUse, WindowFrom,
 };
 
 use crate::{
-    codes::{code_of_decided, code_of_grade, code_of_status, code_of_verdict},
+    codes::{name_of, word_of},
     numbers::plain::{counted, digits, four_digits, grouped},
     units::parameter_unit,
 };
@@ -138,8 +138,8 @@ pub fn budget_rows(budget: &Budget, nominal_hz: f64) -> [(&'static str, String);
 
 /// A status of a parameter, in words.
 #[must_use]
-pub fn in_words(status: Status) -> &'static str {
-    code_of_status(status).word
+pub fn in_words(status: Status) -> String {
+    word_of("status", status)
 }
 
 /// How many sentences were rejected, and for which reasons.
@@ -201,7 +201,7 @@ pub fn echoes(count: u64) -> String {
 #[must_use]
 pub fn verdict_name(judged: &FigureVerdict) -> String {
     match judged.verdict {
-        Some(verdict) => code_of_verdict(verdict).word.into(),
+        Some(verdict) => word_of("verdict", verdict),
         None => ratio(&judged.ratio).map_or_else(|| "not known".into(), |ratio| format!("{ratio} x typical")),
     }
 }
@@ -212,17 +212,28 @@ pub fn short_verdict(judged: &FigureVerdict) -> String {
     match (judged.verdict, ratio(&judged.ratio)) {
         (Some(Verdict::Fail), _) => "FAIL".into(),
         (Some(Verdict::NotComparable), _) => "n/a".into(),
-        (Some(verdict), _) => code_of_verdict(verdict).word.into(),
+        (Some(verdict), _) => word_of("verdict", verdict),
         (None, None) => "-".into(),
         (None, Some(ratio)) if judged.ratio.value.is_some() => format!("{ratio} x typ"),
         (None, Some(ratio)) => format!("{ratio} x"),
     }
 }
 
-/// What would decide an open verdict, as a noun.
+/// What would decide an open verdict, as a noun; empty for any other. Only a final result knows how
+/// long a record must be.
 #[must_use]
-pub fn decided_by(by: DecidedBy) -> &'static str {
-    code_of_decided(by).word
+pub fn decided_by(verdict: &FigureVerdict) -> String {
+    match (verdict.decided_by, verdict.deciding_record_s) {
+        (Some(DecidedBy::LongerRecord), Some(length_s)) => format!("a record of about {}", rough_duration(length_s)),
+        (by, _) => by.map_or_else(String::new, |by| word_of("decided_by", by)),
+    }
+}
+
+/// In two digits of its unit.
+fn rough_duration(seconds: f64) -> String {
+    let units = [(86_400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s")];
+    let (factor, unit) = units.into_iter().find(|(factor, _)| seconds >= 2.0 * factor).unwrap_or((1.0, "s"));
+    format!("{} {unit}", digits(seconds / factor, 2))
 }
 
 /// The number of a ratio, or its ends if it has more than one reading; `None` if it is not known.
@@ -252,9 +263,9 @@ pub(crate) fn no_grade(reason: NoGrade) -> &'static str {
 pub fn grade_text(graded: &Graded) -> String {
     match (graded.best, graded.worst, graded.reason) {
         (_, _, Some(reason)) => format!("none, {}", no_grade(reason)),
-        (best, Some(worst), None) if best == Some(worst) => grade_name(worst).to_owned(),
+        (best, Some(worst), None) if best == Some(worst) => name_of(worst),
         (_, Some(Grade::Consumer) | None, None) => "not known to be better than consumer".into(),
-        (_, Some(worst), None) => format!("at least {}", grade_name(worst)),
+        (_, Some(worst), None) => format!("at least {}", name_of(worst)),
     }
 }
 
@@ -262,22 +273,12 @@ pub fn grade_text(graded: &Graded) -> String {
 #[must_use]
 pub fn grade_scheme() -> String {
     let edges = Grade::ALL.into_iter().filter(|grade| grade.limit_deg_h().is_finite()).map(|grade| {
-        format!(
-            "{} below {} deg/h and {} deg/sqrt(h)",
-            grade_name(grade),
-            grade.limit_deg_h(),
-            grade.limit_deg_sqrt_h()
-        )
+        format!("{} below {} deg/h and {} deg/sqrt(h)", name_of(grade), grade.limit_deg_h(), grade.limit_deg_sqrt_h())
     });
     format!(
         "grade by B and by the sensor's own N, without aliasing, the worse one counting ({}, else consumer; no standard defines these)",
         edges.collect::<Vec<_>>().join(", ")
     )
-}
-
-/// The name of a grade in results.
-pub(crate) fn grade_name(grade: Grade) -> &'static str {
-    code_of_grade(grade).code
 }
 
 /// The measured value, and the value expected in this stream of a sensor at the figure, in a
@@ -321,81 +322,39 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
         (None, Some(ratio)) => format!(": {ratio} x typical{interval}, which is no guarantee"),
         _ => String::new(),
     };
-    let open = verdict.decided_by.map_or_else(String::new, |by| format!(": {} would decide", decided_by(by)));
+    let open = verdict.decided_by.map_or_else(String::new, |_| format!(": {} would decide", decided_by(verdict)));
     format!("{measured}; {expected}{times}{open}")
 }
 
-/// Which record to use and why, by the names that `name` gives to places from 0; without a full
-/// stop.
+/// The name of a record among several, by its place from 0: `run 1` for the first.
 #[must_use]
-pub fn recommendation(comparison: &Comparison, name: fn(usize) -> String) -> String {
-    let recommended = match &comparison.recommended {
-        Ok(recommended) => recommended,
-        Err(why) => {
-            let why = match why {
-                WhyNone::SeveralSensors => "they are of several sensors",
-                WhyNone::AllDisturbed => "each is disturbed or empty",
-                WhyNone::NotRanked => "no undisturbed one has N on every axis",
-            };
-            return format!("no run is recommended, because {why}");
-        }
-    };
-    let record = recommended.record;
-    let names = |records: &[usize]| records.iter().map(|record| name(*record)).collect::<Vec<_>>().join(", ");
-    let mut tests = comparison.rankings.iter().flat_map(|ranking| &ranking.tests);
-    let is_tested = recommended.untested.is_empty() || tests.any(|test| test.records.contains(&record));
-    let why = match recommended.why {
+pub fn run_name(number: usize) -> String {
+    format!("run {}", number + 1)
+}
+
+/// The prefix of the figures of a record, by its place from 0: `run1-` for the first.
+#[must_use]
+pub fn run_prefix(number: usize) -> String {
+    format!("run{}-", number + 1)
+}
+
+/// Which record to use and why, or why none; without a full stop.
+#[must_use]
+pub fn recommendation(Recommendation { record, why }: Recommendation) -> String {
+    let reason = match why {
         WhyUse::OnlyUndisturbed => "it is the only undisturbed one",
         WhyUse::Quietest => "it is undisturbed, and significantly quieter than every other undisturbed one",
-        WhyUse::LongestOfQuiet if is_tested => {
-            "it is the longest undisturbed one, and none of the others is significantly quieter"
-        }
-        WhyUse::LongestOfQuiet => "it is the longest undisturbed one",
-        WhyUse::SmallestOfQuiet if is_tested => {
+        WhyUse::LongestOfQuiet => "it is undisturbed, and no other undisturbed one is longer or known to be quieter",
+        WhyUse::SmallestOfQuiet => {
             "it is undisturbed, with the smallest N; no other undisturbed one is longer or significantly quieter"
         }
-        WhyUse::SmallestOfQuiet => "it is undisturbed, and none of the others is longer",
+        WhyUse::SeveralSensors => "they are of several sensors",
+        WhyUse::AllDisturbed => "each is disturbed or empty",
+        WhyUse::NotRanked => "no undisturbed one has N on every axis",
     };
-    let mut text = format!("use {}, {}because {why}", name(record), if is_tested { "" } else { "only " });
-    if !recommended.untested.is_empty() {
-        let mut reasons: Vec<&str> =
-            recommended.untested.iter().map(|other| why_incomparable(comparison, [record, *other])).collect();
-        reasons.sort_unstable();
-        reasons.dedup();
-        let (others, reasons) = (names(&recommended.untested), reasons.join(", or "));
-        text.push_str(&format!("; its N cannot be compared with that of {others}, because {reasons}"));
-    }
-    if !recommended.longer_disturbed.is_empty() && recommended.why != WhyUse::OnlyUndisturbed {
-        text.push_str(&format!("; longer, but disturbed: {}", names(&recommended.longer_disturbed)));
-    }
-    text
-}
-
-/// Why N of two records was not tested.
-fn why_incomparable(comparison: &Comparison, pair: [usize; 2]) -> &'static str {
-    let has = |records: &[usize]| pair.iter().any(|record| records.contains(record));
-    let ranks_both =
-        |ranking: &Ranking| pair.iter().all(|record| ranking.records.iter().any(|ranked| ranked.record == *record));
-    match &comparison.rankings {
-        _ if comparison.same_samples.iter().any(|same| pair.iter().all(|record| same.records.contains(record))) => {
-            "they share samples"
-        }
-        rankings if rankings.iter().any(|ranking| has(&ranking.not_ranked)) => "N is not estimated on every axis",
-        rankings if !rankings.iter().any(ranks_both) => "they have no sensor in common",
-        _ => "aliasing raises it differently",
-    }
-}
-
-/// Why it is not known whether noise explains a difference of two means, in words.
-#[must_use]
-pub fn untested(why: Untested) -> &'static str {
-    match why {
-        Untested::SeveralSensors => "of several sensors",
-        Untested::SameSamples => "the same samples",
-        Untested::StartUnknown => "the time between the runs is unknown",
-        Untested::MayHaveBeenOff => "the sensor may have been off between the runs",
-        Untested::SameTime => "made at the same time",
-        Untested::NoiseUnknown => "B and K are unknown",
+    match record {
+        Some(record) => format!("use {}, because {reason}", run_name(record)),
+        None => format!("no run is recommended, because {reason}"),
     }
 }
 
@@ -415,14 +374,13 @@ pub(crate) fn motion_text(Motion { channel, std, limit, unit, .. }: &Motion) -> 
     format!("sensor moved: standard deviation of {channel} {std:.3} {unit}, at rest below {limit}")
 }
 
-/// Why N is not compared if white noise aliases differently, by the names that `name` gives to
-/// places from 0.
+/// Why N is not compared if white noise aliases differently.
 #[must_use]
-pub fn folding(ranking: &Ranking, name: fn(usize) -> String) -> String {
+pub fn folding(ranking: &Ranking) -> String {
     let own: Vec<String> = (ranking.records.iter())
         .map(|ranked| match ranked.white_factor {
-            Some(factor) => format!("{} {factor:.2}, {}", name(ranked.record), four_digits(ranked.own())),
-            None => format!("{} unknown, {} undivided", name(ranked.record), four_digits(ranked.own())),
+            Some(factor) => format!("{} {factor:.2}, {}", run_name(ranked.record), four_digits(ranked.own())),
+            None => format!("{} unknown, {} undivided", run_name(ranked.record), four_digits(ranked.own())),
         })
         .collect();
     let percent = 100.0 * Onboard::UNCERTAINTY;

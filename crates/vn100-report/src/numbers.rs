@@ -16,19 +16,7 @@ pub fn four_digits(value: f64) -> String {
 /// hundred thousand on: `0.01235`, `1.263·10⁻⁴`; [`NOTHING`] for a value that is not finite.
 #[must_use]
 pub fn digits(value: f64, count: usize) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return if value == 0.0 { "0".into() } else { NOTHING.into() };
-    }
-    // rounding may lead to the next power
-    let rounded = format!("{value:.*e}", count - 1);
-    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    let text = if (-2..=4).contains(&exponent) {
-        format!("{value:.*}", (count as i32 - 1 - exponent).max(0) as usize)
-    } else {
-        format!("{mantissa}·10{}", superscript(exponent))
-    };
-    text.replace('-', "−")
+    if value.is_finite() { with_powers(&plain::digits(value, count)).replace('-', "−") } else { NOTHING.into() }
 }
 
 /// The number with raised digits, as an exponent.

@@ -90,12 +90,11 @@ fn row(remedy: &Remedy) -> Row {
             python: None,
         },
         Remedy::Restore { port, message, rate_hz } => {
-            let settings: Vec<String> = message.iter().cloned().chain(rate_hz.map(|hz| format!("{hz} Hz"))).collect();
             let options = (message.iter().map(|message| format!(" --set-message {message}")))
                 .chain(rate_hz.map(|hz| format!(" --set-rate {hz}")));
             Row {
                 code: "restore",
-                what: format!("set the sensor to {} again, and save its settings", settings.join(" at ")),
+                what: format!("set the sensor to {} again, and save its settings", restored(message, rate_hz)),
                 command: format!("vn100 configure {port}{} --save", options.collect::<String>()),
                 python: None,
             }
@@ -120,8 +119,13 @@ fn row(remedy: &Remedy) -> Row {
             None,
         ),
         Remedy::Plan => row("plan", "plan how long a record must be", "vn100 plan", None),
-        Remedy::SayStayedOn => row("stayed-on", "state that the sensor stayed on", "vn100 compare --stayed-on", None),
     }
+}
+
+/// What a sensor is set to again: `VNYMR at 40 Hz`.
+fn restored(message: &Option<String>, rate_hz: &Option<f64>) -> String {
+    let settings = message.iter().cloned().chain(rate_hz.map(|hz| format!("{hz} Hz")));
+    settings.collect::<Vec<_>>().join(" at ")
 }
 
 fn register(setting: &Setting) -> String {
@@ -180,7 +184,7 @@ enum RemedyValue {
     Number(f64),
     /// An averaging window.
     Window(u32),
-    /// A map of columns or a message.
+    /// A map of columns, a message, or what the sensor is set to again.
     Text(String),
 }
 
@@ -189,7 +193,8 @@ enum RemedyValue {
 pub(crate) struct RemedyDocument {
     /// Code of the remedy, such as rate, skip, columns or measure-with.
     code: &'static str,
-    /// Rate in Hz, minutes, map of columns, message or averaging window; null without one.
+    /// Rate in Hz, minutes, map of columns, message (with its rate, of a sensor to be set again) or averaging
+    /// window; null without one.
     value: Option<RemedyValue>,
 }
 
@@ -202,6 +207,7 @@ impl RemedyDocument {
                 Setting::Message(header) => RemedyValue::Text((*header).into()),
                 Setting::Window(refreshes) => RemedyValue::Window(*refreshes),
             }),
+            Remedy::Restore { message, rate_hz, .. } => Some(RemedyValue::Text(restored(message, rate_hz))),
             _ => None,
         };
         Self { code: row(remedy).code, value }

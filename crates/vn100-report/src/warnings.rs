@@ -6,8 +6,7 @@ use vn100_analysis::noise::STANDARD_GRAVITY_M_S2;
 use vn100_analysis::protocol::{Quantity, stream::RejectedRowCounts};
 use vn100_analysis::timebase::Unevenness;
 use vn100_analysis::{
-    Caveat, Doubt, Doubtful, Event, Finding, Happening, Peak, Rejected, Remedy, RemedyWords, Setting, Warning,
-    WarningKind,
+    Doubt, Doubtful, Event, Finding, Happening, Peak, Rejected, Remedy, RemedyWords, Setting, Warning, WarningKind,
 };
 
 use crate::{
@@ -284,7 +283,6 @@ pub fn headline(warning: &Warning) -> String {
             let counts: Vec<_> = channels.iter().map(|(channel, absent)| format!("{channel} {absent}")).collect();
             format!("values absent in {}: {}", counted(*rows, "row"), counts.join(", "))
         }
-        Finding::Unread(unread) => unread.to_string(),
         Finding::OutOfRange(count, rows) => {
             format!("{count} of {rows} values of {on} are far beyond those of the first rows, and missing")
         }
@@ -512,13 +510,6 @@ pub fn in_words(warning: &Warning, words: RemedyWords) -> String {
     let headline = headline(warning);
     let stop = if headline.ends_with('?') { "" } else { "." };
     format!("{headline}{stop} {}", details(warning, words))
-}
-
-/// A caveat of a comparison, with its remedy.
-#[must_use]
-pub fn caveat_in_words(caveat: &Caveat, words: RemedyWords) -> String {
-    let remedy = caveat.remedy.as_ref().map_or_else(String::new, |remedy| format!(": {}", words(remedy)));
-    format!("{}{remedy}", caveat.text)
 }
 
 /// A sentence for each remedy.

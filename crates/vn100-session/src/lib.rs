@@ -2,13 +2,13 @@
 //!
 //! [`Session::live`] measures a sensor, [`Session::replay`] a capture. Both run the same loop in a
 //! task of their own: they publish one [`SourceState`], take one kind of [`Command`], report
-//! [`SessionEvent`]s and end with a [`SessionResult`], which contains the [`EndReason`]. A face (a
+//! [`SessionEvent`]s and end with a [`SessionResult`], which contains the [`End`](vn100_analysis::End). A face (a
 //! view, a page, a script) puts these into words.
 //!
 //! ```
-//! use vn100_analysis::{Settings, SourceFacts};
+//! use vn100_analysis::{End, Settings, SourceFacts};
 //! use vn100_capture::{Capture, CaptureOptions};
-//! use vn100_session::{EndReason, Session};
+//! use vn100_session::Session;
 //! use vn100_analysis::protocol::stream::ReadOptions;
 //!
 //! # #[tokio::main(flavor = "current_thread")] async fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -18,7 +18,7 @@
 //! let session = Session::of_events(SourceFacts::default(), events, Settings::default());
 //! let result = session.result.await?;
 //! assert_eq!(result.measured.timing.samples, 1);
-//! assert!(matches!(*result.end, EndReason::SourceEnded));
+//! assert!(matches!(*result.end, End::SourceEnded));
 //! # Ok(()) }
 //! ```
 
@@ -26,8 +26,6 @@ mod assessor;
 mod channels;
 mod command;
 mod emulated_port;
-mod end_reason;
-mod excluded;
 mod live;
 mod live_error;
 mod live_source;
@@ -41,6 +39,7 @@ mod session;
 mod session_event;
 mod session_result;
 mod setup_error;
+mod start_error;
 mod state;
 mod wall_limits;
 mod watchdog;
@@ -49,7 +48,6 @@ pub use assessor::Assessor;
 pub use channels::EventObserver;
 pub use command::{Command, CommandRefusal};
 pub use emulated_port::{EmulatedConnection, EmulatedPort};
-pub use end_reason::{EndReason, StartError, with_causes};
 pub use live::LiveSpec;
 pub use live_error::LiveError;
 pub use live_source::LiveSource;
@@ -61,6 +59,7 @@ pub use session::Session;
 pub use session_event::{OutputLeft, SessionEvent};
 pub use session_result::SessionResult;
 pub use setup_error::SetupError;
+pub use start_error::{StartError, with_causes};
 pub use state::{SourceState, Stage, link_facts, playback_facts};
 pub use wall_limits::WallLimits;
 pub use watchdog::RateEvent;

@@ -9,15 +9,15 @@ use vn100_capture::Recorder;
 use vn100_driver::{Change, LinkHandle, LinkOptions, LinkState, OutputSettings};
 
 use crate::{
-    channels::{Channels, EventObserver},
-    end_reason::StartError,
+    channels::Channels,
     live_source::LiveSource,
-    measure::{Measurement, Origin, measure, read_options},
+    measure::{Measurement, measure, read_options},
     recording::RecordingSpec,
     sample_tap::SampleTap,
     sensor_setup::SensorSetup,
     session_event::SessionEvent,
     session_result::{SessionResult, not_started, result},
+    start_error::StartError,
     state::Stage,
     wall_limits::{Deadlines, WallLimits},
 };
@@ -54,12 +54,6 @@ pub struct LiveSpec {
     pub limits: WallLimits,
     /// Ends the session.
     pub stop: CancellationToken,
-}
-
-impl LiveSpec {
-    pub(crate) fn observer(&self) -> Option<EventObserver> {
-        self.source.as_ref().ok()?.observer.clone()
-    }
 }
 
 pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> SessionResult {
@@ -113,7 +107,7 @@ async fn not_measured(
 ) -> SessionResult {
     let result = not_started(error, channels);
     if let (Some(recorder), Some(recording)) = (recorder, &spec.recording) {
-        recording.end(recorder, &result.end.to_string(), result.excluded).await;
+        recording.end(recorder, &result.end, result.excluded).await;
     }
     result
 }
@@ -139,10 +133,17 @@ async fn measure_and_record(
         Ok(opened) => opened,
         Err(error) => return not_measured(error.into(), recorder, spec, channels).await,
     };
-    let deadlines = Deadlines::new(spec.limits, start);
-    let origin = Origin::Live { link: link.clone(), recording: recorder.as_ref().map(Recorder::state), deadlines };
-    let settings = spec.settings.clone();
-    let ending = measure(Measurement { events, settings, origin, ends_as_recorded: false }, channels).await;
+    let mut deadlines = Deadlines::new(spec.limits, start);
+    if link.is_none() {
+        deadlines.note_connected(Instant::now());
+    }
+    let measurement = Measurement {
+        link: link.clone(),
+        recording: recorder.as_ref().map(Recorder::state),
+        deadlines: Some(deadlines),
+        ..Measurement::of(events, spec.settings.clone())
+    };
+    let ending = measure(measurement, channels).await;
     channels.stage(Stage::Finishing);
     if let Some(link) = &link {
         match closed(link).await {
@@ -154,7 +155,7 @@ async fn measure_and_record(
     }
     let result = result(ending, &spec.settings.until, channels);
     let (Some(recorder), Some(recording)) = (recorder, &spec.recording) else { return result };
-    let state = recording.end(recorder, &result.end.to_string(), result.excluded).await;
+    let state = recording.end(recorder, &result.end, result.excluded).await;
     channels.state.send_modify(|shown| shown.recording = Some(state.clone()));
     let unrecorded_bytes = link.map_or(0, |link| link.unrecorded_bytes());
     SessionResult { recording: Some(state), unrecorded_bytes, ..result }

@@ -15,7 +15,7 @@ mod ending;
 
 use std::{
     collections::VecDeque,
-    future, io,
+    future,
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -28,7 +28,7 @@ use tokio::{
     time::{self, Instant, MissedTickBehavior, sleep_until},
 };
 use vn100_analysis::protocol::stream::{Batch, FileReport, LinkEventKind, ReadOptions};
-use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, GoalCheck, Settings, Snapshot};
+use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, End, GoalCheck, Settings, Snapshot};
 use vn100_capture::{Event, RecordingState};
 use vn100_driver::LinkHandle;
 
@@ -36,8 +36,6 @@ pub(crate) use ending::Ending;
 
 use crate::{
     channels::Channels,
-    end_reason::EndReason,
-    excluded::Excluded,
     pace::{Due, Pace, Speed},
     session_event::SessionEvent,
     state::Stage,
@@ -45,65 +43,49 @@ use crate::{
     watchdog::StreamWatchdog,
 };
 
+/// The events of a source, until their end or until the stop, and what measuring them needs.
 pub(crate) struct Measurement {
     pub(crate) events: mpsc::Receiver<Event>,
     pub(crate) settings: Settings,
-    pub(crate) origin: Origin,
     /// Whether the settings end the measurement at its recorded end: the few bytes after it are
     /// then read as well, for the recorded reason.
     pub(crate) ends_as_recorded: bool,
+    pub(crate) link: Option<LinkHandle>,
+    pub(crate) recording: Option<watch::Receiver<RecordingState>>,
+    /// The limits of a live source, whose stream is watched. A stop ends the reading, and the
+    /// measurement ends with the last event that was read.
+    pub(crate) deadlines: Option<Deadlines>,
+    /// Of a capture, read as fast as possible. A stop ends it in the same way as a live source.
+    pub(crate) stored_bytes_read: Option<Arc<AtomicU64>>,
+    /// Of a capture replayed at a pace. The measurement lasts until the stop, so that the user can
+    /// read its end.
+    pub(crate) speed: Option<Speed>,
 }
 
-pub(crate) enum Origin {
-    /// A live sensor, whose stream is watched. A stop ends the reading, and the measurement ends
-    /// with the last event that was read.
-    Live { link: Option<LinkHandle>, recording: Option<watch::Receiver<RecordingState>>, deadlines: Deadlines },
-    /// A capture, read as fast as possible. A stop ends it in the same way as a live sensor.
-    Capture { stored_bytes_read: Arc<AtomicU64> },
-    /// A capture replayed at a pace. The measurement lasts until the stop, so that the user can
-    /// read its end.
-    Paced(Speed),
-    /// Events of any source, until their end or until the stop.
-    Events,
+impl Measurement {
+    pub(crate) fn of(events: mpsc::Receiver<Event>, settings: Settings) -> Self {
+        Self {
+            events,
+            settings,
+            ends_as_recorded: false,
+            link: None,
+            recording: None,
+            deadlines: None,
+            stored_bytes_read: None,
+            speed: None,
+        }
+    }
 }
 
 pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -> Ending {
-    let Measurement { mut events, settings, origin, ends_as_recorded } = measurement;
-    let mut ticks = time::interval(settings.watch_every.max(Duration::from_millis(1)));
+    let Measurement { ends_as_recorded, .. } = measurement;
+    let mut ticks = time::interval(measurement.settings.watch_every.max(Duration::from_millis(1)));
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut looks = time::interval(StreamWatchdog::PERIOD);
     let stop = channels.stop.clone();
-    let rate_hz = settings.rate_hz.unwrap_or(DEFAULT_RATE_HZ);
-    let mut source = Measuring {
-        analysis: Analysis::new(settings),
-        goals: GoalCheck::default(),
-        excluded: Excluded::default(),
-        pace: None,
-        watchdog: None,
-        deadlines: None,
-        link: None,
-        stored_bytes_read: None,
-        seconds: 0,
-        has_changed: false,
-        stream_ended: None,
-        end: None,
-    };
-    let (mut link, mut recording) = (None, None);
-    match origin {
-        Origin::Live { link: handle, recording: state, mut deadlines } => {
-            if handle.is_none() {
-                deadlines.note_connected(Instant::now());
-            }
-            source.deadlines = Some(deadlines);
-            link = handle.as_ref().map(LinkHandle::state);
-            recording = state;
-            source.watchdog = Some(StreamWatchdog::default());
-            source.link = handle;
-        }
-        Origin::Capture { stored_bytes_read } => source.stored_bytes_read = Some(stored_bytes_read),
-        Origin::Paced(speed) => source.pace = Some(Pace::new(speed, rate_hz, Instant::now())),
-        Origin::Events => {}
-    }
+    let mut link = measurement.link.as_ref().map(LinkHandle::state);
+    let mut recording = measurement.recording.clone();
+    let (mut source, mut events) = Measuring::new(measurement);
     let stop_ends_it = source.pace.is_some() || (source.watchdog.is_none() && source.stored_bytes_read.is_none());
     channels.state.send_modify(|state| {
         state.stage = Stage::Measuring;
@@ -118,7 +100,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
             biased;
             Some(command) = channels.commands.recv() => source.handle(command, channels),
             () = stop.cancelled(), if stop_ends_it => {
-                source.end.get_or_insert((EndReason::Stopped, None));
+                source.end.get_or_insert((End::Stopped, None));
                 return source.finish(channels).await;
             }
             () = changed(&mut link) => {
@@ -204,7 +186,10 @@ fn latest<T: Clone>(watched: &mut Option<watch::Receiver<T>>) -> Option<T> {
 struct Measuring {
     analysis: Analysis,
     goals: GoalCheck,
-    excluded: Excluded,
+    /// Data time up to the last restart of the measurement.
+    before: Duration,
+    /// Data time after that, excluded as warm-up.
+    warm_up: Duration,
     pace: Option<Pace>,
     watchdog: Option<StreamWatchdog>,
     /// The limits by the clock, for a live source.
@@ -216,17 +201,37 @@ struct Measuring {
     /// Whether the latest snapshot is outdated.
     has_changed: bool,
     /// The reason why the stream is given up although the sensor still sends; `None` while it continues.
-    stream_ended: Option<EndReason>,
-    end: Option<(EndReason, Option<FileReport>)>,
+    stream_ended: Option<End>,
+    end: Option<(End, Option<FileReport>)>,
 }
 
 impl Measuring {
+    fn new(measurement: Measurement) -> (Self, mpsc::Receiver<Event>) {
+        let Measurement { events, settings, link, deadlines, stored_bytes_read, speed, .. } = measurement;
+        let rate_hz = settings.rate_hz.unwrap_or(DEFAULT_RATE_HZ);
+        let source = Self {
+            analysis: Analysis::new(settings),
+            goals: GoalCheck::default(),
+            before: Duration::ZERO,
+            warm_up: Duration::ZERO,
+            pace: speed.map(|speed| Pace::new(speed, rate_hz, Instant::now())),
+            watchdog: deadlines.as_ref().map(|_| StreamWatchdog::default()),
+            deadlines,
+            link,
+            stored_bytes_read,
+            seconds: 0,
+            has_changed: false,
+            stream_ended: None,
+            end: None,
+        };
+        (source, events)
+    }
+
     /// Takes an event; `None` when the reading task has ended.
     async fn take(&mut self, event: Option<Event>, channels: &Channels) {
         let Some(event) = event else {
             // the samples received until now are valid
-            let error = io::Error::other("the task that reads the source stopped");
-            self.end = Some((EndReason::SourceFailed(error), None));
+            self.end = Some((End::SourceFailed("the task that reads the source stopped".into()), None));
             return;
         };
         let event = match event {
@@ -259,9 +264,9 @@ impl Measuring {
             }
             Event::End(end) => {
                 let reason = match end.error {
-                    Some(error) => EndReason::SourceFailed(error),
-                    None if channels.stop.is_cancelled() => EndReason::Stopped,
-                    None => EndReason::SourceEnded,
+                    Some(error) => End::SourceFailed(error.to_string()),
+                    None if channels.stop.is_cancelled() => End::Stopped,
+                    None => End::SourceEnded,
                 };
                 self.end = Some((reason, end.report));
                 return;
@@ -301,9 +306,9 @@ impl Measuring {
     async fn look(&mut self, channels: &Channels) {
         self.has_changed = true;
         if self.analysis.is_complete() {
-            self.end = Some((EndReason::DurationReached, None));
+            self.end = Some((End::DurationReached, None));
         } else if self.goals.is_decided(&self.analysis) {
-            self.end = Some((EndReason::GoalsDecided, None));
+            self.end = Some((End::GoalsDecided, None));
         } else {
             self.send_second(channels).await;
         }

@@ -5,6 +5,7 @@ use std::{collections::BTreeMap, fs, path::PathBuf, sync::Arc, time::Duration};
 use tokio::task;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{
+    End,
     protocol::{
         Layout, MESSAGES, PacketMessage,
         stream::{MeasuredFrames, ReadOptions},
@@ -13,7 +14,7 @@ use vn100_analysis::{
 };
 use vn100_capture::{Capture, CaptureOptions, Event, RecordError, Recorder, RecordingState, Rotation, part_path};
 
-use crate::end_reason::StartError;
+use crate::start_error::StartError;
 
 /// The options of a recording.
 #[derive(Debug, Clone)]
@@ -60,10 +61,11 @@ impl RecordingSpec {
 
     /// Ends the recording. A new recording without input is removed, so that its name is free for
     /// the next one.
-    pub(crate) async fn end(&self, recorder: Recorder, reason: &str, excluded: Duration) -> RecordingState {
+    pub(crate) async fn end(&self, recorder: Recorder, end: &End, excluded: Duration) -> RecordingState {
+        let reason = recorded_reason(end);
         let is_new = !recorder.is_resumed();
         let state = match excluded {
-            Duration::ZERO => recorder.finish(reason).await,
+            Duration::ZERO => recorder.finish(&reason).await,
             excluded => recorder.finish(&format!("{reason}; {}", (self.excluded_note)(excluded))).await,
         };
         if state.bytes == 0 && state.error.is_none() && is_new {
@@ -71,6 +73,21 @@ impl RecordingSpec {
             let _ = fs::remove_file(&state.path);
         }
         state
+    }
+}
+
+/// The reason of an end as a recording has it.
+fn recorded_reason(end: &End) -> String {
+    match end {
+        End::NotStarted { text, .. } | End::SourceFailed(text) => text.clone(),
+        End::SourceEnded => "end of the source".into(),
+        End::DurationReached => "duration reached".into(),
+        End::GoalsDecided => "goals decided".into(),
+        End::Stopped | End::NoMeasurement => "stopped".into(),
+        End::OtherMessages { .. } => "the sensor sends another message".into(),
+        End::OtherRate(_) => "the sensor sends at another rate".into(),
+        End::GaveUp { .. } => "the sensor was lost".into(),
+        End::WallTime(_) => "wall time over".into(),
     }
 }
 
@@ -104,6 +121,8 @@ fn is_same(recorded: &Layout, asked: &Layout) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use vn100_analysis::RateChange;
+
     use super::*;
 
     fn spec(path: PathBuf, resume: bool) -> RecordingSpec {
@@ -116,18 +135,40 @@ mod tests {
         let new = spec(folder.path().join("a.mcap"), false);
         let recorder = new.begin(BTreeMap::new()).await.unwrap();
         assert!(new.path.exists());
-        let state = new.end(recorder, "stopped", Duration::ZERO).await;
+        let state = new.end(recorder, &End::Stopped, Duration::ZERO).await;
         assert!(state.ended && !new.path.exists());
         drop(Recorder::create(&new.path, &BTreeMap::new()).unwrap().finish("whole").await);
         let resumed = spec(new.path.clone(), true);
         assert!(matches!(new.begin(BTreeMap::new()).await, Err(RecordError::Exists { .. })));
         let recorder = resumed.begin(BTreeMap::new()).await.unwrap();
-        resumed.end(recorder, "stopped", Duration::ZERO).await;
+        resumed.end(recorder, &End::Stopped, Duration::ZERO).await;
         assert!(resumed.path.exists());
         let begun = spec(folder.path().join("b.mcap"), true);
         let recorder = begun.begin(BTreeMap::new()).await.unwrap();
         assert!(begun.path.exists());
-        begun.end(recorder, "stopped", Duration::ZERO).await;
+        begun.end(recorder, &End::Stopped, Duration::ZERO).await;
         assert!(!begun.path.exists(), "it was new, and is empty");
+    }
+
+    #[test]
+    fn a_recording_contains_its_end_reason() {
+        let change = RateChange { after_samples: 1, from_hz: 200.0, to_hz: 40.0 };
+        let message = "VNYMR".into();
+        let other = End::OtherMessages { message, other: None, rate_hz: None, after: Duration::ZERO };
+        for (end, text) in [
+            (StartError::Stopped.end(), "not read, interrupted"),
+            (End::SourceEnded, "end of the source"),
+            (End::DurationReached, "duration reached"),
+            (End::GoalsDecided, "goals decided"),
+            (End::Stopped, "stopped"),
+            (End::NoMeasurement, "stopped"),
+            (End::SourceFailed("unplugged".into()), "unplugged"),
+            (other, "the sensor sends another message"),
+            (End::OtherRate(change), "the sensor sends at another rate"),
+            (End::GaveUp { after: Duration::ZERO, cause: None }, "the sensor was lost"),
+            (End::WallTime(Duration::ZERO), "wall time over"),
+        ] {
+            assert_eq!(recorded_reason(&end), text);
+        }
     }
 }

@@ -4,22 +4,22 @@ use std::{
     io,
     path::{Path, PathBuf},
     sync::Arc,
+    time::Duration,
 };
 
 use tokio::{sync::watch, task};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::protocol::stream::ReadOptions;
-use vn100_analysis::{RateFrom, Settings, SourceFacts, recorded_settings};
+use vn100_analysis::{End, RateFrom, Settings, SourceFacts, recorded_settings};
 use vn100_capture::{Capture, CaptureOptions, Event, OpenError, recording_path};
 
 use crate::{
     channels::{Channels, EventObserver},
-    end_reason::{EndReason, StartError},
-    excluded::Excluded,
-    measure::{Ending, Measurement, Origin, measure, read_options},
+    measure::{Ending, Measurement, measure, read_options},
     pace::{Playback, Speed},
     sample_tap::SampleTap,
     session_result::{SessionResult, not_started, result},
+    start_error::StartError,
     state::SourceState,
 };
 
@@ -200,10 +200,15 @@ async fn measure_capture(capture: Capture, settings: Settings, spec: &ReplaySpec
     let stored_bytes_read = capture.stored_bytes_read.clone();
     match capture.read(read, channels.stop.clone()) {
         Ok(events) => {
-            let origin = spec.speed.map_or(Origin::Capture { stored_bytes_read }, Origin::Paced);
             let ends_as_recorded = spec.settings.duration.is_none() && spec.settings.until.is_empty();
-            let ending = measure(Measurement { events, settings, origin, ends_as_recorded }, channels).await;
-            if !(ends_as_recorded || matches!(ending.reason, EndReason::SourceEnded | EndReason::SourceFailed(_))) {
+            let measurement = Measurement {
+                ends_as_recorded,
+                stored_bytes_read: spec.speed.is_none().then_some(stored_bytes_read),
+                speed: spec.speed,
+                ..Measurement::of(events, settings)
+            };
+            let ending = measure(measurement, channels).await;
+            if !(ends_as_recorded || matches!(ending.reason, End::SourceEnded | End::SourceFailed(_))) {
                 // the reader may or may not have reached the end of the recording, depending on
                 // timing
                 channels
@@ -214,7 +219,7 @@ async fn measure_capture(capture: Capture, settings: Settings, spec: &ReplaySpec
         }
         Err(error) => {
             let snapshot = channels.state.borrow().snapshot.clone();
-            let (reason, excluded) = (EndReason::SourceFailed(error), Excluded::default());
+            let (reason, excluded) = (End::SourceFailed(error.to_string()), Duration::ZERO);
             Ending { snapshot, reason, report: None, excluded, shortfall: None }
         }
     }

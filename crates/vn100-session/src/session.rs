@@ -6,20 +6,28 @@ use tokio::{
     sync::{mpsc, watch},
     task::JoinHandle,
 };
-use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Settings, SourceFacts};
 use vn100_capture::Event;
 
 use crate::{
-    channels::{Channels, Face, open},
+    channels::{Channels, Options},
     command::Command,
     live::{LiveSpec, run_live},
-    measure::{Measurement, Origin, measure},
+    measure::{Measurement, measure},
     replay::{ReplaySpec, run_replay},
     session_event::SessionEvent,
     session_result::{SessionResult, result},
     state::{SourceState, Stage},
 };
+
+/// Commands that may wait; beyond them `try_send` fails and `send` waits.
+const WAITING_COMMANDS: usize = 8;
+
+/// Session events that may wait to be taken; further ones are dropped.
+const WAITING_EVENTS: usize = 64;
+
+/// States of every second that may wait to be taken; when they are full, the measurement waits.
+const WAITING_SECONDS: usize = 4;
 
 /// A session in progress, in a task of its own. Dropping the handle does not end it: cancel its
 /// token or send [`Command::Stop`].
@@ -55,9 +63,13 @@ impl Session {
             ..SourceFacts::default()
         };
         let state = SourceState::new(source, &spec.settings);
-        let (mut channels, face) = open(state, spec.observer(), spec.stop.child_token(), spec.each_second);
-        channels.samples.clone_from(&spec.samples);
-        face.run(run_live(spec, channels))
+        let options = Options {
+            observer: spec.source.as_ref().ok().and_then(|source| source.observer.clone()),
+            samples: spec.samples.clone(),
+            stop: spec.stop.child_token(),
+            each_second: spec.each_second,
+        };
+        Self::start(state, options, |channels| run_live(spec, channels))
     }
 
     /// Measures a capture to its end, or until the session is stopped; with a speed, at the pace of
@@ -69,9 +81,13 @@ impl Session {
     pub fn replay(spec: ReplaySpec) -> Self {
         let source = SourceFacts { name: spec.name(), ..SourceFacts::default() };
         let state = SourceState::new(source, &spec.settings);
-        let (mut channels, face) = open(state, spec.observer.clone(), spec.stop.child_token(), spec.each_second);
-        channels.samples.clone_from(&spec.samples);
-        face.run(run_replay(spec, channels))
+        let options = Options {
+            observer: spec.observer.clone(),
+            samples: spec.samples.clone(),
+            stop: spec.stop.child_token(),
+            each_second: spec.each_second,
+        };
+        Self::start(state, options, |channels| run_replay(spec, channels))
     }
 
     /// Measures the events of any source, until they end or the session is stopped.
@@ -81,28 +97,64 @@ impl Session {
     #[must_use]
     pub fn of_events(source: SourceFacts, events: mpsc::Receiver<Event>, settings: Settings) -> Self {
         let state = SourceState::new(source, &settings);
-        let (channels, face) = open(state, None, CancellationToken::new(), false);
-        face.run(run_events(events, settings, channels))
+        Self::start(state, Options::default(), |channels| run_events(events, settings, channels))
+    }
+
+    /// Runs `session` in a task of its own, with channels between the two.
+    fn start<F>(state: SourceState, options: Options, session: impl FnOnce(Channels) -> F) -> Self
+    where
+        F: Future<Output = SessionResult> + Send + 'static,
+    {
+        let (publisher, state) = watch::channel(state);
+        let (commands, inbox) = mpsc::channel(WAITING_COMMANDS);
+        let (reporter, events) = mpsc::channel(WAITING_EVENTS);
+        let (sender, seconds) = mpsc::channel(WAITING_SECONDS);
+        let Options { observer, samples, stop, each_second } = options;
+        let channels = Channels {
+            state: publisher,
+            commands: inbox,
+            events: reporter,
+            seconds: each_second.then_some(sender),
+            samples,
+            observer,
+            stop,
+        };
+        Self { state, commands, events, seconds, result: tokio::spawn(session(channels)) }
     }
 }
 
 async fn run_events(events: mpsc::Receiver<Event>, settings: Settings, mut channels: Channels) -> SessionResult {
     let goals = settings.until.clone();
-    let measurement = Measurement { events, settings, origin: Origin::Events, ends_as_recorded: false };
-    let ending = measure(measurement, &mut channels).await;
+    let ending = measure(Measurement::of(events, settings), &mut channels).await;
     channels.end(result(ending, &goals, &channels))
-}
-
-impl Face {
-    fn run(self, session: impl Future<Output = SessionResult> + Send + 'static) -> Session {
-        let Self { state, commands, events, seconds } = self;
-        Session { state, commands, events, seconds, result: tokio::spawn(session) }
-    }
 }
 
 impl Channels {
     pub(crate) fn end(&self, result: SessionResult) -> SessionResult {
         self.stage(Stage::Ended(Arc::clone(&result.end)));
         result
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use vn100_analysis::{Settings, SourceFacts};
+
+    use super::*;
+    use crate::{session_result::not_started, start_error::StartError};
+
+    #[tokio::test(start_paused = true)]
+    async fn events_of_a_session_that_are_not_taken_are_dropped() {
+        let state = SourceState::new(SourceFacts::default(), &Settings::default());
+        let mut session = Session::start(state, Options::default(), async |channels| {
+            (0..1000).for_each(|_| channels.report(SessionEvent::OutputPausedAgain));
+            not_started(StartError::Stopped, &channels)
+        });
+        session.result.await.unwrap();
+        let mut taken = 0;
+        while session.events.recv().await.is_some() {
+            taken += 1;
+        }
+        assert_eq!(taken, 64);
     }
 }

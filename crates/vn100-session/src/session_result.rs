@@ -2,15 +2,10 @@
 
 use std::{sync::Arc, time::Duration};
 
-use vn100_analysis::{Goal, Parts, Shortfall, Snapshot, SourceResult, UnmetGoal};
+use vn100_analysis::{End, Goal, Parts, Shortfall, Snapshot, SourceResult, UnmetGoal};
 use vn100_capture::RecordingState;
 
-use crate::{
-    channels::Channels,
-    end_reason::{EndReason, StartError},
-    excluded::Excluded,
-    measure::Ending,
-};
+use crate::{channels::Channels, measure::Ending, start_error::StartError};
 
 /// The result of a session, and how the session ended.
 #[derive(Debug)]
@@ -19,7 +14,9 @@ pub struct SessionResult {
     /// `None`, for the face to put into words.
     pub measured: SourceResult,
     /// Why the session ended.
-    pub end: Arc<EndReason>,
+    pub end: Arc<End>,
+    /// The error of a source that could not be opened; `None` for any other end.
+    pub start_error: Option<StartError>,
     /// The data time that is missing from what was asked for; `None` if none is missing, or no
     /// duration was asked for.
     pub shortfall: Option<Shortfall>,
@@ -50,7 +47,8 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
         unmet: UnmetGoal::of(goals, &snapshot, &assessment),
         measured: SourceResult::new(facts, snapshot, assessment, Parts::All),
         end: Arc::new(reason),
-        excluded: excluded.total(),
+        start_error: None,
+        excluded,
         recording: None,
         unrecorded_bytes: 0,
         is_restored: true,
@@ -60,7 +58,7 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
 /// The result for a source that could not be opened; it has no samples.
 pub(crate) fn not_started(error: impl Into<StartError>, channels: &Channels) -> SessionResult {
     let snapshot: Arc<Snapshot> = Arc::clone(&channels.state.borrow().snapshot);
-    let (reason, excluded) = (EndReason::NotStarted(error.into()), Excluded::default());
-    let ending = Ending { snapshot, reason, report: None, excluded, shortfall: None };
-    result(ending, &[], channels)
+    let error = error.into();
+    let ending = Ending { snapshot, reason: error.end(), report: None, excluded: Duration::ZERO, shortfall: None };
+    SessionResult { start_error: Some(error), ..result(ending, &[], channels) }
 }

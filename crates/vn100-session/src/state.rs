@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use vn100_analysis::{
-    Analysis, Assessment, LinkFacts, LinkStatus, Parts, PlaybackFacts, RecorderFacts, RecordingEndFacts,
+    Analysis, Assessment, End, LinkFacts, LinkStatus, Parts, PlaybackFacts, RecorderFacts, RecordingEndFacts,
     RecordingFacts, Settings, Snapshot, SourceFacts, SourceResult,
 };
 use vn100_capture::{Recorded, RecordingState};
 use vn100_driver::LinkState;
 
-use crate::{assessor::Assessor, end_reason::EndReason, pace::Playback};
+use crate::{assessor::Assessor, pace::Playback};
 
 /// One source at one moment. Cheap to clone.
 #[derive(Debug, Clone)]
@@ -45,7 +45,7 @@ pub enum Stage {
     /// The measurement is over: the recording is ended and the settings of the sensor are restored.
     Finishing,
     /// The session is over, for this reason.
-    Ended(Arc<EndReason>),
+    Ended(Arc<End>),
 }
 
 impl SourceState {
@@ -224,7 +224,7 @@ mod tests {
         let mut state = SourceState { recorded: Some(recorded), ..state() };
         let before = state.facts().recording.unwrap();
         assert_eq!((before.program.as_deref(), before.started_ns, before.end), (Some("vn100 1"), Some(5), None));
-        state.stage = Stage::Ended(Arc::new(EndReason::SourceEnded));
+        state.stage = Stage::Ended(Arc::new(End::SourceEnded));
         let end = state.facts().recording.unwrap().end.unwrap();
         assert_eq!((end.ended_ns, end.complete, end.reason.as_deref()), (Some(9), true, Some("stopped")));
     }

@@ -3,9 +3,12 @@
 use std::time::Duration;
 
 use tokio::time::Instant;
-use vn100_analysis::{RateChange, Snapshot};
+use vn100_analysis::{End, RateChange, Snapshot};
 
-use crate::end_reason::{EndReason, NO_MEASUREMENT_AFTER};
+/// A sensor that sends no measurement for this time, or none at the rate of the record, was set to
+/// other output. A burst of delayed bytes is shorter than this. So is the time in which the link
+/// detects a paused output, including the first frame of the slowest sensor after that.
+const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(5);
 
 #[derive(Debug, Default)]
 pub(crate) struct StreamWatchdog {
@@ -31,30 +34,6 @@ pub enum RateEvent {
     Restored(f64),
 }
 
-/// The reason why a stream that still carries frames is over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum StreamEnd {
-    /// Other messages arrive, but none that is measured.
-    OtherMessages,
-    /// All samples arrive at another rate than that of the record.
-    OtherRate,
-}
-
-impl StreamEnd {
-    /// The reason of the end, with the details from the latest snapshot.
-    pub(crate) fn reason(self, snapshot: &Snapshot) -> EndReason {
-        match (self, &snapshot.layout, snapshot.rate_change) {
-            (Self::OtherRate, _, Some(change)) => EndReason::OtherRate(change),
-            (_, Some(layout), change) => EndReason::OtherMessages {
-                message: layout.message.to_string(),
-                other: snapshot.link.other_message,
-                rate_hz: change.map(|change| change.from_hz),
-            },
-            (_, None, _) => EndReason::NoMeasurement,
-        }
-    }
-}
-
 impl StreamWatchdog {
     pub(crate) const PERIOD: Duration = Duration::from_millis(500);
 
@@ -72,15 +51,20 @@ impl StreamWatchdog {
         }
     }
 
-    /// Whether no measurement has arrived for [`NO_MEASUREMENT_AFTER`] although the sensor sends,
-    /// or none at the rate of the record. Time without a connected link does not count.
-    pub(crate) fn stream_end(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> Option<StreamEnd> {
-        let (other_messages, other_rate) =
-            (self.is_all_other_messages(snapshot, is_up, now), self.is_at_other_rate(snapshot, is_up, now));
-        match (other_messages, other_rate) {
-            (true, _) => Some(StreamEnd::OtherMessages),
-            (false, true) => Some(StreamEnd::OtherRate),
-            (false, false) => None,
+    /// The reason of the end if no measurement has arrived for [`NO_MEASUREMENT_AFTER`] although the
+    /// sensor sends, or none at the rate of the record. Time without a connected link does not count.
+    pub(crate) fn stream_end(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> Option<End> {
+        let is_all_other_messages = self.is_all_other_messages(snapshot, is_up, now);
+        let is_at_other_rate = self.is_at_other_rate(snapshot, is_up, now);
+        match (&snapshot.layout, snapshot.rate_change) {
+            (None, _) if is_all_other_messages => Some(End::NoMeasurement),
+            (Some(layout), change) if is_all_other_messages => Some(End::OtherMessages {
+                message: layout.message.to_string(),
+                other: snapshot.link.other_message,
+                rate_hz: change.map(|change| change.from_hz),
+                after: NO_MEASUREMENT_AFTER,
+            }),
+            (_, change) => change.filter(|_| is_at_other_rate).map(End::OtherRate),
         }
     }
 
@@ -114,7 +98,7 @@ impl StreamWatchdog {
 #[cfg(test)]
 mod tests {
     use vn100_analysis::protocol::VNYMR;
-    use vn100_analysis::{Analysis, Settings};
+    use vn100_analysis::{Analysis, EndKind, Settings};
 
     use super::*;
 
@@ -133,14 +117,14 @@ mod tests {
         }
 
         /// A second with these numbers of samples and other messages.
-        fn second(&mut self, samples: u64, others: u64, is_up: bool) -> Option<StreamEnd> {
+        fn second(&mut self, samples: u64, others: u64, is_up: bool) -> Option<EndKind> {
             self.snapshot.link.tally.samples += samples;
             self.snapshot.link.tally.other += others;
             self.now += SECOND;
-            self.watchdog.stream_end(&self.snapshot, is_up, self.now)
+            self.watchdog.stream_end(&self.snapshot, is_up, self.now).map(|reason| reason.kind())
         }
 
-        fn second_at(&mut self, change: Option<RateChange>, is_up: bool) -> (Option<RateEvent>, Option<StreamEnd>) {
+        fn second_at(&mut self, change: Option<RateChange>, is_up: bool) -> (Option<RateEvent>, Option<EndKind>) {
             self.snapshot.rate_change = change;
             let event = self.watchdog.rate_event(&self.snapshot);
             (event, self.second(1, 0, is_up))
@@ -165,7 +149,7 @@ mod tests {
         for _ in 0..6 {
             assert_eq!(stream.second_at(Some(change), true), (None, None));
         }
-        assert_eq!(stream.second_at(Some(change), true), (None, Some(StreamEnd::OtherRate)));
+        assert_eq!(stream.second_at(Some(change), true), (None, Some(EndKind::OtherRate)));
     }
 
     #[test]
@@ -180,7 +164,7 @@ mod tests {
         for _ in 0..5 {
             assert_eq!(stream.second_at(Some(second), true), (None, None));
         }
-        assert_eq!(stream.second_at(Some(second), true), (None, Some(StreamEnd::OtherRate)));
+        assert_eq!(stream.second_at(Some(second), true), (None, Some(EndKind::OtherRate)));
     }
 
     #[test]
@@ -198,7 +182,13 @@ mod tests {
         for _ in 0..6 {
             assert_eq!(stream.second(0, 40, true), None);
         }
-        assert_eq!(stream.second(0, 40, true), Some(StreamEnd::OtherMessages));
+        stream.snapshot.rate_change = Some(RateChange { after_samples: 400, from_hz: 200.0, to_hz: 40.0 });
+        stream.snapshot.layout = Some(VNYMR.clone().into());
+        let reason = stream.watchdog.stream_end(&stream.snapshot, true, stream.now + SECOND).unwrap();
+        let End::OtherMessages { message, other: None, rate_hz: Some(200.0), .. } = reason else {
+            panic!("{reason:?}")
+        };
+        assert_eq!(message, "VNYMR");
     }
 
     #[test]
@@ -214,22 +204,8 @@ mod tests {
                 assert_eq!(stream.second(0, 0, true), None);
             }
             let end = stream.second(0, 0, true);
-            assert_eq!(end, ends.then_some(StreamEnd::OtherMessages), "{packets} {replies} {is_measured}");
+            let kind = if is_measured { EndKind::OtherMessage } else { EndKind::NoMeasurement };
+            assert_eq!(end, ends.then_some(kind), "{packets} {replies} {is_measured}");
         }
-    }
-
-    #[test]
-    fn the_reason_names_the_other_output() {
-        let mut snapshot = Analysis::new(Settings::default()).snapshot();
-        assert!(matches!(StreamEnd::OtherMessages.reason(&snapshot), EndReason::NoMeasurement));
-        snapshot.layout = Some(VNYMR.clone().into());
-        let reason = StreamEnd::OtherMessages.reason(&snapshot);
-        let EndReason::OtherMessages { message, other: None, rate_hz: None } = reason else { panic!("{reason:?}") };
-        assert_eq!(message, "VNYMR");
-        let change = RateChange { after_samples: 400, from_hz: 200.0, to_hz: 40.0 };
-        snapshot.rate_change = Some(change);
-        let reason = StreamEnd::OtherMessages.reason(&snapshot);
-        assert!(matches!(reason, EndReason::OtherMessages { rate_hz: Some(200.0), .. }), "{reason:?}");
-        assert!(matches!(StreamEnd::OtherRate.reason(&snapshot), EndReason::OtherRate(found) if found == change));
     }
 }

@@ -90,7 +90,6 @@ impl Generator {
 
     /// The next sample: yaw, pitch, roll (deg, in (-180, 180]), magnetic field x y z (gauss),
     /// acceleration x y z (m/s²), angular rate x y z (rad/s).
-    #[must_use]
     pub fn next_row(&mut self) -> [f32; 12] {
         let mut values = self.channels.each_mut().map(ChannelStream::next_sample);
         let (rate_rad_s, accel_m_s2) = self.thermal_bias.advance_to(self.age_s + self.rows as f64 * self.interval_s);
@@ -106,7 +105,6 @@ impl Generator {
     }
 
     /// The temperature (degC) and the pressure (kPa) of the next sample.
-    #[must_use]
     fn next_surroundings(&mut self) -> [f32; 2] {
         self.readings += 1;
         self.next_surroundings_at((self.readings - 1) as f64 * self.interval_s)

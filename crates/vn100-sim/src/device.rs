@@ -62,9 +62,9 @@ const TICK_HZ: u64 = 800;
 /// The configuration of an emulated sensor.
 #[derive(Debug, Clone)]
 pub struct DeviceConfig {
-    /// The truth of its channels. A density of the output
-    /// ([`AveragingWindow::None`](crate::AveragingWindow::None)) is interpreted as that at 40 Hz
-    /// after the factory default of the averaging window.
+    /// The truth of its channels, and the settings with which it is delivered: rate and averaging
+    /// window. A density of the output ([`AveragingWindow::None`](crate::AveragingWindow::None)) is
+    /// that at the rate of the profile after the factory default of the window.
     pub profile: Profile,
     /// Seed of all noise.
     pub seed: u64,
@@ -108,7 +108,6 @@ pub struct Device {
     run: Run,
     registers: Registers,
     flash: Registers,
-    started_with: Registers,
     sensor: SensorModel,
     clock: SensorClock,
     /// The processing that `registers` select.
@@ -133,7 +132,6 @@ struct Run {
     waiting: VecDeque<Vec<u8>>,
     paused: bool,
     sync_out: SyncOut,
-    known_disturbances: u16,
 }
 
 /// The port at which the sensor is connected: the first.
@@ -141,18 +139,17 @@ const PORT: usize = 0;
 
 impl Device {
     /// A sensor that is switched on at time zero, with the factory default of all settings.
-    #[must_use]
     pub fn new(config: DeviceConfig) -> Self {
-        let registers = Registers::delivered(config.firmware, config.serial);
+        let mut registers = Registers::delivered(config.firmware, config.serial);
+        registers.set_like(&config.profile);
         Self {
             now_ns: 0,
             phase: BootPhase::Booting { until_ns: ns(BOOT) },
             run: Run::default(),
             flash: registers.clone(),
-            started_with: registers.clone(),
             sensor: SensorModel::new(&config.profile, config.seed),
             clock: SensorClock::new(config.seed),
-            processing: registers.processing(&registers),
+            processing: registers.processing(),
             deltas: Deltas::default(),
             uart: Uart::new(registers.ports[PORT].baud),
             registers,
@@ -162,7 +159,6 @@ impl Device {
 
     /// The baud rate at which the sensor receives; pending bytes may have another rate: see
     /// [`SentByte::baud`].
-    #[must_use]
     pub fn baud(&self) -> u32 {
         self.uart.baud
     }
@@ -186,7 +182,6 @@ impl Device {
     }
 
     /// The bytes that were on the line by `now` and are not yet taken.
-    #[must_use]
     pub fn poll_output(&mut self, now: Duration) -> Vec<u8> {
         let mut bytes = Vec::new();
         self.poll_bytes(now, |sent| bytes.push(sent.byte));
@@ -202,7 +197,6 @@ impl Device {
 
     /// When to poll again: at most a second after the last call, so that a silent sensor need not
     /// compute all its ticks at once.
-    #[must_use]
     pub fn next_wakeup(&self) -> Duration {
         let tick_ns = match self.phase {
             BootPhase::Running { since_ns } if self.run.restart_ns.is_none() => {
@@ -278,8 +272,7 @@ impl Device {
     /// Starts from flash: the first output follows after the boot.
     fn start(&mut self, now_ns: u64) {
         self.registers = self.flash.clone();
-        self.started_with = self.flash.clone();
-        self.processing = self.registers.processing(&self.started_with);
+        self.processing = self.registers.processing();
         self.uart.baud = self.registers.ports[PORT].baud;
         self.phase = BootPhase::Booting { until_ns: now_ns + ns(BOOT) };
         self.run = Run::default();

@@ -29,12 +29,12 @@ mod normal;
 mod onboard;
 mod packets;
 mod profile;
+#[cfg(target_os = "linux")]
 pub mod pty;
 mod receiver;
 mod sensor;
 mod sensor_clock;
 mod thermal;
-mod usb;
 pub mod wire;
 
 pub use capture::{Generator, UnsupportedRate, write_capture};
@@ -42,7 +42,7 @@ pub use device::{Device, DeviceConfig};
 pub use message::Message;
 pub use onboard::{AveragingWindow, LowPass};
 pub use packets::PacketStream;
-pub use profile::{Profile, UnknownProfile};
+pub use profile::{NoTwin, Profile, UnknownProfile};
 pub use thermal::{Thermal, ThermalError};
 
 pub(crate) const STANDARD_GRAVITY_M_S2: f64 = 9.80665;

@@ -15,8 +15,6 @@ enum FieldGroup {
     Mag,
     Accel,
     Rate,
-    LinearBody,
-    LinearNed,
     /// Uncompensated field, acceleration and rate, temperature and pressure.
     Uncompensated,
     Deltas,
@@ -38,7 +36,7 @@ pub struct Message {
     groups: &'static [FieldGroup],
 }
 
-use FieldGroup::{Accel, Angles, LinearBody, LinearNed, Mag, Quaternion, Rate, Uncompensated};
+use FieldGroup::{Accel, Angles, Mag, Quaternion, Rate, Uncompensated};
 
 const fn message(
     code: u32,
@@ -51,7 +49,7 @@ const fn message(
 }
 
 /// The sentences of a VN-100 that register 6 selects.
-pub(crate) const MESSAGES: [Message; 12] = [
+pub(crate) const MESSAGES: [Message; 10] = [
     message(1, "VNYPR", 8, 38, &[Angles]),
     message(2, "VNQTN", 9, 51, &[Quaternion]),
     message(8, "VNQMR", 15, 135, &[Quaternion, Mag, Accel, Rate]),
@@ -60,15 +58,12 @@ pub(crate) const MESSAGES: [Message; 12] = [
     message(12, "VNGYR", 19, 44, &[Rate]),
     message(13, "VNMAR", 20, 95, &[Mag, Accel, Rate]),
     message(14, "VNYMR", 27, 122, &[Angles, Mag, Accel, Rate]),
-    message(16, "VNYBA", 239, 95, &[Angles, LinearBody, Rate]),
-    message(17, "VNYIA", 240, 95, &[Angles, LinearNed, Rate]),
     message(19, "VNIMU", 54, 112, &[Uncompensated]),
     message(30, "VNDTV", 80, 75, &[FieldGroup::Deltas]),
 ];
 
 impl Message {
     /// The sentence with this header, such as `VNYMR`; `None` for any other text.
-    #[must_use]
     pub fn named(header: &str) -> Option<&'static Self> {
         MESSAGES.iter().find(|message| message.header == header)
     }
@@ -92,8 +87,6 @@ impl Message {
                 Mag => print(out, measured.mag_gauss, 8, 4),
                 Accel => print(out, measured.accel_m_s2, 7, 3),
                 Rate => print(out, measured.gyro_rad_s, 10, 6),
-                LinearBody => print(out, measured.linear_accel_body(), 7, 3),
-                LinearNed => print(out, measured.linear_accel_ned(), 7, 3),
                 Uncompensated => {
                     print(out, measured.uncompensated_mag_gauss, 8, 4);
                     print(out, measured.uncompensated_accel_m_s2, 7, 3);

@@ -33,6 +33,8 @@ pub struct NoiseTruth {
     pub ramp: f64,
     /// A vibration at one frequency; `None` for no vibration.
     pub line: Option<Vibration>,
+    /// Step of the values in a capture, u; 0 for the step of the message alone.
+    pub resolution: f64,
 }
 
 impl NoiseTruth {
@@ -78,7 +80,6 @@ impl ChannelStream {
     /// White noise passes through the on-board `window`. The other components are advanced once per
     /// output sample and do not pass through it: averaging over some milliseconds changes a process
     /// only near the frequency 1/window, and there each of them is far below the white noise.
-    #[must_use]
     pub fn new(noise: &NoiseTruth, window: AveragingWindow, rate_hz: NonZeroU32, seed: u64, channel: u32) -> Self {
         let rng = |component| random_stream(seed, channel, component);
         let interval_s = 1.0 / f64::from(rate_hz.get());
@@ -94,15 +95,16 @@ impl ChannelStream {
     }
 
     /// The next sample, in the unit of the channel.
-    #[must_use]
     pub fn next_sample(&mut self) -> f64 {
         let time_s = self.index as f64 / self.rate_hz;
         self.index += 1;
         self.white.advance();
-        self.noise.steady(time_s, self.line_phase_turns)
+        let value = self.noise.steady(time_s, self.line_phase_turns)
             + self.white.mean()
             + self.flicker.advance()
-            + self.walk.advance()
+            + self.walk.advance();
+        let step = self.noise.resolution;
+        if step > 0.0 { (value / step).round() * step } else { value }
     }
 }
 

@@ -17,9 +17,10 @@ pub(crate) const MAG_REFRESH_HZ: u32 = 250;
 /// (w-lag)/w. If fewer samples are sent than are averaged (w < refresh/rate), noise is aliased, and
 /// the density of the output is higher than that of the sensor: by √(200/rate) for 4 samples at 800
 /// Hz.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum AveragingWindow {
     /// The noise is drawn at the output rate: the density is that of the output.
+    #[default]
     None,
     /// The density is that of the sensor, which refreshes at `refresh_hz`, after a low-pass filter;
     /// each output sample is the mean of the latest `samples` values, and an output faster than the
@@ -34,41 +35,23 @@ pub enum AveragingWindow {
     },
 }
 
-impl AveragingWindow {
-    /// Gyroscope at the factory default: 4 samples at 800 Hz.
-    pub(crate) const GYRO_DEFAULT: Self =
-        Self::Boxcar { refresh_hz: IMU_REFRESH_HZ, samples: 4, low_pass: LowPass::GYRO };
-
-    /// Accelerometer at the factory default: 4 samples at 800 Hz.
-    pub(crate) const ACCELEROMETER_DEFAULT: Self =
-        Self::Boxcar { refresh_hz: IMU_REFRESH_HZ, samples: 4, low_pass: LowPass::ACCELEROMETER };
-
-    /// Magnetometer at the factory default: no averaging, refreshed at 250 Hz.
-    pub(crate) const MAG_DEFAULT: Self =
-        Self::Boxcar { refresh_hz: MAG_REFRESH_HZ, samples: 0, low_pass: LowPass::NONE };
-}
-
 /// The low-pass filter of the sensor, of second order and with unit gain at zero frequency: y(k) =
 /// (1 - a1 - a2) x(k) + a1 y(k-1) + a2 y(k-2).
 ///
 /// The maker does not document it. After a window of 4, one second of a real sensor has the
 /// autocorrelations 0.83, 0.49, 0.17, -0.02, -0.05 (gyro) and 0.86, 0.60, 0.35, 0.14, 0.08
-/// (accelerometer) at lags of 1 to 5 samples of 800 Hz, each within about 0.07. These filters agree
-/// within that, and alias noise by 2.31 and 2.08 at 40 Hz, like real sensors within a tenth.
+/// (accelerometer) at lags of 1 to 5 samples of 800 Hz, each within about 0.07. The filters of
+/// [`Profile::datasheet`](crate::Profile::datasheet) agree within that, and alias noise by 2.31 and
+/// 2.08 at 40 Hz, like real sensors within a tenth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LowPass {
-    a1: f64,
-    a2: f64,
+    pub(crate) a1: f64,
+    pub(crate) a2: f64,
 }
 
 impl LowPass {
     /// No filter.
     pub(crate) const NONE: Self = Self { a1: 0.0, a2: 0.0 };
-
-    pub(crate) const GYRO: Self = Self { a1: 0.499, a2: -0.251 };
-
-    /// Low-pass filter of the accelerometer: one pole at 176 Hz.
-    pub(crate) const ACCELEROMETER: Self = Self { a1: 0.25, a2: 0.0 };
 
     /// Number of values after which the influence of earlier ones is below 10^-6.
     const MEMORY: usize = 20;

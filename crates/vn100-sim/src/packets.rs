@@ -4,10 +4,7 @@ use vn100_protocol::{MEASUREMENTS_PER_S, PacketMessage};
 
 use crate::{
     capture::{Generator, UnsupportedRate, values_of},
-    device::{
-        Firmware,
-        binary::{PacketContents, PacketOutput},
-    },
+    device::binary::{PacketContents, PacketOutput},
     profile::Profile,
     sensor::Deltas,
     sensor_clock::SensorClock,
@@ -43,7 +40,7 @@ impl PacketStream {
         let setting = packets.output(1, rate_hz).ok_or_else(unsupported)?.to_string();
         let parameters: Vec<&str> = setting.split(',').collect();
         Ok(Self {
-            output: PacketOutput::parse(&parameters, Firmware::default()).map_err(|_| unsupported())?,
+            output: PacketOutput::parse(&parameters).map_err(|_| unsupported())?,
             generator: Generator::at_any_rate(profile, rate_hz, seed).ok_or_else(unsupported)?,
             clock: SensorClock::new(seed),
             rate_hz: rate_hz.into(),
@@ -66,7 +63,6 @@ impl PacketStream {
             deltas: &Deltas::default(),
             time_ns,
             sync_out_count: 0,
-            vpe_status: 0,
         }));
     }
 }

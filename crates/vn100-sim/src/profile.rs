@@ -1,21 +1,16 @@
-//! The truth of all twelve channels, by name.
+//! The truth of an emulated sensor, from a document of a measurement or from one of two built-in ones.
 
+use serde_json::Value;
 use thiserror::Error;
 
 use crate::{
-    STANDARD_GRAVITY_M_S2,
     noise::{NoiseTruth, Vibration},
-    onboard::AveragingWindow,
+    onboard::{AveragingWindow, LowPass},
     thermal::Thermal,
 };
 
-const HOUR_S: f64 = 3600.0;
-
-/// Output rate of the record for [`Profile::lab3`], Hz.
-const LAB3_RATE_HZ: f64 = 40.0;
-
 /// One channel: its truth, and the path of its white noise to the output.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ChannelProfile {
     /// Mean and noise.
     pub noise: NoiseTruth,
@@ -24,11 +19,14 @@ pub struct ChannelProfile {
     pub window: AveragingWindow,
 }
 
-/// The truth of an emulated sensor.
-#[derive(Debug, Clone, PartialEq)]
+/// The truth of an emulated sensor. The default is one that always reads zero.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Profile {
-    /// The name that selects it.
-    pub name: &'static str,
+    /// The name that selects it, or that of the measured source.
+    pub name: String,
+    /// The rate in hertz of the stream that it describes; the white noise of channels without a
+    /// window belongs to this rate. 0 if nothing is described.
+    pub rate_hz: f64,
     /// In the order of `$VNYMR`: yaw, pitch, roll (deg), magnetic field x y z (gauss), acceleration
     /// x y z (m/s²), angular rate x y z (rad/s).
     pub channels: [ChannelProfile; 12],
@@ -43,6 +41,15 @@ pub struct UnknownProfile {
     /// The requested name.
     pub name: String,
 }
+
+/// Why a document describes no sensor that can be emulated, and what would.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct NoTwin(String);
+
+/// Names of the channels, in the order of a profile.
+const NAMES: [&str; 12] =
+    ["yaw", "pitch", "roll", "mag_x", "mag_y", "mag_z", "accel_x", "accel_y", "accel_z", "gyro_x", "gyro_y", "gyro_z"];
 
 impl Profile {
     /// The names that [`Profile::named`] knows.
@@ -60,163 +67,113 @@ impl Profile {
         }
     }
 
-    /// A sensor with the figures of its data sheet, level and at rest, facing magnetic north at a
-    /// middle latitude, with the factory default of the averaging window.
-    ///
-    /// Densities are the sensor's: at 40 Hz the output of gyro and accelerometer has 2.24 times as
-    /// much (see [`AveragingWindow`]). The sheet states no random walk, so there is none. The
-    /// angles have a small white noise of their own, which is not computed from the other channels.
+    /// A sensor with the figures of its data sheet, with the factory default of the averaging window:
+    /// at 40 Hz the output of gyro and accelerometer has 2.24 times the density of the sensor (see
+    /// [`AveragingWindow`]). The sheet states no random walk, so there is none.
     #[must_use]
     pub fn datasheet() -> Self {
-        let gyro = NoiseTruth {
-            white_density: 0.0035_f64.to_radians(),          // 0.0035 deg/s/√Hz
-            bias_instability: 6.0_f64.to_radians() / HOUR_S, // deg/h; typical 5 to 7
-            ..NoiseTruth::default()
-        };
-        let accel = NoiseTruth {
-            white_density: 0.14 * 1e-3 * STANDARD_GRAVITY_M_S2, // 0.14 mg/√Hz
-            bias_instability: 3e-4,                             // stated: below 0.04 mg = 3.92e-4
-            ..NoiseTruth::default()
-        };
-        let mag = NoiseTruth { white_density: 140e-6, ..NoiseTruth::default() };
-        let angle = NoiseTruth { white_density: 5e-4, ..NoiseTruth::default() };
-        // 0.48 gauss, dipping by 64 deg
-        let field_gauss = [0.21, 0.0, 0.43];
-        let channels = std::array::from_fn(|number| {
-            let (mean, noise, window) = match number {
-                0..3 => (0.0, angle, AveragingWindow::None),
-                3..6 => (field_gauss[number - 3], mag, AveragingWindow::MAG_DEFAULT),
-                8 => (-STANDARD_GRAVITY_M_S2, accel, AveragingWindow::ACCELEROMETER_DEFAULT),
-                6..8 => (0.0, accel, AveragingWindow::ACCELEROMETER_DEFAULT),
-                _ => (0.0, gyro, AveragingWindow::GYRO_DEFAULT),
-            };
-            ChannelProfile { noise: NoiseTruth { mean, ..noise }, window }
-        });
-        Self { name: "datasheet", channels, thermal: Thermal::default() }
+        // a test reads both
+        Self::like(include_str!("../profiles/datasheet.json")).unwrap_or_default()
     }
 
-    /// A published sensor at rest, 40 Hz.
-    ///
-    /// Every channel has the mean and standard deviation of a record of ten minutes, as white
-    /// noise, except the two that were also analysed. Densities are those of the output at 40 Hz;
-    /// no window applies.
-    ///
-    /// * Gyro y: N 0.354 deg/√h, K 0.8969 deg/h^1.5, no flicker. The published standard deviation
-    ///   is larger than N gives; the rest is a vibration line at 18.4 Hz.
-    /// * Accelerometer y: N 0.114 m/s/√h, B 0.0131 mg, K 4.559 m/s/h^1.5.
-    ///
-    /// The "bias instabilities" published with these, 0.830 deg/h and 0.0356 mg, are the minimum of
-    /// the Allan deviation divided by 0.664, which counts N and K as flicker. Five hours of this
-    /// truth give the same (medians 0.85 deg/h and 0.036 mg); ten minutes are too short for the
-    /// gyro and give 2.3 deg/h.
+    /// A published sensor at rest, 40 Hz; densities are those of the output, and no window applies.
     #[must_use]
     pub fn lab3() -> Self {
-        let white = |mean, standard_deviation: f64| NoiseTruth {
-            mean,
-            white_density: standard_deviation / LAB3_RATE_HZ.sqrt(),
-            ..NoiseTruth::default()
+        Self::like(include_str!("../profiles/lab3.json")).unwrap_or_default()
+    }
+
+    /// The twin of a measured sensor, by the JSON document of its result: mean, N, B, K, R, the
+    /// strongest spectral line and the resolution of each axis. What was not detected is absent. If
+    /// the averaging window is known, N is that of the sensor before it; else that of the stream.
+    ///
+    /// # Errors
+    /// [`NoTwin`] if the text is no document of a result, or does not show the noise of the sensor: it
+    /// was moved, its rates are bias-compensated, the rate or an N is not known, or it has no axis.
+    pub fn like(document: &str) -> Result<Self, NoTwin> {
+        let refused = |text: &str| Err(NoTwin(text.into()));
+        let document: Value = serde_json::from_str(document).unwrap_or_default();
+        let (Some(channels), source) = (document["channels"].as_array(), &document["source"]) else {
+            return refused("it is no document of a measurement");
         };
-        let noise = [
-            white(52.339768, 0.051601),
-            white(0.272679, 0.006165),
-            white(0.000704, 0.004488),
-            white(0.225998, 0.001378),
-            white(0.123310, 0.002924),
-            white(0.057567, 0.003743),
-            white(0.048526, 0.011822),
-            lab3_accel_y(),
-            white(-9.717405, 0.020968),
-            white(0.000051, 0.000638),
-            lab3_gyro_y(),
-            white(-0.000009, 0.000638),
-        ];
-        Self {
-            name: "lab3",
-            channels: noise.map(|noise| ChannelProfile { noise, window: AveragingWindow::None }),
-            thermal: Thermal::default(),
+        let is_compensated = |channel: &&Value| {
+            let kind = channel["noise"]["long_taus"].as_str().unwrap_or_default();
+            named(channel).starts_with("gyro") && kind.contains("compensated")
+        };
+        if source["compensated"] == true || channels.iter().any(|channel| is_compensated(&channel)) {
+            let text = "a filter has removed the bias of the angular rates, whose noise the record does not show: record an \
+                        uncompensated message, such as VNIMU";
+            return refused(text);
         }
+        if !document["motion"].is_null() {
+            return refused("the sensor was moved: record it at rest");
+        }
+        let Some(rate_hz) = document["timing"]["rate_hz"].as_f64().filter(|rate_hz| *rate_hz > 0.0) else {
+            return refused("its sample rate is not known");
+        };
+        let mut profile = Self { name: named(source).to_owned(), rate_hz, ..Self::default() };
+        for (place, name) in NAMES.iter().enumerate() {
+            if let Some(channel) = channels.iter().find(|channel| named(channel) == *name) {
+                profile.channels[place] = ChannelProfile::like(channel, rate_hz)?;
+            }
+        }
+        if profile.absent().count() == NAMES.len() {
+            return refused("it has no channel of a gyroscope, an accelerometer or a magnetometer");
+        }
+        Ok(profile)
+    }
+
+    /// The names of the channels without noise.
+    pub fn absent(&self) -> impl Iterator<Item = &'static str> {
+        NAMES
+            .into_iter()
+            .zip(&self.channels)
+            .filter(|(_, channel)| channel.noise.white_density == 0.0)
+            .map(|(name, _)| name)
     }
 }
 
-fn lab3_gyro_y() -> NoiseTruth {
-    const STANDARD_DEVIATION_RAD_S: f64 = 0.000766;
-    let white_density = 0.354_f64.to_radians() / HOUR_S.sqrt();
-    let white_variance = white_density.powi(2) * LAB3_RATE_HZ;
-    let line_variance = STANDARD_DEVIATION_RAD_S.powi(2) - white_variance;
-    NoiseTruth {
-        mean: -0.000152,
-        white_density,
-        random_walk: 0.8969_f64.to_radians() / HOUR_S.powf(1.5),
-        line: Some(Vibration { amplitude: (2.0 * line_variance).sqrt(), frequency_hz: 18.4 }),
-        ..NoiseTruth::default()
-    }
+fn named(part: &Value) -> &str {
+    part["name"].as_str().unwrap_or_default()
 }
 
-fn lab3_accel_y() -> NoiseTruth {
-    NoiseTruth {
-        mean: 0.000759,
-        white_density: 0.114 / HOUR_S.sqrt(),
-        bias_instability: 0.0131 * 1e-3 * STANDARD_GRAVITY_M_S2,
-        random_walk: 4.559 / HOUR_S.powf(1.5),
-        ..NoiseTruth::default()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn assert_close(found: f64, expected: f64, relative: f64) {
-        assert!((found / expected - 1.0).abs() < relative, "{found}, expected {expected}");
-    }
-
-    #[test]
-    fn names_lead_to_profiles() {
-        for name in Profile::NAMES {
-            assert_eq!(Profile::named(name).unwrap().name, name);
+impl ChannelProfile {
+    fn like(channel: &Value, rate_hz: f64) -> Result<Self, NoTwin> {
+        let (noise, onboard, statistics) = (&channel["noise"], &channel["onboard"], &channel["statistics"]);
+        let number = |value: &Value| value.as_f64().unwrap_or(0.0);
+        let detected = |term: &str| number(&noise[term]["value"]);
+        let line = |line: &Value| Vibration {
+            amplitude: number(&line["amplitude"]),
+            frequency_hz: number(&line["frequency_hz"]),
+        };
+        let lines = channel["spectrum"]["lines"].as_array().into_iter().flatten().map(line);
+        let mut truth = NoiseTruth {
+            mean: number(&statistics["mean"]),
+            // an angle has no parameters
+            white_density: number(&statistics["std"]) / rate_hz.sqrt(),
+            bias_instability: detected("bias_instability"),
+            random_walk: detected("rate_random_walk"),
+            ramp: detected("rate_ramp"),
+            line: lines.max_by(|a, b| a.amplitude.total_cmp(&b.amplitude)),
+            resolution: number(&statistics["resolution"]),
+        };
+        if noise.is_null() {
+            return Ok(Self { noise: truth, window: AveragingWindow::None });
         }
-    }
-
-    #[test]
-    fn an_unknown_name_lists_the_known_ones() {
-        let error = Profile::named("lab4").unwrap_err();
-        assert_eq!(error.to_string(), "unknown noise profile \"lab4\": use one of datasheet, lab3");
-    }
-
-    /// The conversion factors are those printed in reference works.
-    #[test]
-    fn published_coefficients_are_kept_in_si() {
-        let (datasheet, lab3) = (Profile::datasheet().channels, Profile::lab3().channels);
-        assert_close(datasheet[9].noise.bias_instability * 206_264.806, 6.0, 1e-8);
-        assert_close(datasheet[6].noise.white_density * 101.971621, 0.14, 1e-8);
-        assert_close(lab3[10].noise.white_density * 3437.747, 0.354, 1e-7);
-        assert_close(lab3[10].noise.random_walk * 1.23759e7, 0.8969, 1e-5);
-        assert_close(lab3[7].noise.bias_instability * 101.971621, 0.0131, 1e-8);
-        assert_close(lab3[7].noise.white_density * 60.0, 0.114, 1e-12);
-        assert_close(lab3[7].noise.random_walk * 216_000.0, 4.559, 1e-12);
-    }
-
-    #[test]
-    fn datasheet_densities_in_si() {
-        let channels = Profile::datasheet().channels;
-        assert_close(channels[9].noise.white_density, 6.11e-5, 1e-3);
-        assert_close(channels[9].noise.bias_instability, 2.9e-5, 1e-2);
-        assert_close(channels[6].noise.white_density, 1.373e-3, 1e-3);
-        assert_close(channels[3].noise.white_density, 1.4e-4, 1e-12);
-    }
-
-    #[test]
-    fn lab3_noise_adds_up_to_the_published_standard_deviations() {
-        let published = [
-            0.051601, 0.006165, 0.004488, 0.001378, 0.002924, 0.003743, 0.011822, 0.011932, 0.020968, 0.000638,
-            0.000766, 0.000638,
-        ];
-        for (channel, published) in Profile::lab3().channels.iter().zip(published) {
-            let noise = channel.noise;
-            let line = noise.line.map_or(0.0, |line| line.amplitude.powi(2) / 2.0);
-            let found = (noise.white_density.powi(2) * LAB3_RATE_HZ + line).sqrt();
-            // accelerometer y: N alone is 0.7 % larger
-            assert_close(found, published, 0.02);
+        let white = &noise["white"];
+        let own = white["budget"]["unaliased"]["value"].as_f64();
+        let window = own.zip(onboard["refresh_hz"].as_f64()).map(|(own, refresh_hz)| {
+            truth.white_density = own;
+            let low_pass = &onboard["low_pass"];
+            AveragingWindow::Boxcar {
+                refresh_hz: refresh_hz as u32,
+                samples: number(&onboard["window"]["length"]) as u32,
+                low_pass: LowPass { a1: number(&low_pass[0]), a2: number(&low_pass[1]) },
+            }
+        });
+        if window.is_none() {
+            let unknown = || NoTwin(format!("N of {} is not known: record longer, at rest", named(channel)));
+            truth.white_density = white["value"].as_f64().ok_or_else(unknown)?;
         }
+        Ok(Self { noise: truth, window: window.unwrap_or_default() })
     }
 }

@@ -6,7 +6,6 @@ use std::f64::consts::TAU;
 use rand_chacha::ChaCha8Rng;
 
 use crate::{
-    STANDARD_GRAVITY_M_S2,
     flicker::Flicker,
     noise::{NoiseComponent, NoiseTruth, RandomWalk, random_stream},
     normal::normal,
@@ -15,9 +14,8 @@ use crate::{
     thermal::{Thermal, ThermalBias},
 };
 
-/// The factory default of the window, at the factory default of the rate.
+/// The factory default of the window.
 const DELIVERED_WINDOW: u32 = 4;
-const DELIVERED_RATE_HZ: f64 = 40.0;
 
 /// Attitude is computed on every second tick.
 const ATTITUDE_REFRESH_HZ: u32 = 400;
@@ -34,37 +32,14 @@ const BIAS_TRACKING_S: f64 = 30.0;
 /// -0.011.
 const TURN_ON_BIAS_RAD_S: f64 = 0.02;
 
-/// User calibration of one triad, y = C (x - B), row by row: registers 23, 25 and 84.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct TriadCalibration {
-    pub(crate) matrix: [f64; 9],
-    pub(crate) offset: [f64; 3],
-}
-
-impl TriadCalibration {
-    fn apply(&self, value: [f64; 3]) -> [f64; 3] {
-        rotated(&self.matrix, [0, 1, 2].map(|axis| value[axis] - self.offset[axis]))
-    }
-}
-
-/// The product of a matrix, given row by row, and a column.
-fn rotated(matrix: &[f64; 9], value: [f64; 3]) -> [f64; 3] {
-    [0, 3, 6].map(|row| (0..3).map(|column| matrix[row + column] * value[column]).sum())
-}
-
-/// The processing from raw values to output.
+/// The averaging windows of register 85. Calibrations and the rotation of the frame have no effect.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Processing {
     /// Windows of magnetometer, accelerometer and gyro in samples, and whether they apply to the
-    /// uncompensated and to the compensated output: register 85.
+    /// uncompensated and to the compensated output.
     pub(crate) windows: [u32; 3],
     pub(crate) averages_uncompensated: [bool; 3],
     pub(crate) averages_compensated: [bool; 3],
-    pub(crate) mag: TriadCalibration,
-    pub(crate) accel: TriadCalibration,
-    pub(crate) gyro: TriadCalibration,
-    /// Rotation of the reference frame, row by row: register 26.
-    pub(crate) frame: [f64; 9],
 }
 
 /// All values of one tick, in single precision as in the sensor.
@@ -82,7 +57,6 @@ pub(crate) struct SensorValues {
     pub(crate) pressure_kpa: f32,
 }
 
-/// Other forms of the attitude (Euler 3-2-1, north-east-down to body), and values that need them.
 impl SensorValues {
     /// The quaternion, with the scalar last.
     pub(crate) fn quaternion(&self) -> [f32; 4] {
@@ -95,43 +69,6 @@ impl SensorValues {
         ]
         .map(|element| element as f32)
     }
-
-    /// The matrix from north-east-down to body, row by row.
-    pub(crate) fn direction_cosines(&self) -> [f64; 9] {
-        let [(sy, cy), (sp, cp), (sr, cr)] = self.ypr_deg.map(|angle| f64::from(angle).to_radians().sin_cos());
-        [
-            cp * cy,
-            cp * sy,
-            -sp,
-            sr * sp * cy - cr * sy,
-            sr * sp * sy + cr * cy,
-            sr * cp,
-            cr * sp * cy + sr * sy,
-            cr * sp * sy - sr * cy,
-            cr * cp,
-        ]
-    }
-
-    /// A vector of the body frame in north-east-down.
-    pub(crate) fn to_ned(self, body: [f32; 3]) -> [f32; 3] {
-        single(rotated(&transposed(&self.direction_cosines()), body.map(f64::from)))
-    }
-
-    /// Acceleration without gravity, north-east-down. The sensor reads -g on its z axis at rest.
-    pub(crate) fn linear_accel_ned(&self) -> [f32; 3] {
-        let [north, east, down] = self.to_ned(self.accel_m_s2);
-        [north, east, (f64::from(down) + STANDARD_GRAVITY_M_S2) as f32]
-    }
-
-    /// Acceleration without gravity, in axes of the body.
-    pub(crate) fn linear_accel_body(&self) -> [f32; 3] {
-        let gravity = rotated(&self.direction_cosines(), [0.0, 0.0, STANDARD_GRAVITY_M_S2]);
-        [0, 1, 2].map(|axis| (f64::from(self.accel_m_s2[axis]) + gravity[axis]) as f32)
-    }
-}
-
-pub(crate) fn transposed(matrix: &[f64; 9]) -> [f64; 9] {
-    std::array::from_fn(|index| matrix[index % 3 * 3 + index / 3])
 }
 
 /// Integrals since they were last read.
@@ -166,9 +103,9 @@ impl SensorChannel {
         let density = channel.noise.white_density;
         let (sigma, low_pass) = match channel.window {
             AveragingWindow::Boxcar { refresh_hz, low_pass, .. } => (density * f64::from(refresh_hz).sqrt(), low_pass),
-            // stated for the output: the density that the sensor must have to give this output with
-            // factory defaults
-            AveragingWindow::None => (density * (DELIVERED_RATE_HZ * f64::from(delivered)).sqrt(), LowPass::NONE),
+            // stated for the output: the density that the sensor must have to give this output at the
+            // rate of the profile
+            AveragingWindow::None => (density * (profile.rate_hz * f64::from(delivered)).sqrt(), LowPass::NONE),
         };
         Self {
             truth: channel.noise,
@@ -265,16 +202,11 @@ impl SensorModel {
         let triad = |first: usize, averaged: bool| [0, 1, 2].map(|axis| self.channels[first + axis].value(averaged));
         let gyro = |averaged: bool| [0, 1, 2].map(|axis| self.gyro_rad_s(axis, averaged));
         let accel = |averaged: bool| [0, 1, 2].map(|axis| self.accel_m_s2(axis, averaged));
-        let corrected = {
-            let calibrated = processing.gyro.apply(gyro(averages_compensated[2]));
-            [0, 1, 2].map(|axis| calibrated[axis] - self.bias_rad_s[axis])
-        };
-        let to_vehicle = |value| single(rotated(&processing.frame, value));
         SensorValues {
             ypr_deg: triad(0, false).map(wrapped_deg),
-            mag_gauss: to_vehicle(processing.mag.apply(triad(3, averages_compensated[0]))),
-            accel_m_s2: to_vehicle(processing.accel.apply(accel(averages_compensated[1]))),
-            gyro_rad_s: to_vehicle(corrected),
+            mag_gauss: single(triad(3, averages_compensated[0])),
+            accel_m_s2: single(accel(averages_compensated[1])),
+            gyro_rad_s: single([0, 1, 2].map(|axis| gyro(averages_compensated[2])[axis] - self.bias_rad_s[axis])),
             uncompensated_mag_gauss: single(triad(3, averages_uncompensated[0])),
             uncompensated_accel_m_s2: single(accel(averages_uncompensated[1])),
             uncompensated_gyro_rad_s: single(gyro(averages_uncompensated[2])),

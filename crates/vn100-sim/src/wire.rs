@@ -1,5 +1,5 @@
 //! The path between the sensor and its host, on a clock that is passed in: the baud rates of both
-//! ends, faults, the buffer of an adapter.
+//! ends, and faults.
 
 use std::{collections::VecDeque, num::NonZeroU32, time::Duration};
 
@@ -7,7 +7,6 @@ use crate::{
     device::{Device, SentByte},
     fault::{FaultPlan, Injector, PlugEvent, ScheduledEvent},
     receiver::Receiver,
-    usb::UsbBuffer,
 };
 
 /// The highest baud rate of adapters. The compiler evaluates it, and would reject a zero.
@@ -18,7 +17,6 @@ const FASTEST_BAUD: NonZeroU32 = NonZeroU32::new(4_000_000).unwrap();
 pub struct Wire {
     device: Device,
     faults: Injector,
-    usb: Option<UsbBuffer>,
     /// Receives the output of the sensor, at the rate of the host.
     receiver: Receiver,
     host_baud: NonZeroU32,
@@ -29,21 +27,12 @@ pub struct Wire {
 }
 
 impl Wire {
-    /// A wire whose port is not open yet. `usb_latency` is the latency timer of a USB adapter;
-    /// `None` forwards bytes as they come.
-    #[must_use]
-    pub fn new(
-        device: Device,
-        plan: &FaultPlan,
-        seed: u64,
-        usb_latency: Option<Duration>,
-        host_baud: NonZeroU32,
-    ) -> Self {
+    /// A wire whose port is not open yet.
+    pub fn new(device: Device, plan: &FaultPlan, seed: u64, host_baud: NonZeroU32) -> Self {
         let host_baud = host_baud.min(FASTEST_BAUD);
         Self {
             device,
             faults: Injector::new(plan, seed),
-            usb: usb_latency.map(UsbBuffer::new),
             receiver: Receiver::new(host_baud.get()),
             host_baud,
             host_is_there: false,
@@ -53,14 +42,12 @@ impl Wire {
     }
 
     /// The sensor at the end of the wire.
-    #[must_use]
     pub fn device(&self) -> &Device {
         &self.device
     }
 
     /// The host opens the port, and receives the output of the sensor from now on. Returns the
     /// bytes that the host reads at once: old ones, if the fault plan says so.
-    #[must_use]
     pub fn open(&mut self, now: Duration) -> Vec<u8> {
         _ = self.poll(now);
         self.host_is_there = true;
@@ -99,7 +86,6 @@ impl Wire {
     }
 
     /// The bytes that reach the host by `now`; none while it is away.
-    #[must_use]
     pub fn poll(&mut self, now: Duration) -> Vec<u8> {
         self.device.poll_bytes(now, |byte| self.receiver.push(byte));
         let (faults, stalled) = (&mut self.faults, &mut self.stalled);
@@ -107,18 +93,8 @@ impl Wire {
         if !(self.host_is_there && self.plugged) {
             stalled.clear();
         }
-        let mut host = Vec::new();
         let due = self.stalled.partition_point(|(at, _)| *at <= now);
-        for (at, byte) in self.stalled.drain(..due) {
-            match &mut self.usb {
-                Some(usb) => usb.push(at, byte, &mut host),
-                None => host.push(byte),
-            }
-        }
-        if let Some(usb) = &mut self.usb {
-            usb.poll(now, &mut host);
-        }
-        host
+        self.stalled.drain(..due).map(|(_, byte)| byte).collect()
     }
 
     /// Applies the faults of the whole link due by `now`; call it until it returns `None`.
@@ -141,14 +117,9 @@ impl Wire {
     }
 
     /// The time of the next poll; rare while no host reads.
-    #[must_use]
     pub fn next_wakeup(&self, now: Duration) -> Duration {
         let idle = now + Duration::from_secs(1);
-        let bytes = [
-            Some(self.device.next_wakeup()),
-            self.usb.as_ref().and_then(UsbBuffer::next_wakeup),
-            self.stalled.front().map(|(at, _)| *at),
-        ];
+        let bytes = [Some(self.device.next_wakeup()), self.stalled.front().map(|(at, _)| *at)];
         let bytes = bytes.into_iter().flatten().filter(|_| self.host_is_there && self.plugged);
         bytes.chain(self.faults.next_event()).fold(idle, Duration::min)
     }

@@ -79,15 +79,7 @@ fn of_source(scene: Scene<'_>, width: u16, question: &str) -> String {
 fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     let state = scene.state;
     if state.overview {
-        return vec![
-            ("q", "quit"),
-            ("?", "help"),
-            ("↑↓", "choose"),
-            ("enter", "open"),
-            ("u", "unit"),
-            ("f", "freeze"),
-            ("s", "save"),
-        ];
+        return vec![("q", "quit"), ("?", "help"), ("↑↓", "choose"), ("enter", "open"), ("s", "save")];
     }
     let replay = scene.source.playback.map_or(Vec::new(), |playback| {
         let Playback { at_end, paused, .. } = playback;
@@ -111,14 +103,12 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
         Panel::Allan => keys.extend([("v", "spectrum"), ("←→", "cursor")]),
         Panel::Parameters | Panel::Statistics | Panel::Signal => {}
     }
-    keys.extend([("u", "unit"), ("e", "expand"), ("f", "freeze"), ("s", "save")]);
-    keys.extend([("w", "warm-up over"), ("r", "start over")]);
+    keys.extend([("e", "expand"), ("s", "save"), ("w", "warm-up over"), ("r", "start over")]);
     keys
 }
 
-const KEYS: [(&str, &str); 21] = [
+const KEYS: [(&str, &str); 16] = [
     ("q  Ctrl-C", "quit and print the summary"),
-    ("Q", "quit and leave this screen instead of it"),
     ("?", "this help: arrows turn pages, esc closes it"),
     ("tab shift-tab", "next, previous panel"),
     ("!", "what is broken, warnings and notes, each in full"),
@@ -126,22 +116,18 @@ const KEYS: [(&str, &str); 21] = [
     ("1 - 9", "sensor: gyro, accel, mag, orientation"),
     ("x y z  a", "one axis with its model; all axes"),
     ("v", "the spectrum in place of the deviation, and back"),
-    ("up down  k j", "previous, next channel; in Warnings: warning"),
-    ("left right  h l", "cursor on the curve; home, end"),
-    ("u", "other units, on all panels alike"),
-    ("f", "freeze the view; the measurement continues"),
+    ("arrows", "cursor on the curve; channel, in Warnings: warning"),
     ("m", "mark this place with a text, in the recording too"),
     ("s", "save the result so far as JSON, curve as SVG"),
     ("w", "warm-up over: exclude everything so far"),
     ("r", "start over: discard everything so far"),
     ("Ctrl-Z", "suspend; nothing is read until fg"),
     ("o  n p", "several sources: the list, next, previous"),
-    ("space", "replay: pause or resume"),
-    ("> <", "replay: faster, slower"),
+    ("space  > <", "replay: pause or resume, faster, slower"),
 ];
 
 /// Behind the first of them stands what the bars mean, which the level of confidence is part of.
-const MEANINGS: [(&str, &str); 17] = [
+const MEANINGS: [(&str, &str); 16] = [
     ("σ(τ)", "deviation between averages over τ seconds"),
     ("↑ ↓", "the bar extends beyond the plot"),
     ("averages", "independent averages behind a point (edf)"),
@@ -151,9 +137,8 @@ const MEANINGS: [(&str, &str); 17] = [
     ("≤", "upper bound: not detected, may be zero"),
     ("not observable", "the record is too short"),
     ("not measurable", "the message does not carry it"),
-    ("sensor", "the sensor's own N, without aliasing"),
-    ("S, verdict", "the data sheet, as this stream shows it"),
-    ("fit", "of the noise model; rejected below p = 0.01"),
+    ("own N", "the sensor's own N, without aliasing"),
+    ("S, data sheet", "the data sheet, as this stream shows it"),
     ("ppm", "clock offset: measured over nominal rate"),
     ("intervals", "ms between sentences: median, 99 % of them"),
     ("baud %", "share of the baud rate that is in use"),

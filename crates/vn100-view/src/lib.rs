@@ -34,10 +34,7 @@ use std::{
 
 use draw::{draw, is_too_small};
 use messages::ShownMessage;
-use ratatui::{
-    buffer::Buffer,
-    crossterm::event::{Event, KeyEventKind},
-};
+use ratatui::crossterm::event::{Event, KeyEventKind};
 use save::save;
 use scene::Scene;
 use source::SourceView;
@@ -93,26 +90,18 @@ impl View {
         Ok(Self { close, ended, messages })
     }
 
-    /// Shows until `work` is done; then gives the terminal back, with the last screen where that
-    /// was asked for, and reports the queued messages. If the terminal disappears before, `alone`
-    /// is called, and the work continues.
-    pub async fn until<T>(
-        mut self,
-        work: impl Future<Output = T>,
-        alone: impl FnOnce(),
-        report: impl Fn(&str),
-    ) -> Shown<T> {
+    /// Shows until `work` is done; then gives the terminal back, and reports the queued messages. If
+    /// the terminal disappears before, `alone` is called, and the work continues.
+    pub async fn until<T>(mut self, work: impl Future<Output = T>, alone: impl FnOnce(), report: impl Fn(&str)) -> T {
         tokio::pin!(work);
-        let mut last = None;
         let result = tokio::select! {
             result = &mut work => {
                 self.close.cancel();
-                last = timeout(LEAVE_AFTER, &mut self.ended).await.ok();
-                let is_left = if last.is_none() {
+                let is_left = if timeout(LEAVE_AFTER, &mut self.ended).await.is_err() {
                     // it draws still, or its terminal takes nothing. The result waits for that in any case, and belongs on the screen
-                    // before, which is left once, behind the last picture
+                    // before, which is left once, after the last picture
                     give_back_line();
-                    last = Some((&mut self.ended).await);
+                    let _ = (&mut self.ended).await;
                     false
                 } else {
                     give_back()
@@ -126,25 +115,15 @@ impl View {
                 match ended {
                     Ok(Ended::TerminalGone) => alone(),
                     // the panic was reported
-                    Ok(Ended::Closed(_)) | Err(_) => report(FAULT),
+                    Ok(Ended::Closed) | Err(_) => report(FAULT),
                 }
                 give_back();
                 work.await
             }
         };
-        let screen = if let Some(Ok(Ended::Closed(screen))) = last { screen } else { None };
         self.messages.take().iter().for_each(|message| report(message));
-        Shown { result, screen }
+        result
     }
-}
-
-/// What came of the work behind a view that has ended.
-#[derive(Debug)]
-pub struct Shown<T> {
-    /// The result of the work.
-    pub result: T,
-    /// The last screen, where the user wants it left on the terminal in place of the result.
-    pub screen: Option<String>,
 }
 
 /// Why the view cannot be shown.
@@ -243,8 +222,7 @@ pub(crate) struct ViewContext {
 
 #[derive(Debug)]
 pub(crate) enum Ended {
-    /// It was closed; with the last screen to be left on the terminal, if asked.
-    Closed(Option<String>),
+    Closed,
     TerminalGone,
 }
 
@@ -259,8 +237,6 @@ fn run_view(
 ) -> Ended {
     let started = Instant::now();
     let mut shown: Vec<SourceView> = monitors.iter().map(|source| source.shown.clone()).collect();
-    let mut last_screen = None;
-    let mut keep_screen = false;
     let mut dirty = true;
     let mut shown_message = ShownMessage::default();
     let mut drawn_at: Option<Instant> = None;
@@ -270,8 +246,7 @@ fn run_view(
             return Ended::TerminalGone;
         }
         if shared.close.is_cancelled() || !screen.is_ours() {
-            let kept = last_screen.filter(|_| keep_screen);
-            return Ended::Closed(kept.as_ref().map(screen_text));
+            return Ended::Closed;
         }
         if shared.signals.continued.swap(false, Ordering::Relaxed) {
             if screen.take_again().is_err() {
@@ -294,7 +269,7 @@ fn run_view(
             }
             let changed =
                 monitors.iter_mut().fold(false, |changed, source| source.look(elapsed, &shared.evaluation) | changed);
-            if changed && !state.frozen {
+            if changed {
                 shown = monitors.iter().map(|source| source.shown.clone()).collect();
                 dirty = true;
             }
@@ -315,10 +290,7 @@ fn run_view(
         if dirty && drawn_at.is_none_or(|at| at.elapsed() >= FRAME) {
             let scene = Scene { state: &state, sources: &shown, source: &shown[state.source], theme };
             match screen.draw(|frame| draw(frame, scene)) {
-                Ok(buffer) => {
-                    state.is_too_small = is_too_small((buffer.area.width, buffer.area.height));
-                    last_screen = Some(buffer);
-                }
+                Ok(area) => state.is_too_small = is_too_small((area.width, area.height)),
                 Err(_) => return Ended::TerminalGone,
             }
             // from its end: a terminal that takes its time gets its time
@@ -342,8 +314,7 @@ fn run_view(
             Err(_) => return Ended::TerminalGone,
         };
         match request {
-            Some(ViewRequest::Quit { keep_screen: keep }) => {
-                keep_screen = keep;
+            Some(ViewRequest::Quit) => {
                 state.message = Some("Ending: the result follows.".into());
                 shared.stop.cancel();
             }
@@ -367,15 +338,4 @@ fn run_view(
             None => {}
         }
     }
-}
-
-fn screen_text(buffer: &Buffer) -> String {
-    let width = usize::from(buffer.area.width).max(1);
-    let mut out = String::new();
-    for row in buffer.content.chunks(width) {
-        let line: String = row.iter().map(|cell| cell.symbol()).collect();
-        out.push_str(line.trim_end());
-        out.push('\n');
-    }
-    out
 }

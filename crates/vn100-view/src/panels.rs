@@ -5,7 +5,6 @@ pub(crate) mod channels;
 pub(crate) mod chart;
 pub(crate) mod curve;
 pub(crate) mod health;
-pub(crate) mod model_line;
 pub(crate) mod overview;
 pub(crate) mod parameters;
 pub(crate) mod sheet;

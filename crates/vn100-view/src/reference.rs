@@ -55,8 +55,8 @@ impl Reference {
             let name = printable(&spec.name());
             let measured = match Session::replay(spec).result.await {
                 Ok(result) => {
-                    let (measured, end) = (&result.measured, result.end.plain());
-                    let error = vn100_report::words::end(&name, &end, measured.link.framed_bytes, remedy_words);
+                    let (measured, end) = (&result.measured, &result.end);
+                    let error = vn100_report::words::end(&name, end, measured.link.framed_bytes, remedy_words);
                     match measured.timing.samples {
                         0 => Err(error.unwrap_or_else(|| format!("{name}: no valid sample"))),
                         _ => Ok(Arc::new(Self::of(name.clone(), measured))),

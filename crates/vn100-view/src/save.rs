@@ -39,7 +39,7 @@ pub(super) fn picture(state: &ViewState, source: &SourceView) -> Option<Figure> 
     let channels = group.channels.iter().map(|place| &source.result.channels[*place]);
     let channels: Vec<&ChannelResult> =
         channels.filter(|channel| shown.curves.iter().any(|curve| curve.name == channel.name)).collect();
-    let unit = (shown.unit.name.as_str(), shown.unit.factor);
+    let unit = (shown.unit.name, shown.unit.factor);
     allan_in_unit(names_of(group.quantity).short, &channels, unit, source.result.deviation())
 }
 

@@ -3,12 +3,12 @@
 use std::{sync::Arc, time::Duration};
 
 use tokio::sync::{mpsc, watch};
-use vn100_analysis::{Assessment, Parts, Snapshot, SourceResult, Warning};
+use vn100_analysis::{Assessment, End, Parts, Snapshot, SourceResult, Warning};
 use vn100_capture::RecordingState;
 use vn100_driver::LinkState;
 use vn100_protocol::Quantity;
 use vn100_report::{Evaluation, goals::Goals, names::QUANTITIES, no_sample, printable, remedies::remedy_words};
-use vn100_session::{Command, EndReason, Playback, Session, SourceState, Stage};
+use vn100_session::{Command, Playback, Session, SourceState, Stage};
 
 use crate::{faults::Faults, reference::Reference};
 
@@ -206,8 +206,8 @@ fn phase(state: &SourceState) -> SourcePhase {
         Stage::Measuring | Stage::Finishing => SourcePhase::Measuring,
         Stage::Ended(end) => {
             let result = state.result(Parts::WithoutSignals);
-            let is_empty = result.timing.samples == 0 && !matches!(**end, EndReason::GoalsDecided);
-            let error = vn100_report::words::end(state.name(), &end.plain(), result.link.framed_bytes, remedy_words);
+            let is_empty = result.timing.samples == 0 && !matches!(**end, End::GoalsDecided);
+            let error = vn100_report::words::end(state.name(), end, result.link.framed_bytes, remedy_words);
             let error = error.or_else(|| is_empty.then(|| no_sample(&result)));
             SourcePhase::Ended(error.map(|error| printable(&error)))
         }

@@ -58,10 +58,8 @@ pub(crate) enum ShownAxes {
 /// What the view asks of the program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum ViewRequest {
-    /// End the measurement; with the last screen left on the terminal.
-    Quit {
-        keep_screen: bool,
-    },
+    /// End the measurement.
+    Quit,
     /// Give the terminal back to the shell for a while.
     Suspend,
     Save,
@@ -91,9 +89,6 @@ pub(crate) struct ViewState {
     pub(crate) plot: ShownPlot,
     /// The octave that is read out; `None` for the last that has an interval.
     pub(crate) cursor: Option<usize>,
-    /// How often `u` was pressed.
-    pub(crate) units: usize,
-    pub(crate) frozen: bool,
     /// The page of the help, if that is shown.
     pub(crate) help: Option<usize>,
     pub(crate) question: Option<Question>,
@@ -149,10 +144,10 @@ impl ViewState {
         self.message = None;
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
         match key.code {
-            KeyCode::Char('c') if control => return Some(ViewRequest::Quit { keep_screen: false }),
+            KeyCode::Char('c') if control => return Some(ViewRequest::Quit),
             KeyCode::Char('z') if control => return Some(ViewRequest::Suspend),
             _ if control => return None,
-            KeyCode::Char('q') if self.is_too_small => return Some(ViewRequest::Quit { keep_screen: false }),
+            KeyCode::Char('q') if self.is_too_small => return Some(ViewRequest::Quit),
             _ if self.is_too_small => return None,
             _ => {}
         }
@@ -161,15 +156,11 @@ impl ViewState {
         }
         if let Some(page) = self.help.take() {
             match key.code {
-                KeyCode::Right
-                | KeyCode::Down
-                | KeyCode::PageDown
-                | KeyCode::Tab
-                | KeyCode::Char('?' | ' ' | 'l' | 'j') => {
+                KeyCode::Right | KeyCode::Down | KeyCode::PageDown | KeyCode::Tab | KeyCode::Char('?' | ' ') => {
                     self.help = Some(page + 1);
                     return None;
                 }
-                KeyCode::Left | KeyCode::Up | KeyCode::PageUp | KeyCode::BackTab | KeyCode::Char('h' | 'k') => {
+                KeyCode::Left | KeyCode::Up | KeyCode::PageUp | KeyCode::BackTab => {
                     self.help = Some(page.saturating_sub(1));
                     return None;
                 }
@@ -177,16 +168,14 @@ impl ViewState {
                     self.help = Some(0);
                     return None;
                 }
-                // any other key closes it; those that end the program also do that
-                KeyCode::Char('q' | 'Q') => {}
+                // any other key closes it; the one that ends the program also does that
+                KeyCode::Char('q') => {}
                 _ => return None,
             }
         }
         match key.code {
-            KeyCode::Char('q') => return Some(ViewRequest::Quit { keep_screen: false }),
-            KeyCode::Char('Q') => return Some(ViewRequest::Quit { keep_screen: true }),
+            KeyCode::Char('q') => return Some(ViewRequest::Quit),
             KeyCode::Char('?') | KeyCode::F(1) => self.help = Some(0),
-            KeyCode::Char('f') => self.frozen = !self.frozen,
             KeyCode::Char('s') => return Some(ViewRequest::Save),
             KeyCode::Char('o') if sources.len() > 1 => self.overview = !self.overview,
             KeyCode::Char('n') => self.source = (self.source + 1) % sources.len().max(1),
@@ -202,13 +191,12 @@ impl ViewState {
     fn key_of_overview(&mut self, code: KeyCode, sources: &[SourceView]) {
         match code {
             KeyCode::Enter | KeyCode::Char('e') => self.overview = false,
-            KeyCode::Up | KeyCode::Char('k') => self.step_row(-1, sources),
-            KeyCode::Down | KeyCode::Char('j') => self.step_row(1, sources),
+            KeyCode::Up => self.step_row(-1, sources),
+            KeyCode::Down => self.step_row(1, sources),
             KeyCode::PageUp => self.step_row(-PAGE, sources),
             KeyCode::PageDown => self.step_row(PAGE, sources),
             KeyCode::Home => self.step_row(isize::MIN, sources),
             KeyCode::End => self.step_row(isize::MAX, sources),
-            KeyCode::Char('u') => self.units += 1,
             KeyCode::Char(digit @ '1'..='9') => {
                 let source = digit as usize - '1' as usize;
                 if source < sources.len() {
@@ -234,7 +222,6 @@ impl ViewState {
             KeyCode::Char('!') => (self.panel, self.warning) = (Panel::Warnings, 0),
             KeyCode::Char('e') | KeyCode::Enter => self.expanded = !self.expanded,
             KeyCode::Esc => self.expanded = false,
-            KeyCode::Char('u') => self.units += 1,
             KeyCode::Char('m') if replays => self.message = Some("marks are set while a sensor is measured".into()),
             KeyCode::Char('m') => match source.no_measurement() {
                 Some(why) => self.message = Some(why.into()),
@@ -244,10 +231,10 @@ impl ViewState {
             KeyCode::Char('v') => (self.plot, self.panel) = (self.plot.other(), Panel::Allan),
             KeyCode::Char(axis @ 'x'..='z') => self.axes = ShownAxes::One(axis as usize - 'x' as usize),
             KeyCode::Char(digit @ '1'..='9') => self.choose_sensor(digit as usize - '1' as usize, source),
-            KeyCode::Up | KeyCode::Char('k') => self.step_down(false, source),
-            KeyCode::Down | KeyCode::Char('j') => self.step_down(true, source),
-            KeyCode::Left | KeyCode::Char('h') => self.step_right(false, source),
-            KeyCode::Right | KeyCode::Char('l') => self.step_right(true, source),
+            KeyCode::Up => self.step_down(false, source),
+            KeyCode::Down => self.step_down(true, source),
+            KeyCode::Left => self.step_right(false, source),
+            KeyCode::Right => self.step_right(true, source),
             KeyCode::Home => self.cursor = Some(0),
             KeyCode::End => self.cursor = None,
             KeyCode::Char(' ') => return of_capture(Command::TogglePause),

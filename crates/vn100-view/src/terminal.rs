@@ -13,7 +13,6 @@ use ratatui::{
     Terminal,
     backend::Backend as _,
     backend::CrosstermBackend,
-    buffer::Buffer,
     crossterm::{
         cursor, event, execute,
         terminal::{
@@ -21,6 +20,7 @@ use ratatui::{
             disable_raw_mode, enable_raw_mode, is_raw_mode_enabled,
         },
     },
+    layout::Rect,
 };
 
 /// How long to wait for a terminal that takes no output.
@@ -70,9 +70,9 @@ impl Screen {
         Ok(())
     }
 
-    pub(crate) fn draw(&mut self, draw: impl FnOnce(&mut ratatui::Frame<'_>)) -> io::Result<Buffer> {
+    pub(crate) fn draw(&mut self, draw: impl FnOnce(&mut ratatui::Frame<'_>)) -> io::Result<Rect> {
         execute!(self.terminal.backend_mut(), BeginSynchronizedUpdate)?;
-        let drawn = self.terminal.draw(draw).map(|drawn| drawn.buffer.clone());
+        let drawn = self.terminal.draw(draw).map(|drawn| drawn.area);
         execute!(self.terminal.backend_mut(), EndSynchronizedUpdate)?;
         drawn
     }

@@ -151,7 +151,16 @@ impl Theme {
         if !self.ascii || text.is_ascii() {
             return text;
         }
-        let words = [("±", "+-"), ("τ", "tau"), ("σ", "sigma"), ("≤", "<="), ("≥", ">="), ("²", "^2"), ("÷", "/")];
+        let words = [
+            ("±", "+-"),
+            ("τ", "tau"),
+            ("σ", "sigma"),
+            ("≤", "<="),
+            ("≥", ">="),
+            ("²", "^2"),
+            ("−", "-"),
+            ("½", "1/2"),
+        ];
         let text = words.into_iter().fold(text, |text, (sign, word)| text.replace(sign, word));
         let text = text.replace('°', "deg ");
         let mut parts = text.split('√');

@@ -93,7 +93,7 @@ impl Tab {
                 let document = serde_json::to_string(&Document::new(&self.records[index], remedy_words)).ok()?;
                 Some(json_line(&document))
             }
-            Content::Table(index, table) => Some((table.text)(&self.records[index], remedy_words)),
+            Content::Table(index, table) => Some(table.text(&self.records[index], remedy_words)),
             Content::Figure(index, id) => {
                 let figures = index.map_or_else(|| self.together(), |index| self.figures_of(index));
                 figures.all().find(|figure| figure.id == id).map(|figure| figure.svg_file())

@@ -26,7 +26,8 @@ use vn100_protocol::BaudRate;
 use duration::length;
 pub(crate) use export::{ExportArgs, Window};
 pub(crate) use files::{ArchiveArgs, CompareArgs, FileArgs, ReplayArgs};
-pub(crate) use help::{CommandHelp, ENVIRONMENT, help_of};
+#[cfg(test)]
+pub(crate) use help::help_of;
 use link::baud_rate;
 pub(crate) use link::{ChangeArgs, LimitArgs, LinkArgs, OnHangup, RecordingArgs, SimSensorArgs, SourceName};
 pub(crate) use measure::MeasureArgs;
@@ -58,17 +59,18 @@ impl Args {
                 "--estimator full is for replay: its memory grows with the record, which has no end on a live sensor. Record it and replay the recording"
                     .into(),
             ),
-            Subcommand::Attach(args) if args.recording.resume && args.record.is_empty() => {
+            Subcommand::Attach(args) if args.live.recording.resume && args.record.is_empty() => {
                 Some("--resume appends to a recording: name it with --record".into())
             }
-            Subcommand::Attach(args) if args.recording.rotate.is_some() && args.record.is_empty() => {
+            Subcommand::Attach(args) if args.live.recording.rotate.is_some() && args.record.is_empty() => {
                 Some("--rotate cuts a recording into parts: name it with --record".into())
             }
-            Subcommand::Attach(AttachArgs { change, result, sources, serve, .. }) => change
+            Subcommand::Attach(AttachArgs { live, result, sources, serve, .. }) => live
+                .change
                 .not_measured()
                 .or_else(|| result.refused(sources.len()))
                 .or_else(|| serve.refused(sources.iter().map(ToString::to_string))),
-            Subcommand::Record(RecordArgs { change, .. }) => change.not_measured(),
+            Subcommand::Record(RecordArgs { live, .. }) => live.change.not_measured(),
             Subcommand::Replay(ReplayArgs { serve, speed: None, .. }) if serve.is_asked() => {
                 Some("--serve shows a replay while it lasts: give its pace, as in --speed 10x".into())
             }
@@ -79,7 +81,6 @@ impl Args {
                 Some("--faults act on a link, and a capture has none: record an emulated sensor, as in \"vn100 record sim --faults ...\"".into())
             }
             Subcommand::Report(args) => args.refused(),
-            Subcommand::Export(args) => args.refused(),
             Subcommand::Replay(ReplayArgs { files, result, serve, .. }) => files
                 .refused_taus()
                 // parts of a recording are one source, which the files themselves say
@@ -149,13 +150,13 @@ pub(crate) enum Subcommand {
     /// Compare with published values: the test suites of NIST SP 1065 and NBS Monograph 140, and
     /// exact degrees of freedom and bounds; exit with 1 if one differs
     #[command(after_help = help::after("selftest"))]
-    Selftest(SelftestArgs),
+    Selftest,
     /// Explain a code or a parameter of results: what it means, why it matters, what to do
     #[command(after_help = help::after("explain"))]
     Explain(ExplainArgs),
     /// List the serial ports, those a VN-100 is likely on first
     #[command(after_help = help::after("ports"))]
-    Ports(PortsArgs),
+    Ports,
     /// Print the JSON Schema of a document, with a description of every field
     #[command(after_help = help::after("schema"))]
     Schema(SchemaArgs),
@@ -177,7 +178,6 @@ impl Subcommand {
             Self::Archive(_) => "archive",
             Self::Compare(_) => "compare",
             Self::Report(_) => "report",
-            Self::Export(_) => "export",
             Self::Sim(_) => "sim",
             _ => "",
         }
@@ -196,28 +196,14 @@ pub(crate) struct AttachArgs {
     pub(crate) sources: Vec<SourceName>,
 
     #[command(flatten)]
-    pub(crate) link: LinkArgs,
-
-    #[command(flatten)]
-    pub(crate) change: ChangeArgs,
-
-    /// Read temperature, pressure and uncompensated measurements every ten seconds between the
-    /// sentences
-    #[arg(long, help_heading = "Recording", conflicts_with = "listen_only")]
-    pub(crate) temperature: bool,
+    pub(crate) live: LiveArgs,
 
     /// Keep the raw bytes with their arrival times, as MCAP; once for each source, in their order
     #[arg(long, help_heading = "Recording", value_name = "FILE")]
     pub(crate) record: Vec<PathBuf>,
 
     #[command(flatten)]
-    pub(crate) recording: RecordingArgs,
-
-    #[command(flatten)]
     pub(crate) measure: MeasureArgs,
-
-    #[command(flatten)]
-    pub(crate) limits: LimitArgs,
 
     #[command(flatten)]
     pub(crate) result: ResultArgs,
@@ -244,40 +230,43 @@ pub(crate) struct RecordArgs {
     #[arg(short, long, help_heading = "Recording", value_name = "T", value_parser = length)]
     pub(crate) duration: Option<Duration>,
 
-    /// Read temperature, pressure and uncompensated measurements every ten seconds between the
-    /// sentences
-    #[arg(long, help_heading = "Recording", conflicts_with = "listen_only")]
-    pub(crate) temperature: bool,
-
     #[command(flatten)]
-    pub(crate) link: LinkArgs,
-
-    #[command(flatten)]
-    pub(crate) change: ChangeArgs,
-
-    #[command(flatten)]
-    pub(crate) recording: RecordingArgs,
-
-    #[command(flatten)]
-    pub(crate) limits: LimitArgs,
+    pub(crate) live: LiveArgs,
 }
 
 impl From<RecordArgs> for AttachArgs {
     fn from(args: RecordArgs) -> Self {
         Self {
             sources: vec![args.source],
-            link: args.link,
-            change: args.change,
-            temperature: args.temperature,
+            live: args.live,
             record: vec![args.output],
-            recording: args.recording,
             measure: MeasureArgs { duration: args.duration, ..MeasureArgs::default() },
-            limits: args.limits,
             result: ResultArgs::default(),
             view: ViewArgs::default(),
             serve: ServeArgs::default(),
         }
     }
+}
+
+/// What measuring and recording a live sensor have in common.
+#[derive(Debug, Clone, clap::Args)]
+pub(crate) struct LiveArgs {
+    #[command(flatten)]
+    pub(crate) link: LinkArgs,
+
+    #[command(flatten)]
+    pub(crate) change: ChangeArgs,
+
+    /// Read temperature, pressure and uncompensated measurements every ten seconds between the
+    /// sentences
+    #[arg(long, help_heading = "Recording", conflicts_with = "listen_only")]
+    pub(crate) temperature: bool,
+
+    #[command(flatten)]
+    pub(crate) recording: RecordingArgs,
+
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
 }
 
 #[derive(Debug, clap::Args)]
@@ -289,9 +278,8 @@ pub(crate) struct InfoArgs {
     #[command(flatten)]
     pub(crate) link: LinkArgs,
 
-    /// Print a JSON document
-    #[arg(long, help_heading = "Output")]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) output: JsonArgs,
 }
 
 #[derive(Debug, clap::Args)]
@@ -319,17 +307,22 @@ pub(crate) struct ConfigureArgs {
     pub(crate) save: bool,
 }
 
+/// The form of a result.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub(crate) struct JsonArgs {
+    /// Print one JSON document, and nothing else, on standard output
+    #[arg(long, help_heading = "Output")]
+    pub(crate) json: bool,
+}
+
 /// Diagnostics; without them, warnings only.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Diagnostics")]
 pub(crate) struct LogArgs {
-    /// Log link events, commands and rejected lines to stderr (disables the live view)
+    /// Log link events, commands and rejected lines to stderr; disables the live view, unless stderr
+    /// is a file
     #[arg(short, long)]
     pub(crate) verbose: bool,
-
-    /// Write the log to FILE (must not exist)
-    #[arg(long, value_name = "FILE")]
-    pub(crate) log: Option<PathBuf>,
 
     /// No progress and no status lines; results, warnings and errors stay
     #[arg(short, long, conflicts_with = "verbose")]
@@ -342,20 +335,6 @@ pub(crate) struct ExplainArgs {
     /// or edf; without it all are listed
     #[arg(value_name = "CODE")]
     pub(crate) code: Vec<String>,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct PortsArgs {
-    /// Print a JSON array
-    #[arg(long, help_heading = "Output")]
-    pub(crate) json: bool,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct SelftestArgs {
-    /// Print a JSON document
-    #[arg(long, help_heading = "Output")]
-    pub(crate) json: bool,
 }
 
 #[derive(Debug, clap::Args)]

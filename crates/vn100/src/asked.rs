@@ -1,57 +1,40 @@
 //! What was asked of a measurement, as a user would ask for it again: what a report says of it.
 
-use std::{path::Path, time::Duration};
+use std::path::Path;
 
-use vn100_analysis::AveragingTimes;
+use clap::{Arg, ArgMatches, CommandFactory, parser::ValueSource};
 
-use crate::args::MeasureArgs;
+use crate::args::Args;
 
-/// Options, in the order in which they were added.
-#[derive(Debug, Default)]
-pub(crate) struct MeasureOptions(Vec<String>);
+/// The groups of options that decide what is measured, and how it is judged.
+const DECIDING: [&str; 4] = ["Measurement", "Targets and limits", "Capture", "Exports"];
 
-impl MeasureOptions {
-    /// An option that is set, with its value; an empty one has none.
-    pub(crate) fn add(&mut self, name: &str, value: Option<String>) {
-        self.0.extend(
-            value.map(|value| if value.is_empty() { format!("--{name}") } else { format!("--{name} {value}") }),
-        );
-    }
-
-    pub(crate) fn text(&self) -> String {
-        self.0.join(" ")
-    }
+/// The options of this command line that decide about a result.
+pub(crate) fn asked() -> String {
+    let program = Args::command();
+    let matches = program.clone().try_get_matches();
+    let Some((name, matches)) = matches.as_ref().ok().and_then(ArgMatches::subcommand) else { return String::new() };
+    let options = program.find_subcommand(name).into_iter().flat_map(|command| command.get_arguments());
+    options.flat_map(|option| words(option, matches)).collect::<Vec<_>>().join(" ")
 }
 
-fn flag(set: bool) -> Option<String> {
-    set.then(String::new)
-}
-
-pub(crate) fn length(length: Duration) -> String {
-    humantime::format_duration(length).to_string()
-}
-
-/// The options of every command that measures.
-pub(crate) fn measure_options(measure: &MeasureArgs, taus: Option<&AveragingTimes>) -> MeasureOptions {
-    let mut asked = MeasureOptions::default();
-    asked.add("rate", measure.rate.map(|hz| hz.to_string()));
-    asked.add("estimator", Some(format!("{:?}", measure.estimator).to_lowercase()));
-    asked.add("taus", taus.map(ToString::to_string));
-    asked.add("deviation", Some(format!("{:?}", measure.deviation).to_lowercase()));
-    asked.add("skip", Some(length(measure.skip)).filter(|_| !measure.skip.is_zero()));
-    asked.add("duration", measure.duration.map(length));
-    for goal in &measure.until {
-        asked.add("until", Some(format!("\"{goal}\"")));
+/// An option as it was given, once for each of its values; nothing if it was not.
+fn words(option: &Arg, matches: &ArgMatches) -> Vec<String> {
+    let (id, long) = (option.get_id().as_str(), option.get_long().unwrap_or_default());
+    let is_deciding = option.get_help_heading().is_some_and(|heading| DECIDING.contains(&heading));
+    if !is_deciding || matches.value_source(id) != Some(ValueSource::CommandLine) {
+        return Vec::new();
     }
-    asked.add("quantization", flag(measure.quantization));
-    asked.add("confidence", measure.confidence.map(|level| level.to_string()));
-    for figure in &measure.fail_on {
-        asked.add("fail-on", Some(format!("\"{figure}\"")));
+    if !option.get_action().takes_values() {
+        return vec![format!("--{long}")];
     }
-    asked.add("typical-is-limit", flag(measure.typical_is_limit));
-    // without its folder: a page says the same wherever the files lie
-    let sheet = measure.datasheet.as_deref().and_then(Path::file_name);
-    asked.add("datasheet", sheet.map(|name| name.to_string_lossy().into_owned()));
-    asked.add("accept-unchecked", flag(measure.accept_unchecked));
-    asked
+    let values = matches.get_raw(id).into_iter().flatten().map(|value| value.to_string_lossy().into_owned());
+    values
+        .map(|value| match id {
+            // without its folder: a page says the same wherever the files lie
+            "datasheet" => Path::new(&value).file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            _ => value,
+        })
+        .map(|value| if value.contains(' ') { format!("--{long} \"{value}\"") } else { format!("--{long} {value}") })
+        .collect()
 }

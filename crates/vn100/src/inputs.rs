@@ -33,7 +33,7 @@ pub(crate) fn capture_options(args: &FileArgs, later_parts: Vec<PathBuf>) -> Cap
 /// The streams of the files, in their order; parts of one recording stand where the first of them
 /// is named.
 pub(crate) fn inputs(args: &FileArgs) -> Vec<FileStream> {
-    let part = |path: &PathBuf| (!args.separate && !is_stdin(path)).then(|| RecordingPart::of(path)).flatten();
+    let part = |path: &PathBuf| (!is_stdin(path)).then(|| RecordingPart::of(path)).flatten();
     let mut inputs = Vec::new();
     for parts in joined_parts(args.files.iter().map(|path| (path.clone(), part(path)))) {
         report_missing(&parts);

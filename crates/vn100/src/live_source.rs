@@ -22,7 +22,7 @@ pub(crate) fn live_source(name: &SourceName, link: &LinkArgs, read: ReadOptions,
         SourceName::Stdin => LiveSource::stream(io::stdin()),
         SourceName::Tcp(address) => LiveSource::link(TcpServer::new(address, clock)?),
         SourceName::Port(port) => LiveSource::link(SerialPorts::new(port, clock)),
-        SourceName::Sim => LiveSource::link(emulated_port(&link.sim, None, clock).0),
+        SourceName::Sim => LiveSource::link(emulated_port(&link.sim, clock).0),
     };
     Ok(as_asked(source, name, link, read, log))
 }

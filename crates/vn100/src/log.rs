@@ -4,9 +4,7 @@
 //! time are dropped, and counted.
 
 use std::{
-    fs::File,
-    io::{self, IsTerminal, Write},
-    path::Path,
+    io::{self, IsTerminal},
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -21,7 +19,6 @@ use tokio::runtime::Builder;
 use vn100_capture::Event;
 use vn100_driver::LinkState;
 use vn100_protocol::stream::{CsvReport, FileReport, LinkEventKind, ReadOptions};
-use vn100_report::printable;
 use vn100_session::EventObserver;
 
 use crate::{args::LogArgs, exit::report};
@@ -43,39 +40,21 @@ pub(crate) struct Entries {
 }
 
 impl Log {
-    /// Begins to write; a file is always a new one.
+    /// Begins to write on standard error.
     fn open(args: &LogArgs) -> Result<Self> {
-        let file = match &args.log {
-            Some(path) => Some((path.clone(), create(path)?)),
-            None => None,
-        };
-        if file.is_none() && !args.verbose {
+        if !args.verbose {
             return Ok(Self { entries: Entries::default(), writer: None });
         }
         let (sender, inbox) = blocking::sync_channel(WAITING_ENTRIES);
         let entries = Entries { sender: Some(sender), lost: Arc::default() };
-        let (lost, verbose) = (Arc::clone(&entries.lost), args.verbose);
+        let lost = Arc::clone(&entries.lost);
         // ends with the log
         let writer = thread::Builder::new().name("log".into()).spawn(move || {
-            let mut file = file;
-            let mut write = |entry: &str| {
-                if verbose {
-                    report(entry);
-                }
-                if let Some((path, open)) = &mut file
-                    && let Err(error) = writeln!(open, "{}", printable(entry))
-                {
-                    report(&format!("{}: cannot write the log, it ends here: {error}", path.display()));
-                    file = None;
-                }
-            };
             while let Ok(Some(entry)) = inbox.recv() {
-                write(&entry);
-                match lost.swap(0, Ordering::Relaxed) {
-                    0 => {}
-                    lost => {
-                        write(&format!("{lost} entries are missing here: they arrived faster than the log is written"))
-                    }
+                report(&entry);
+                let lost = lost.swap(0, Ordering::Relaxed);
+                if lost > 0 {
+                    report(&format!("{lost} entries are missing here: they arrived faster than the log is written"));
                 }
             }
         });
@@ -166,14 +145,6 @@ pub(crate) fn run_logged<T>(
 /// Whether diagnostics would be written over what else is shown on the terminal.
 pub(crate) fn takes_terminal(args: &LogArgs) -> bool {
     args.verbose && io::stderr().is_terminal()
-}
-
-fn create(path: &Path) -> Result<File> {
-    // also for a dangling link
-    File::create_new(path).map_err(|error| match error.kind() {
-        io::ErrorKind::AlreadyExists => anyhow::anyhow!("{} exists: a log does not replace a file", path.display()),
-        _ => anyhow::Error::new(error).context(format!("cannot create the log {}", path.display())),
-    })
 }
 
 fn link_event(kind: &LinkEventKind) -> String {

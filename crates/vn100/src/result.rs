@@ -9,14 +9,13 @@ use std::{
 use anyhow::{Context, Result};
 use indicatif::HumanBytes;
 use tokio::task::{self, JoinHandle};
-use vn100_analysis::{Completion, Goal, Parts, SourceResult};
+use vn100_analysis::{Completion, End, Goal, Parts, SourceResult};
 use vn100_capture::RecordingState;
 use vn100_report::{
     Document, Ended, Evaluation, HeartbeatDocument, ProgressDocument, note_failed_recording, note_interrupted,
     remedies::remedy_words,
 };
-use vn100_session::{EndReason, SessionResult, SourceState};
-use vn100_view::Shown;
+use vn100_session::{SessionResult, SourceState};
 
 use crate::{
     args::{Ndjson, OutputFormat},
@@ -36,13 +35,15 @@ pub(crate) enum ResultOf {
     Recording,
 }
 
-/// The result of a live source, evaluated.
+/// The result of a source, evaluated.
 pub(crate) async fn evaluated(
     result: SessionResult,
     evaluation: &Arc<Evaluation>,
-    records_alone: bool,
+    of: ResultOf,
 ) -> Result<SourceResult> {
-    complete(result, evaluation, if records_alone { ResultOf::Recording } else { ResultOf::Sensor }).await
+    let evaluation = Arc::clone(evaluation);
+    // it is slow: other sources are measured meanwhile
+    Ok(task::spawn_blocking(move || evaluation.complete(measured(result, of))).await?)
 }
 
 /// The result of a replay, evaluated; one that was interrupted says so, unless the reader of its
@@ -52,24 +53,18 @@ pub(crate) async fn evaluated_replay(
     evaluation: &Arc<Evaluation>,
     has_enough: bool,
 ) -> Result<SourceResult> {
-    let is_stopped = matches!(*result.end, EndReason::Stopped) && !has_enough;
-    let mut measured = complete(result, evaluation, ResultOf::Capture).await?;
+    let is_stopped = matches!(*result.end, End::Stopped) && !has_enough;
+    let mut measured = evaluated(result, evaluation, ResultOf::Capture).await?;
     if is_stopped {
         note_interrupted(&mut measured);
     }
     Ok(measured)
 }
 
-async fn complete(result: SessionResult, evaluation: &Arc<Evaluation>, of: ResultOf) -> Result<SourceResult> {
-    let evaluation = Arc::clone(evaluation);
-    // it is slow: other sources are measured meanwhile
-    Ok(task::spawn_blocking(move || evaluation.complete(measured(result, of))).await?)
-}
-
-pub(crate) fn measured(result: SessionResult, of: ResultOf) -> SourceResult {
+fn measured(result: SessionResult, of: ResultOf) -> SourceResult {
     let SessionResult { measured, end, shortfall, unmet, .. } = result;
     let is_live = of != ResultOf::Capture;
-    let ended = Ended { end: &end.plain(), shortfall: shortfall.as_ref(), unmet: &unmet, is_live, words: remedy_words };
+    let ended = Ended { end: &end, shortfall: shortfall.as_ref(), unmet: &unmet, is_live, words: remedy_words };
     let mut measured = ended.complete(measured);
     if let Some(recording) = &result.recording {
         note_recording(&mut measured, recording, result.unrecorded_bytes, of);
@@ -113,19 +108,6 @@ pub(crate) struct ResultWriter {
 impl ResultWriter {
     pub(crate) fn new(format: OutputFormat) -> Self {
         Self { format, results: Vec::new(), completion: Completion::Complete, is_begun: false }
-    }
-
-    /// Writes the results that a view has shown; where its last screen stands for them, their
-    /// errors alone.
-    pub(crate) fn write_shown(&mut self, shown: Shown<Result<Vec<SourceResult>>>) -> Result<()> {
-        shown.screen.iter().try_for_each(|screen| print(screen))?;
-        shown.result?.into_iter().try_for_each(|measured| match shown.screen {
-            Some(_) => {
-                self.report(&measured);
-                Ok(())
-            }
-            None => self.write(measured),
-        })
     }
 
     fn report(&mut self, measured: &SourceResult) {

@@ -2,7 +2,7 @@
 
 use std::{
     fs::File,
-    io::{self, BufWriter, Stdout, Write, stdout},
+    io::{self, BufWriter, Write, stdout},
     path::{Path, PathBuf},
     sync::{
         Arc,
@@ -19,36 +19,13 @@ use vn100_protocol::stream::Batch;
 use vn100_report::SampleTable;
 use vn100_session::SampleTap;
 
-/// A file of samples, or standard output.
-enum Output {
-    File(BufWriter<File>),
-    Stdout(BufWriter<Stdout>),
-}
+type Output = BufWriter<Box<dyn Write + Send>>;
 
-impl Output {
-    /// No file is ever replaced.
-    fn create(path: &Path) -> io::Result<Self> {
-        match path == Path::new("-") {
-            true => Ok(Self::Stdout(BufWriter::new(stdout()))),
-            false => Ok(Self::File(BufWriter::new(File::create_new(path)?))),
-        }
-    }
-}
-
-impl Write for Output {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        match self {
-            Self::File(out) => out.write(bytes),
-            Self::Stdout(out) => out.write(bytes),
-        }
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        match self {
-            Self::File(out) => out.flush(),
-            Self::Stdout(out) => out.flush(),
-        }
-    }
+/// A file of samples, or standard output; no file is ever replaced.
+fn create(path: &Path) -> io::Result<Output> {
+    let out: Box<dyn Write + Send> =
+        if path == Path::new("-") { Box::new(stdout()) } else { Box::new(File::create_new(path)?) };
+    Ok(BufWriter::new(out))
 }
 
 /// A writer of samples that has begun.
@@ -64,7 +41,7 @@ impl SampleWriter {
     /// enough, `stop` ends the session.
     pub(crate) fn start(path: &Path, stop: CancellationToken) -> Result<(Self, SampleTap)> {
         let failed = || format!("cannot write samples to {}", path.display());
-        let table = SampleTable::new(Output::create(path).with_context(failed)?);
+        let table = SampleTable::new(create(path).with_context(failed)?);
         let (tap, batches) = SampleTap::new();
         let (sender, written) = oneshot::channel();
         let has_enough = CancellationToken::new();

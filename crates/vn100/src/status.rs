@@ -64,8 +64,6 @@ impl StatusLines {
             name,
             next,
             reported: None,
-            since_ns: None,
-            soon_again: 0,
             failure_reported: false,
             low_space_reported: false,
             hint_reported: false,
@@ -84,10 +82,6 @@ pub(crate) struct StatusLine {
     name: String,
     next: &'static str,
     reported: Option<LinkState>,
-    /// When the last connection began, in nanoseconds of the link's clock.
-    since_ns: Option<i64>,
-    /// Connections in succession that began less than a minute after the one before.
-    soon_again: u32,
     failure_reported: bool,
     low_space_reported: bool,
     /// How to shorten the latency of the adapter.
@@ -129,43 +123,19 @@ impl StatusLine {
 
     /// Reports each link event once; of repeated failures the first, and those that need the user.
     pub(crate) fn report_link(&mut self, state: &LinkState) {
-        if self.status.is_quiet || self.is_unstable(state) {
+        if self.status.is_quiet {
             return;
         }
         if let Some(event) = event(self.reported.as_ref(), state).filter(|_| is_news(self.reported.as_ref(), state)) {
             self.status.report(&about(&self.name, &event));
             // only the user can shorten the latency of the adapter
-            let hint = up(state).and_then(|up| up.latency_timer.as_ref()?.advice.as_deref());
+            let hint = state.up().and_then(|up| up.latency_timer.as_ref()?.advice.as_deref());
             if let Some(hint) = hint.filter(|_| !self.hint_reported) {
                 self.hint_reported = true;
                 self.status.report(&about(&self.name, hint));
             }
             self.reported = Some(state.clone());
         }
-    }
-}
-
-impl StatusLine {
-    /// Whether the link is lost again and again. That is reported in place of the single losses: at
-    /// the fourth connection within a minute of the one before, and whenever their number doubles.
-    fn is_unstable(&mut self, state: &LinkState) -> bool {
-        const SOON_NS: i64 = 60_000_000_000;
-        const FEW: u32 = 3;
-        let since_ns = up(state).map(|up| up.since_ns).filter(|since_ns| self.since_ns != Some(*since_ns));
-        if let Some(since_ns) = since_ns {
-            let is_soon = self.since_ns.is_some_and(|before_ns| since_ns.saturating_sub(before_ns) < SOON_NS);
-            self.soon_again = if is_soon { self.soon_again + 1 } else { 0 };
-            self.since_ns = Some(since_ns);
-            if self.soon_again > FEW && self.soon_again.is_power_of_two() {
-                let times = self.soon_again;
-                let text = format!(
-                    "the link is unstable: lost {times} times, each within a minute; check the cable, the adapter and its power"
-                );
-                self.status.report(&about(&self.name, &text));
-            }
-        }
-        let needs_help = matches!(state, LinkState::Down { needs_help: true, .. });
-        self.soon_again > FEW && !needs_help
     }
 }
 
@@ -181,12 +151,14 @@ fn is_news(reported: Option<&LinkState>, state: &LinkState) -> bool {
 
 /// What is worth a line of its own; single attempts are not.
 fn event(reported: Option<&LinkState>, state: &LinkState) -> Option<String> {
-    let reported_since = reported.and_then(up).map(|up| up.since_ns);
+    let reported_since = reported.and_then(LinkState::up).map(|up| up.since_ns);
     match state {
         LinkState::Up(Up { restarted: Some(error), since_ns, .. }) if reported_since != Some(*since_ns) => {
             Some(format!("the sensor restarted: {error}"))
         }
-        LinkState::Up(Up { output_resumed: true, .. }) if reported.and_then(up).is_none_or(|up| !up.output_resumed) => {
+        LinkState::Up(Up { output_resumed: true, .. })
+            if reported.and_then(LinkState::up).is_none_or(|up| !up.output_resumed) =>
+        {
             Some("the sensor's output was paused; it is resumed for the measurement and paused again on exit".into())
         }
         LinkState::Up(up) if matches!(reported, Some(LinkState::Silent(silent)) if silent.since_ns == up.since_ns) => {
@@ -199,14 +171,6 @@ fn event(reported: Option<&LinkState>, state: &LinkState) -> Option<String> {
         LinkState::Silent(_) => Some("the sensor is silent".into()),
         LinkState::Down { was_up: true, cause, .. } => Some(format!("disconnected: {cause}; retrying")),
         LinkState::Down { was_up: false, cause, .. } => Some(format!("cannot connect: {cause}; retrying")),
-        _ => None,
-    }
-}
-
-/// The connection, while there is one.
-pub(crate) fn up(state: &LinkState) -> Option<&Up> {
-    match state {
-        LinkState::Up(up) | LinkState::Silent(up) => Some(up),
         _ => None,
     }
 }
@@ -328,27 +292,6 @@ mod tests {
         line.report_link(&LinkState::Up(again));
         let reported = messages.take();
         assert_eq!(reported.iter().filter(|reported| reported.contains("up to 16 ms")).count(), 1, "{reported:?}");
-    }
-
-    #[test]
-    fn a_link_that_is_lost_again_and_again_is_reported_as_that() {
-        let messages = MessageQueue::default();
-        let mut line =
-            StatusLines::new(Some(messages.clone()), false, false).line("/dev/imu", "the measurement continues");
-        let mut connect = |at_s: i64| {
-            let up = Up { since_ns: at_s * 1_000_000_000, ..connected() };
-            line.report_link(&LinkState::Up(up.clone()));
-            line.report_link(&LinkState::Silent(up));
-            line.report_link(&down("the port is gone", false));
-        };
-        (0..100).for_each(|connection| connect(2 * connection));
-        let all = messages.take();
-        let unstable: Vec<_> = all.iter().filter(|text| text.contains("unstable: lost")).collect();
-        assert_eq!((all.len(), unstable.len()), (3 * 4 + 5, 5), "{all:#?}");
-        assert!(all[16].contains("lost 64 times"), "{all:#?}");
-        connect(1000);
-        let calm = messages.take();
-        assert!(calm.len() == 3 && calm[0].contains("connected to /dev/imu"), "{calm:?}");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::{
     io,
-    net::{IpAddr, SocketAddr, TcpListener, UdpSocket},
+    net::{SocketAddr, TcpListener},
     sync::Arc,
 };
 
@@ -14,7 +14,7 @@ use vn100_session::Session;
 
 use crate::{
     args::ServeArgs,
-    asked::MeasureOptions,
+    asked::asked,
     serve::{ServeSpec, ServedSource, Server},
 };
 
@@ -28,7 +28,6 @@ const HOST_ADVICE: &str = ": --serve-host NAME allows it";
 pub(crate) struct Watched {
     listener: TcpListener,
     names: Vec<String>,
-    asked: String,
 }
 
 impl Watched {
@@ -37,12 +36,7 @@ impl Watched {
         let Some(address) = args.serve else { return Ok(None) };
         let listener = TcpListener::bind(address).map_err(|error| anyhow!(refused(address, &error)))?;
         let names = machine_names().into_iter().chain(args.serve_host.iter().cloned()).collect();
-        Ok(Some(Self { listener, names, asked: String::new() }))
-    }
-
-    /// With the options of the measurement, for the report.
-    pub(crate) fn asked(self, options: &MeasureOptions) -> Self {
-        Self { asked: options.text(), ..self }
+        Ok(Some(Self { listener, names }))
     }
 
     /// Where the page is, as others ask for it; `None` if its address is not known.
@@ -67,14 +61,14 @@ impl Watched {
     ) -> Result<Server> {
         let source = |session: &Session| ServedSource { state: session.state.clone(), goals: goals.clone() };
         let address = self.listener.local_addr()?;
-        say(announced(address, self.name(), outward(address)));
+        say(announced(address, self.name()));
         let server = Server::start(ServeSpec {
             listener: self.listener,
             host_names: self.names,
             host_advice: HOST_ADVICE,
             sources: sessions.into_iter().map(source).collect(),
             evaluation: Arc::clone(evaluation),
-            asked: self.asked,
+            asked: asked(),
             program: PROGRAM,
             confidence: settings.confidence,
         });
@@ -95,34 +89,15 @@ fn refused(address: SocketAddr, error: &io::Error) -> String {
 }
 
 /// Where the page is, and who can read it.
-fn announced(address: SocketAddr, name: Option<&str>, outward: Option<IpAddr>) -> String {
+fn announced(address: SocketAddr, name: Option<&str>) -> String {
     let (url, port) = (url(address, name), address.port());
-    // no other machine may know this one by its name
-    let or = outward.map(|ip| format!("http://{}/", SocketAddr::new(ip, port))).filter(|other| *other != url);
-    let or = or.map_or_else(String::new, |other| format!(" or {other}"));
     if address.ip().is_loopback() {
         return format!(
             "live page: {url} (this machine alone; elsewhere after ssh -L {port}:{address} USER@{})",
             name.unwrap_or("HOST")
         );
     }
-    format!(
-        "live page: {url}{or} WARNING: everyone who reaches this machine can read it, without password or encryption"
-    )
-}
-
-/// The address of this machine on the route to others, where all addresses answer; `None` where
-/// there is no such route. Nothing is sent.
-fn outward(address: SocketAddr) -> Option<IpAddr> {
-    // documentation addresses (RFC 5737, RFC 3849), which no machine has
-    let (from, to) = match address.ip() {
-        IpAddr::V4(ip) if ip.is_unspecified() => ("0.0.0.0:0", "192.0.2.1:9"),
-        IpAddr::V6(ip) if ip.is_unspecified() => ("[::]:0", "[2001:db8::1]:9"),
-        _ => return None,
-    };
-    let socket = UdpSocket::bind(from).ok()?;
-    socket.connect(to).ok()?;
-    Some(socket.local_addr().ok()?.ip()).filter(|ip| !ip.is_unspecified())
+    format!("live page: {url} WARNING: everyone who reaches this machine can read it, without password or encryption")
 }
 
 /// As it is asked for: where all addresses answer, by the name of this machine.
@@ -152,22 +127,19 @@ mod tests {
 
     #[test]
     fn an_address_that_others_reach_is_announced_with_a_warning() {
-        let text = announced("127.0.0.1:8100".parse().unwrap(), Some("bench"), None);
+        let text = announced("127.0.0.1:8100".parse().unwrap(), Some("bench"));
         assert!(
             text.contains("http://127.0.0.1:8100/") && text.contains("ssh -L 8100:127.0.0.1:8100 USER@bench"),
             "{text}"
         );
         assert!(!text.contains("WARNING"), "{text}");
         for (address, url) in [("0.0.0.0:8100", "http://bench:8100/ "), ("192.168.1.7:80", "http://192.168.1.7:80/ ")] {
-            let text = announced(address.parse().unwrap(), Some("bench"), None);
+            let text = announced(address.parse().unwrap(), Some("bench"));
             assert!(text.contains(url) && text.contains("WARNING"), "{text}");
         }
         let all = "0.0.0.0:8100".parse().unwrap();
-        let text = announced(all, Some("bench"), Some([192, 168, 1, 7].into()));
-        assert!(text.contains("http://bench:8100/ or http://192.168.1.7:8100/ WARNING"), "{text}");
-        let text = announced(all, None, None);
+        let text = announced(all, None);
         assert!(text.contains("http://0.0.0.0:8100/ WARNING"), "{text}");
-        assert_eq!(outward("127.0.0.1:8100".parse().unwrap()), None, "that address alone answers");
     }
 
     #[test]

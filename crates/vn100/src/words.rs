@@ -98,7 +98,6 @@ mod tests {
             ("", Remedy::Record, ""),
             ("", Remedy::Plan, ""),
             ("replay x", Remedy::GiveTopic, " /imu"),
-            ("", Remedy::SayStayedOn, " x y"),
         ] {
             // as a shell hands it on
             let words = command(&remedy).replace('\'', "");

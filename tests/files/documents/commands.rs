@@ -61,7 +61,7 @@ const OTHER_ENDS: &[(&str, i32, &str)] = &[
 const LIVE: &str = "1s";
 
 /// Options whose value is a file to be written.
-const WRITES: &[&str] = &["-o", "--record", "--samples", "--log"];
+const WRITES: &[&str] = &["-o", "--record", "--samples"];
 
 /// The lines of a script, and its place.
 struct Script {

@@ -96,7 +96,7 @@ impl Conversation {
         let mut decoder = Decoder::new(Options::default());
         decoder.push(&line, |item| {
             if let Item::Reply(sentence) = item
-                && let Ok(reply) = Reply::parse(&sentence)
+                && let Some(reply) = Reply::parse(&sentence)
             {
                 self.session.handle_reply(&reply, self.now);
             }

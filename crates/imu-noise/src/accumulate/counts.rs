@@ -26,6 +26,12 @@ pub(crate) fn lane_sum<T: Copy, const S: usize>(slices: [&[T]; S], term: impl Fn
     whole + rest
 }
 
+/// The sum of the products of two slices that are equally long.
+#[inline(always)]
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    lane_sum([a, b], |[a, b]| a * b)
+}
+
 /// Converts a value in counts to the unit of a channel with `decimals` digits after the point: one
 /// count is 10^-decimals.
 ///

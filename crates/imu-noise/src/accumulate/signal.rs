@@ -2,7 +2,6 @@
 
 use std::mem;
 
-use super::aligned_sums::{AlignedBlock, AlignedSums};
 use super::blocks::{Block, BlockSums, Blocks, Spreads, WINDOW};
 use super::places::room_for;
 use super::spectrum::{Spectrum, SpectrumPlan};
@@ -26,7 +25,7 @@ const LEAST_WINDOWS: u64 = 24;
 /// let fan_5_hz = |i: u32| 100.0 * (std::f64::consts::TAU * 5.0 * 0.025 * f64::from(i)).sin();
 /// let noise = |i: u32| (i.wrapping_mul(2_654_435_761) >> 16) as i32 % 41 - 20;
 /// accelerometer.push(&(0..4000).map(|i| fan_5_hz(i) as i32 + noise(i * i)).collect::<Vec<_>>());
-/// let lines = accelerometer.lines(0.025, 3);
+/// let lines: Vec<_> = accelerometer.narrow_bands(1e-3).iter().filter_map(|band| band.line(0.025)).collect();
 /// assert!(lines.len() == 1 && (lines[0].frequency_hz - 5.0).abs() < 1e-2);
 /// assert_eq!(accelerometer.spectrum().density(Sides::One, 0.025, 3).unwrap().points.len(), 256);
 /// ```
@@ -38,7 +37,7 @@ pub struct ChannelSignal {
     /// The spectrum of the sums of as many windows as a window has samples, for still slower
     /// changes. A sum that lacks a few windows is enlarged in proportion.
     slowest_spectrum: Spectrum<i64>,
-    sums: AlignedSums,
+    slowest_sum: SlowestSum,
     blocks: Blocks,
     pub(crate) windows: WindowStatistics,
     /// Absolute index of the next place.
@@ -49,6 +48,14 @@ pub struct ChannelSignal {
     window: Vec<i32>,
 }
 
+/// The windows so far in a sum of the slowest spectrum.
+#[derive(Clone, Copy, Debug, Default)]
+struct SlowestSum {
+    number: u64,
+    sum: i64,
+    present: u64,
+}
+
 impl ChannelSignal {
     /// A channel without samples.
     #[must_use]
@@ -57,7 +64,7 @@ impl ChannelSignal {
             spectrum: Spectrum::new(plan, false),
             slow_spectrum: Spectrum::new(plan, true),
             slowest_spectrum: Spectrum::new(plan, true),
-            sums: AlignedSums::new(WINDOWS),
+            slowest_sum: SlowestSum::default(),
             blocks: Blocks::new(),
             windows: WindowStatistics::new(),
             end: 0,
@@ -175,29 +182,38 @@ impl ChannelSignal {
             self.windows.push(number, &sums, spread);
             self.miss_windows_up_to(number);
             self.slow_spectrum.push(&[sums.sum]);
-            self.sums.push(&[sums.sum], |sum| add_sum(sum, &mut self.slowest_spectrum));
+            self.add_to_slowest(number, sums.sum);
         }
     }
 
     fn miss_windows_up_to(&mut self, number: u64) {
-        match number.saturating_sub(self.slow_spectrum.end()) {
-            0 => {}
-            missing => {
-                self.slow_spectrum.gap(missing);
-                self.sums.gap(Some(missing), |sum| add_sum(sum, &mut self.slowest_spectrum));
-            }
+        if let missing @ 1.. = number.saturating_sub(self.slow_spectrum.end()) {
+            self.slow_spectrum.gap(missing);
         }
     }
-}
 
-fn add_sum(sum: AlignedBlock, spectrum: &mut Spectrum<i64>) {
-    if sum.present < LEAST_WINDOWS {
-        return;
+    fn add_to_slowest(&mut self, window: u64, sum: i64) {
+        if self.slowest_sum.number != window / WINDOWS {
+            self.end_slowest_sum();
+            self.slowest_sum.number = window / WINDOWS;
+        }
+        self.slowest_sum.sum += sum;
+        self.slowest_sum.present += 1;
+        if (window + 1).is_multiple_of(WINDOWS) {
+            self.end_slowest_sum();
+        }
     }
-    if let missing @ 1.. = sum.number.saturating_sub(spectrum.end()) {
-        spectrum.gap(missing);
+
+    fn end_slowest_sum(&mut self) {
+        let SlowestSum { number, sum, present } = mem::take(&mut self.slowest_sum);
+        if present < LEAST_WINDOWS {
+            return;
+        }
+        if let missing @ 1.. = number.saturating_sub(self.slowest_spectrum.end()) {
+            self.slowest_spectrum.gap(missing);
+        }
+        // rounded once; below 2^46
+        let whole = sum * WINDOWS as i64;
+        self.slowest_spectrum.push(&[if present == WINDOWS { sum } else { whole / present as i64 }]);
     }
-    // rounded once; below 2^46
-    let whole = sum.sum * WINDOWS as i64;
-    spectrum.push(&[if sum.present == WINDOWS { sum.sum } else { whole / sum.present as i64 }]);
 }

@@ -1,7 +1,10 @@
 //! Changes of the level of a channel: warm-up, steps, cycles.
+//!
+//! By the likelihood of the cosine coefficients of the block means, in white noise, flicker noise and
+//! a random walk of any proportion: a change is a shape with which the likelihood, the noise fitted
+//! with it, is that much larger.
 
-use super::level_noise::{LevelFit, LevelNoise};
-use super::level_shapes::{BlockShape, is_few};
+use super::noise_model::{MeanShape, MeanShapes, Rows, Scored, Structure, crossing};
 use crate::accumulate::blocks::Block;
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::signal::ChannelSignal;
@@ -19,6 +22,10 @@ const CYCLE_EVIDENCE: f64 = 30.0;
 /// Of one to three cycles, likewise, and of series of 94 blocks: fewer than 2 in 1000 exceed it,
 /// walks most often.
 const FEW_CYCLES_EVIDENCE: f64 = 25.0;
+const FEW_CYCLES: f64 = 3.0;
+
+/// Most cycles per block.
+const FASTEST_CYCLE: f64 = 0.4;
 
 /// Evidence that a step of the expected size has of which nine in ten records show more than the
 /// threshold, white noise, flicker noise and mixtures simulated; of pure random walks seven.
@@ -50,9 +57,8 @@ pub enum LevelShape {
     WarmUp {
         /// Level at the start minus the final level, in the unit of the channel.
         amplitude: f64,
-        /// Time constant of the relaxation in seconds: the likeliest of the powers of two of block
-        /// lengths that are within the record. A drift that does not settle within it shows the
-        /// longest, and no skip.
+        /// The likeliest time constant of the relaxation in seconds, three times the record at most. A
+        /// drift that does not settle within the record shows a long one, and no skip.
         time_constant_s: f64,
         /// Seconds to exclude at the start, after which the rest is below half the noise of a block
         /// mean. `None` when that is more than half of the record.
@@ -88,51 +94,46 @@ pub struct LevelFindings {
 /// blocks have in common.
 #[derive(Clone, Debug)]
 pub struct LevelSearch {
-    noises: Vec<LevelNoise>,
+    shapes: Vec<MeanShapes>,
 }
 
 impl LevelSearch {
-    /// A search in these channels. Costs about a millisecond, whatever their number.
+    /// A search in these channels. Costs about two milliseconds, whatever their number.
     #[must_use]
     pub fn of<'a>(signals: impl IntoIterator<Item = &'a ChannelSignal>) -> Self {
-        let mut noises: Vec<LevelNoise> = Vec::new();
+        let mut shapes: Vec<MeanShapes> = Vec::new();
         for signal in signals {
             let blocks = longest_series(&signal.blocks()).len();
-            if blocks >= MIN_BLOCKS && noises.iter().all(|noise| noise.blocks() != blocks) {
-                noises.push(LevelNoise::new(blocks));
+            if blocks >= MIN_BLOCKS && shapes.iter().all(|known| known.blocks != blocks) {
+                shapes.push(MeanShapes::new(blocks).with_steps());
             }
         }
-        Self { noises }
+        Self { shapes }
     }
 
     /// A warm-up, a step or a cycle of the level of `signal`, one of those the search was made for,
     /// in its longest series of blocks that no gap cuts; nothing below 16 of them.
     #[must_use]
     pub fn find(&self, signal: &ChannelSignal, interval_s: f64, decimals: u8) -> LevelFindings {
-        self.find_in(&signal.blocks(), interval_s, decimals)
-    }
-
-    /// The same in the blocks of such a signal, of which something known may have been removed.
-    #[must_use]
-    pub fn find_in(&self, blocks: &[Block], interval_s: f64, decimals: u8) -> LevelFindings {
-        let blocks = longest_series(blocks);
-        let noise = self.noises.iter().find(|noise| noise.blocks() == blocks.len());
-        let (Some(noise), Some(first)) = (noise, blocks.first()) else { return LevelFindings::default() };
+        let blocks = signal.blocks();
+        let blocks = longest_series(&blocks);
+        let shapes = self.shapes.iter().find(|shapes| shapes.blocks == blocks.len());
+        let (Some(shapes), Some(first)) = (shapes, blocks.first()) else { return LevelFindings::default() };
         // From the first, so that no digits are lost on a large offset.
         let means: Vec<f64> = blocks.iter().map(|block| block.mean_counts - first.mean_counts).collect();
-        let fits = noise.fits(&means);
+        let Some(level) = Level::new(shapes, &means) else { return LevelFindings::default() };
         let span = Span {
             start_s: first.first_sample as f64 * interval_s,
             block_s: first.length as f64 * interval_s,
             blocks: blocks.len() as f64,
             decimals,
         };
-        let change = change(&fits, &span);
-        LevelFindings { change, detectable_step: detectable_step(noise, &fits, &span) }
+        let detectable_step = level.detectable_step().map(|counts| counts_to_unit(counts, decimals));
+        LevelFindings { change: change(&level, &span), detectable_step }
     }
 }
 
-/// The blocks behind one another that are as good as full.
+/// The consecutive blocks that are as good as full.
 fn longest_series(blocks: &[Block]) -> &[Block] {
     let fullest = blocks.iter().map(|block| block.count).max().unwrap_or(0) as f64;
     let is_full = |block: &Block| block.count as f64 >= LEAST_PRESENT * fullest;
@@ -142,6 +143,88 @@ fn longest_series(blocks: &[Block]) -> &[Block] {
     series.rev().max_by_key(|series| series.len()).unwrap_or_default()
 }
 
+/// The level of a channel, and its noise without any shape.
+struct Level<'a> {
+    shapes: &'a MeanShapes,
+    rows: Rows,
+    alone: Scored,
+}
+
+/// The likeliest shape of one kind, with the noise that suits it best.
+struct LevelFit {
+    shape: MeanShape,
+    /// Of a cycle not negative.
+    amplitude: f64,
+    /// Twice the log-likelihood ratio with and without the shape.
+    evidence: f64,
+    /// Standard deviation of a block mean, the shape removed, by the noise at the highest
+    /// frequency.
+    short_std: f64,
+}
+
+impl<'a> Level<'a> {
+    /// `None` for a level that does not vary.
+    fn new(shapes: &'a MeanShapes, means: &[f64]) -> Option<Self> {
+        let rows = Rows::of_level(shapes.transform.of(means));
+        let alone = rows.fit(&structure(&[]), None)?;
+        Some(Self { shapes, rows, alone })
+    }
+
+    /// The likeliest shape of those that are meant, looked at more closely if it may reach `evidence`.
+    fn likeliest(&self, evidence: f64, is_meant: impl Fn(MeanShape) -> bool) -> Option<LevelFit> {
+        let find = |noise: &Scored, least_rise: f64| {
+            let found = self.shapes.likeliest(&self.rows.level, &noise.expected, &[], &is_meant, least_rise)?;
+            let with = self.rows.fit(&structure(&found.coefficients), Some(noise))?;
+            Some((found.shape, with))
+        };
+        let (mut shape, mut with) = find(&self.alone, 0.0)?;
+        if self.evidence(&with) > 0.5 * evidence
+            && let Some((other, better)) = find(&with, 0.0)
+            && better.log_likelihood > with.log_likelihood
+        {
+            (shape, with) = (other, better);
+        }
+        let amplitude = match with.multiples[..] {
+            [one] => one,
+            _ => with.multiples.iter().map(|multiple| multiple * multiple).sum::<f64>().sqrt(),
+        };
+        let short_std = with.expected.iter().copied().fold(f64::INFINITY, f64::min).sqrt();
+        Some(LevelFit { shape, amplitude, evidence: self.evidence(&with), short_std })
+    }
+
+    fn evidence(&self, with: &Scored) -> f64 {
+        2.0 * (with.log_likelihood - self.alone.log_likelihood)
+    }
+
+    fn ramp_evidence(&self) -> f64 {
+        let ramp = core::slice::from_ref(&self.shapes.ramp);
+        self.rows.fit(&structure(ramp), Some(&self.alone)).map_or(0.0, |with| self.evidence(&with))
+    }
+
+    /// The step in the middle at which the evidence, were every coefficient as large as is expected
+    /// of it in the noise fitted without it, reaches that of nine in ten records; in counts.
+    fn detectable_step(&self) -> Option<f64> {
+        let middle = (self.shapes.blocks as f64 / 2.0).floor();
+        let step = self.shapes.coefficients(MeanShape::Step(middle)).pop()?;
+        let expected = &self.alone.expected;
+        let with: f64 = expected.iter().map(|variance| -0.5 * (variance.ln() + 1.0)).sum();
+        let information: f64 = step.iter().zip(expected).map(|(x, variance)| x * x / variance).sum();
+        let fall = |amplitude: f64| {
+            let power = |(variance, x): (&f64, &f64)| variance + (amplitude * x).powi(2);
+            let rows = Rows { power: expected.iter().zip(&step).map(power).collect(), ..self.rows.clone() };
+            let without = rows.fit(&structure(&[]), Some(&self.alone));
+            without.map_or(f64::INFINITY, |without| with - without.log_likelihood)
+        };
+        Some(crossing(0.5 * EVIDENCE_OF_NINE_IN_TEN, 1.0 / information.sqrt(), fall)).filter(|step| step.is_finite())
+    }
+}
+
+/// White noise, flicker noise and a walk, with a shape.
+fn structure(shape: &[Vec<f64>]) -> Structure<'_> {
+    let shapes = shape.iter().map(Vec::as_slice).collect();
+    Structure { components: vec![0, 1, 2], shapes, ..Structure::default() }
+}
+
 struct Span {
     start_s: f64,
     block_s: f64,
@@ -149,38 +232,34 @@ struct Span {
     decimals: u8,
 }
 
-fn change(fits: &[LevelFit], span: &Span) -> Option<LevelChange> {
-    let beyond = |fit: &LevelFit| match fit.shape {
-        BlockShape::Relaxation(_) => fit.evidence - WARM_UP_EVIDENCE,
-        BlockShape::Step(_) => fit.evidence - STEP_EVIDENCE,
-        BlockShape::Cycle(frequency) if is_few(frequency * span.blocks) => fit.evidence - FEW_CYCLES_EVIDENCE,
-        BlockShape::Cycle(_) => fit.evidence - CYCLE_EVIDENCE,
-        BlockShape::Ramp => f64::NEG_INFINITY,
-    };
-    let fit = fits.iter().max_by(|a, b| beyond(a).total_cmp(&beyond(b))).filter(|fit| beyond(fit) > 0.0)?;
-    let ramp = fits.iter().find(|fit| fit.shape == BlockShape::Ramp);
-    let is_ramp = ramp.is_some_and(|ramp| ramp.evidence > fit.evidence - AS_GOOD);
+fn change(level: &Level<'_>, span: &Span) -> Option<LevelChange> {
+    let few = FEW_CYCLES / span.blocks;
+    let slowest = 1.0 / span.blocks;
+    let kinds: [(f64, &dyn Fn(MeanShape) -> bool); 4] = [
+        (WARM_UP_EVIDENCE, &|shape| matches!(shape, MeanShape::Relaxation(_))),
+        (STEP_EVIDENCE, &|shape| matches!(shape, MeanShape::Step(_))),
+        (FEW_CYCLES_EVIDENCE, &|shape| matches!(shape, MeanShape::Cycle(of) if of >= slowest && of < few)),
+        (CYCLE_EVIDENCE, &|shape| matches!(shape, MeanShape::Cycle(of) if of >= few && of <= FASTEST_CYCLE)),
+    ];
+    let found = kinds.into_iter().filter_map(|(needed, is_meant)| {
+        let fit = level.likeliest(needed, is_meant)?;
+        (fit.evidence > needed).then_some((fit.evidence - needed, fit))
+    });
+    let (_, fit) = found.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
+    let is_ramp = level.ramp_evidence() > fit.evidence - AS_GOOD;
     let amplitude = counts_to_unit(fit.amplitude, span.decimals);
     let shape = match fit.shape {
-        BlockShape::Relaxation(time) => {
+        MeanShape::Relaxation(time) => {
             let skip = time * (2.0 * fit.amplitude.abs() / fit.short_std).ln();
             let skip_s = (skip <= span.blocks / 2.0).then_some(span.start_s + skip.max(0.0) * span.block_s);
             LevelShape::WarmUp { amplitude, time_constant_s: time * span.block_s, skip_s }
         }
-        BlockShape::Step(at) => LevelShape::Step { start_s: span.start_s + at * span.block_s, amplitude },
-        BlockShape::Cycle(frequency) => {
+        MeanShape::Step(at) => LevelShape::Step { start_s: span.start_s + at * span.block_s, amplitude },
+        MeanShape::Cycle(frequency) => {
             // the mean over a block is smaller
             let phase = core::f64::consts::PI * frequency;
             LevelShape::Cycle { period_s: span.block_s / frequency, amplitude: amplitude * phase / phase.sin() }
         }
-        BlockShape::Ramp => return None,
     };
     Some(LevelChange { shape, sigmas: fit.evidence.sqrt(), is_ramp })
-}
-
-/// With the noise fitted together with a step in the middle.
-fn detectable_step(noise: &LevelNoise, fits: &[LevelFit], span: &Span) -> Option<f64> {
-    let middle = BlockShape::Step((span.blocks / 2.0).floor());
-    let fit = fits.iter().find(|fit| fit.shape == middle)?;
-    Some(counts_to_unit(noise.detectable(middle, fit, EVIDENCE_OF_NINE_IN_TEN)?, span.decimals))
 }

@@ -1,6 +1,10 @@
 //! The level of a channel over its record, by cosine coefficients.
 
-use super::level_shapes::{cosine_table, dot};
+use core::{f64::consts::PI, fmt};
+use std::sync::Arc;
+
+use realfft::{RealFftPlanner, RealToComplex, num_complex::Complex};
+
 use crate::accumulate::blocks::Block;
 use crate::accumulate::signal::ChannelSignal;
 
@@ -61,25 +65,35 @@ impl LevelSeries {
 }
 
 /// The cosine transform of series of one length.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(super) struct CosineTransform {
-    blocks: usize,
+    transform: Arc<dyn RealToComplex<f64>>,
     /// By coefficient, from the first on without that of the mean.
-    cosines: Vec<f64>,
+    turns: Arc<[Complex<f64>]>,
 }
 
 impl CosineTransform {
     pub(super) fn new(blocks: usize) -> Self {
-        // cos(πk(2i + 1)/2n) repeats after a turn
-        let table = cosine_table(blocks);
-        let scale = (2.0 / blocks as f64).sqrt();
-        let cosine = |k: usize, i: usize| scale * table[2 * k * (2 * i + 1) % table.len()];
-        let cosines = (1..blocks).flat_map(|k| (0..blocks).map(move |i| (k, i))).map(|(k, i)| cosine(k, i)).collect();
-        Self { blocks, cosines }
+        let transform = RealFftPlanner::new().plan_fft_forward(2 * blocks);
+        let scale = (0.5 / blocks as f64).sqrt();
+        let turn = |k: usize| Complex::from_polar(scale, -PI * k as f64 / (2 * blocks) as f64);
+        Self { transform, turns: (1..blocks).map(turn).collect() }
     }
 
+    /// Zeros for a series of another length.
     pub(super) fn of(&self, levels: &[f64]) -> Vec<f64> {
-        self.cosines.chunks_exact(self.blocks).map(|cosines| dot(cosines, levels)).collect()
+        let mut mirrored: Vec<f64> = levels.iter().chain(levels.iter().rev()).copied().collect();
+        let mut spectrum = self.transform.make_output_vec();
+        let has_failed = self.transform.process(&mut mirrored, &mut spectrum).is_err();
+        let coefficient = |(turn, value): (&Complex<f64>, &Complex<f64>)| (turn * value).re;
+        let coefficients = self.turns.iter().zip(&spectrum[1..]).map(coefficient);
+        if has_failed { vec![0.0; self.turns.len()] } else { coefficients.collect() }
+    }
+}
+
+impl fmt::Debug for CosineTransform {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("CosineTransform").field("blocks", &(self.turns.len() + 1)).finish_non_exhaustive()
     }
 }
 
@@ -114,7 +128,7 @@ mod tests {
         assert_eq!((series.block_samples, series.coefficients.len()), (8, 36));
         assert!(near(series.coefficients.iter().map(|x| x * x).sum(), 0.25 * squares));
         // half a cycle per series is the first of them
-        let cosine: Vec<f64> = (0..50).map(|i| (core::f64::consts::PI * (f64::from(i) + 0.5) / 50.0).cos()).collect();
+        let cosine: Vec<f64> = (0..50).map(|i| (PI * (f64::from(i) + 0.5) / 50.0).cos()).collect();
         let series = LevelSeries::of_blocks(&blocks(&cosine, 8), 1.0).unwrap();
         assert!(near(series.coefficients[0], 5.0) && series.coefficients[1..].iter().all(|x| near(*x, 0.0)));
     }

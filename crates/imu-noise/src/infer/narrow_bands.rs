@@ -1,19 +1,35 @@
-//! Narrow bands of high power, for the fit: vibration lines, steady, drifting or swept, with what
-//! they add to the Allan variance.
+//! Narrow bands of high power: vibration lines, steady, drifting or swept.
+//!
+//! The fit excludes every band; those that a clean record hardly ever shows are reported as lines.
 
 use core::f64::consts::PI;
 
 use super::chi_squared;
-use super::spectral_peak::{JOINED, LOWEST, REACH, interpolated, is_folded, passed};
-use crate::accumulate::record::Deviation;
+use super::spectral_lines::SpectralLine;
 use crate::accumulate::signal::ChannelSignal;
 use crate::accumulate::spectrum::Powers;
 
-/// Points on either side in the median that is the noise around a point.
-const SIDE: usize = 25;
+/// Points on either side in the median that is the noise around a point: of a band, which may be wide,
+/// and of a line, about which the density may be bent.
+const AROUND_BAND: usize = 25;
+const AROUND_LINE: usize = 10;
 
-/// Probability that the noise alone lifts one point above the threshold.
-const FALSE_ALARM: f64 = 1e-5;
+/// Lowest point examined: below, the noise around a point includes the point, and drift leaks in.
+const LOWEST: usize = 4;
+
+/// Points on either side that a line of one frequency reaches under the Hann window.
+const REACH: usize = 2;
+
+/// Up to so many cycles per sum of samples the spectrum of the sums shows what is slow, beyond that
+/// of the samples.
+const JOINED: f64 = 0.45;
+
+/// Probability that the noise alone lifts one point above the threshold of a band.
+const FALSE_BAND: f64 = 1e-5;
+
+/// Probability that a clean record of twelve channels shows a line in any of the spectra.
+const FALSE_LINE: f64 = 1e-4;
+const SPECTRA: f64 = 3.0;
 
 /// Variance in points² of the power of a line of one frequency under the Hann window is 1/3; wider
 /// bands are of a line that drifts.
@@ -25,56 +41,52 @@ const INTERPOLATED: f64 = 0.1;
 /// A narrow band of frequencies with more power than the noise around it has by chance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NarrowBand {
-    /// Frequencies in cycles per sample, each with its standard deviation and its share of the
-    /// power.
-    parts: Vec<(f64, f64, f64)>,
+    /// From one frequency to another in cycles per sample, with the share of the power between them.
+    pub(super) parts: Vec<(f64, f64, f64)>,
     /// Power above the noise, the variance of the line, in the unit of the channel squared.
     pub power: f64,
-    /// Density of the noise around it, in the unit squared per cycle per sample, two-sided.
-    pub noise_density: f64,
     /// Share of the frequencies up to half the sampling rate that it covers.
     pub share_of_band: f64,
+    /// What is reported of it; `None` if twelve channels of a clean record have one as high with a
+    /// probability of 1e-4 or more.
+    line: Option<Line>,
+}
+
+/// A band as a vibration line: its highest point if that is steady, else the whole band.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Line {
+    /// In cycles per sample: interpolated between the points, of a whole band the mean over its power.
+    frequency: f64,
+    /// Its variance, in the unit of the channel squared.
+    power: f64,
+    /// Share in the variance within segments, from 0 to 1.
+    share_of_variance: f64,
+    /// Power of the highest point over the power of the noise around it.
+    peak_to_floor: f64,
 }
 
 impl NarrowBand {
     /// Frequency in cycles per sample: the mean over its power.
     #[must_use]
     pub fn frequency(&self) -> f64 {
-        self.parts.iter().map(|(frequency, _, share)| frequency * share).sum()
+        self.parts.iter().map(|(from, to, share)| 0.5 * (from + to) * share).sum()
     }
 
     /// Whether it reaches within `margin` of `frequency`, both in cycles per sample.
-    pub(crate) fn covers(&self, frequency: f64, margin: f64) -> bool {
-        self.parts.iter().any(|(part, ..)| (part - frequency).abs() <= margin)
+    pub(super) fn covers(&self, frequency: f64, margin: f64) -> bool {
+        self.parts.iter().any(|(from, to, _)| (0.5 * (from + to) - frequency).abs() <= margin)
     }
 
-    /// What a line of variance 1 in this band adds to the Allan or Hadamard variance at averaging
-    /// factor `m`, and the standard deviation of that: for a sine of frequency f 2 sin⁴(πfm)/(m sin
-    /// πf)² and (8/3) sin⁶(πfm)/(m sin πf)², over the uncertainty of the frequency.
+    /// The vibration line that is reported of a channel sampled every `interval_s` seconds; `None` for
+    /// a band that twelve channels of a clean record show with a probability of 1e-4 or more.
     #[must_use]
-    pub(crate) fn variance(&self, deviation: Deviation, m: u64) -> (f64, f64) {
-        let m = m as f64;
-        // By cosines of even multiples of the phase: sin⁴, sin⁸, and sin⁶, sin¹².
-        let (factor, power, square): (f64, &[f64], &[f64]) = match deviation {
-            Deviation::Allan => (2.0, &[3.0, -4.0, 1.0], &[35.0, -56.0, 28.0, -8.0, 1.0]),
-            Deviation::Hadamard => {
-                (8.0 / 3.0, &[10.0, -15.0, 6.0, -1.0], &[462.0, -792.0, 495.0, -220.0, 66.0, -12.0, 1.0])
-            }
-        };
-        let of = |(frequency, spread, share): &(f64, f64, f64)| {
-            let (phase, spread) = (PI * frequency * m, PI * spread * m);
-            // The mean of cos 2kφ over a normal φ.
-            let cosine = |k: f64| (2.0 * k * phase).cos() * (-2.0 * (k * spread).powi(2)).exp();
-            // The coefficients of a power of the sine are those at φ = π/2, where it is 1.
-            let mean = |coefficients: &[f64]| {
-                let sum: f64 = coefficients.iter().enumerate().map(|(k, c)| c * cosine(k as f64)).sum();
-                sum / coefficients.iter().map(|c| c.abs()).sum::<f64>()
-            };
-            let scale = factor * share / (m * (PI * frequency).sin()).powi(2);
-            let mean_power = mean(power);
-            (scale * mean_power, scale * (mean(square) - mean_power * mean_power).max(0.0).sqrt())
-        };
-        self.parts.iter().map(of).fold((0.0_f64, 0.0_f64), |(mean, spread), part| (mean + part.0, spread.hypot(part.1)))
+    pub fn line(&self, interval_s: f64) -> Option<SpectralLine> {
+        self.line.filter(|_| interval_s > 0.0).map(|line| SpectralLine {
+            frequency_hz: line.frequency / interval_s,
+            amplitude: (2.0 * line.power).sqrt(),
+            share_of_variance: line.share_of_variance,
+            peak_to_floor: line.peak_to_floor,
+        })
     }
 }
 
@@ -85,7 +97,11 @@ impl ChannelSignal {
     #[must_use]
     pub fn narrow_bands(&self, unit_per_count: f64) -> Vec<NarrowBand> {
         let full = |powers: Option<Powers>| powers.filter(|powers| powers.segments >= 4);
-        let mut bands = full(self.spectrum().powers()).map_or_else(Vec::new, |powers| bands_of(&powers, 1.0));
+        let Some(powers) = full(self.spectrum().powers()) else { return Vec::new() };
+        let sides = |k: usize| if 2 * k == powers.segment_samples { 1.0 } else { 2.0 };
+        let total = (1..powers.powers.len()).map(|k| sides(k) * powers.powers[k]).sum::<f64>();
+        let total = total / powers.segment_samples as f64;
+        let mut bands = bands_of(&powers, 1.0);
         for (spectrum, samples) in self.slow_spectra() {
             let Some(powers) = full(spectrum.powers()) else { continue };
             let samples = samples as f64;
@@ -94,15 +110,19 @@ impl ChannelSignal {
             let reach = (REACH + 1) as f64 / powers.segment_samples as f64;
             let is_of_another = |band: &NarrowBand| {
                 let mut parts = bands.iter().flat_map(|band| &band.parts);
-                parts.any(|(frequency, ..)| is_folded(*frequency, band.frequency(), samples, reach))
+                parts.any(|(from, to, _)| is_folded(0.5 * (from + to), band.frequency(), samples, reach))
             };
             let mut slow = bands_of(&powers, samples);
             slow.retain(|band| !is_of_another(band));
             bands.splice(..0, slow);
         }
         for band in &mut bands {
-            band.power *= unit_per_count * unit_per_count;
-            band.noise_density *= unit_per_count * unit_per_count;
+            let unit2_per_count2 = unit_per_count * unit_per_count;
+            band.power *= unit2_per_count2;
+            if let Some(line) = &mut band.line {
+                line.share_of_variance = line.power / total;
+                line.power *= unit2_per_count2;
+            }
         }
         bands
     }
@@ -112,18 +132,27 @@ impl ChannelSignal {
 fn bands_of(spectrum: &Powers, samples: f64) -> Vec<NarrowBand> {
     let last = spectrum.segment_samples / 2;
     let freedom = 2.0 * spectrum.averages;
-    let Some(threshold) = chi_squared::quantile(1.0 - FALSE_ALARM, freedom).map(|quantile| quantile / freedom) else {
+    let threshold = |p: f64| chi_squared::quantile(1.0 - p, freedom).map(|quantile| quantile / freedom);
+    let candidates = (last - LOWEST + 1) as f64 * chi_squared::CHANNELS * SPECTRA;
+    let Some((of_band, of_line)) = threshold(FALSE_BAND).zip(threshold(FALSE_LINE / candidates)) else {
         return Vec::new();
     };
-    let floors = spectrum.floors(SIDE);
+    let floors = [AROUND_BAND, AROUND_LINE].map(|most| spectrum.floors(most));
+    let [of_bands, _] = &floors;
     let high: Vec<usize> =
-        (LOWEST..=last).filter(|&k| floors[k] > 0.0 && spectrum.powers[k] > threshold * floors[k]).collect();
+        (LOWEST..=last).filter(|&k| of_bands[k] > 0.0 && spectrum.powers[k] > of_band * of_bands[k]).collect();
     // Points of one band are at most the reach of a line apart.
     let bands = high.chunk_by(|a, b| b - a <= 2 * REACH);
-    bands.filter_map(|points| band(spectrum, &floors, points, samples)).collect()
+    bands.filter_map(|points| band(spectrum, &floors, points, samples, of_line)).collect()
 }
 
-fn band(spectrum: &Powers, floors: &[f64], points: &[usize], samples: f64) -> Option<NarrowBand> {
+fn band(
+    spectrum: &Powers,
+    [floors, of_lines]: &[Vec<f64>; 2],
+    points: &[usize],
+    samples: f64,
+    of_line: f64,
+) -> Option<NarrowBand> {
     let n = spectrum.segment_samples as f64;
     let last = spectrum.segment_samples / 2;
     let (first, end) = (*points.first()?, *points.last()?);
@@ -137,61 +166,96 @@ fn band(spectrum: &Powers, floors: &[f64], points: &[usize], samples: f64) -> Op
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     let mean: f64 = shares.iter().map(|(k, share)| k * share / total).sum();
     let variance: f64 = shares.iter().map(|(k, share)| (k - mean).powi(2) * share / total).sum();
+    let about = |point: f64, off: f64, share: f64| (frequency(point - off), frequency(point + off), share);
     let parts = if variance < STEADY && peak < last && peak > LOWEST {
-        vec![(frequency(interpolated(peak, above)), frequency(INTERPOLATED), 1.0)]
+        vec![about(interpolated(peak, above), INTERPOLATED, 1.0)]
     } else {
-        shares.iter().map(|(k, share)| (frequency(*k), frequency(0.5), share / total)).collect()
+        shares.iter().map(|(k, share)| about(*k, 0.5, share / total)).collect()
     };
-    let passed: f64 = parts.iter().map(|(f, _, share)| share * passed(*f, samples)).sum();
+    let passed: f64 = parts.iter().map(|(from, to, share)| share * passed(0.5 * (from + to), samples)).sum();
+    // The median of few points is itself uncertain: three standard errors of it, from 1.25 σ/√n of a Gaussian.
+    let around = (2 * AROUND_LINE.min(peak - 1) + 1) as f64;
+    let uncertain = 1.0 + 3.0 * 1.25 / (spectrum.averages * around).sqrt();
+    let power = power / (samples * samples) / passed;
+    let peak_to_floor = spectrum.powers[peak] / of_lines[peak];
+    let (frequency, line_power) = if variance < STEADY || peak == last {
+        steady_line(spectrum, of_lines[peak], peak, samples)
+    } else {
+        (frequency(mean), power)
+    };
+    let line = Line { frequency, power: line_power, share_of_variance: 0.0, peak_to_floor };
     Some(NarrowBand {
         parts,
-        power: power / (samples * samples) / passed,
-        noise_density: floors[peak] / samples,
+        power,
         share_of_band: reach.count() as f64 / last as f64 / samples,
+        line: Some(line).filter(|_| peak_to_floor.is_finite() && peak_to_floor > of_line * uncertain),
     })
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Frequency in cycles per sample and variance of the line whose highest point is `peak`.
+fn steady_line(spectrum: &Powers, floor: f64, peak: usize, samples: f64) -> (f64, f64) {
+    let n = spectrum.segment_samples as f64;
+    let last = spectrum.segment_samples / 2;
+    let above = |k: usize| (spectrum.power(k) - floor).max(0.0);
+    let frequency = interpolated(peak, above).min(n / 2.0) / n / samples;
+    // Points beyond half the sampling rate are the mirror image of those below it, and count once.
+    let sides = |k: usize| if k == last { 1.0 } else { 2.0 };
+    let power = (peak - REACH..=(peak + REACH).min(last)).map(|k| sides(k) * above(k)).sum::<f64>() / n;
+    (frequency, power / (samples * samples) / passed(frequency, samples))
+}
 
-    fn line(frequency: f64, spread: f64) -> NarrowBand {
-        let parts = vec![(frequency, spread, 0.25), (frequency, spread, 0.75)];
-        NarrowBand { parts, power: 1.0, noise_density: 1.0, share_of_band: 0.01 }
+impl Powers {
+    /// The power at point k, mirrored about half the sampling rate as every sampled spectrum is.
+    fn power(&self, k: usize) -> f64 {
+        let last = self.segment_samples / 2;
+        self.powers[if k > last { 2 * last - k } else { k }]
     }
 
-    #[test]
-    fn a_line_of_one_frequency_adds_what_its_sine_does() {
-        for (frequency, m) in [(0.01, 1), (0.05, 3), (0.05, 16), (0.22, 2), (0.37, 5)] {
-            let sine = |times: f64| (PI * frequency * times).sin();
-            let under = (m as f64 * sine(1.0)).powi(2);
-            for (deviation, expected) in [
-                (Deviation::Allan, 2.0 * sine(m as f64).powi(4) / under),
-                (Deviation::Hadamard, 8.0 / 3.0 * sine(m as f64).powi(6) / under),
-            ] {
-                let (mean, spread) = line(frequency, 0.0).variance(deviation, m);
-                assert!(
-                    (mean - expected).abs() < 1e-12 / under,
-                    "{frequency} {m} {deviation:?}: {mean}, not {expected}"
-                );
-                assert!(spread < 1e-6 / under, "{frequency} {m} {deviation:?}: {spread}");
+    /// For each point the median of those up to `most` points away, as many on either side, so that a
+    /// slope cancels. Infinite below [`LOWEST`].
+    fn floors(&self, most: usize) -> Vec<f64> {
+        let last = self.segment_samples / 2;
+        let mut floors = vec![f64::INFINITY; LOWEST.min(last + 1)];
+        // in rising order: from point 1 on at first, then as many on either side
+        let mut around: Vec<f64> = Vec::with_capacity(2 * most + 2);
+        let place = |around: &[f64], power: f64| around.partition_point(|other| other.total_cmp(&power).is_lt());
+        let mut end = 1;
+        for k in LOWEST..=last {
+            let side = most.min(k - 1);
+            while end <= k + side {
+                let power = self.power(end);
+                around.insert(place(&around, power), power);
+                end += 1;
             }
+            if around.len() > 2 * side + 1 {
+                around.remove(place(&around, self.power(k - side - 1)));
+            }
+            floors.push(around[side]);
         }
+        floors
     }
+}
 
-    /// Of sin⁴ and sin⁶ of any phase the means are 3/8 and 5/16, and the mean squares 35/128 and
-    /// 231/1024.
-    #[test]
-    fn a_line_of_unknown_phase_adds_the_mean_over_all_phases() {
-        let under = (PI * 0.05).sin().powi(2);
-        for (deviation, factor, power, square) in [
-            (Deviation::Allan, 2.0, 3.0 / 8.0, 35.0 / 128.0),
-            (Deviation::Hadamard, 8.0 / 3.0, 5.0 / 16.0, 231.0 / 1024.0),
-        ] {
-            let (mean, spread) = line(0.05, 10.0).variance(deviation, 1);
-            assert!((mean * under / factor / power - 1.0_f64).abs() < 1e-12, "{deviation:?}: {mean}");
-            let [one, other] = [0.25, 0.75].map(|share| share * factor / under * f64::sqrt(square - power * power));
-            assert!((spread / one.hypot(other) - 1.0).abs() < 1e-12, "{deviation:?}: {spread}");
-        }
-    }
+/// Where the line of the highest point `peak` lies, in points, by the power `above` the noise.
+///
+/// Grandke (1983): of a line at k + δ the Hann window passes to k and k + 1 amplitudes in the ratio
+/// (1 + δ)/(2 - δ).
+fn interpolated(peak: usize, above: impl Fn(usize) -> f64) -> f64 {
+    let (below, here, beyond) = (above(peak - 1).max(0.0), above(peak), above(peak + 1).max(0.0));
+    let ratio = (below.max(beyond) / here).sqrt();
+    let off = ((2.0 * ratio - 1.0) / (ratio + 1.0)).max(0.0);
+    peak as f64 + if beyond >= below { off } else { -off }
+}
+
+/// Whether a line at `fast` cycles per sample lies at `slow` in the spectrum of the sums of so many
+/// samples, folded, within `reach` cycles per sum.
+fn is_folded(fast: f64, slow: f64, samples: f64, reach: f64) -> bool {
+    let cycles = fast * samples;
+    ((cycles - cycles.round()).abs() - slow * samples).abs() < reach
+}
+
+/// Share of the power of a line that the means over so many samples have.
+fn passed(frequency: f64, samples: f64) -> f64 {
+    let phase = PI * frequency;
+    ((phase * samples).sin() / (samples * phase.sin())).powi(2)
 }

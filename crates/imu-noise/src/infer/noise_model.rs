@@ -3,6 +3,7 @@
 mod boxcar;
 mod channel_curve;
 mod channel_fit;
+mod cholesky;
 mod curve_reading;
 mod density;
 mod least_half_width;
@@ -29,9 +30,11 @@ pub use least_half_width::least_half_width;
 pub use noise_fit::{FitQuality, GaussMarkovProcess, NoiseFit, RollOff};
 pub use parameter::{PROVED_P, Parameter, Status};
 pub use record_length::{Aim, Wanted};
+pub(super) use scoring::{Rows, Scored, Structure};
 use search::Layout;
 pub use search::Rival;
-use shapes::MeanShapes;
+pub(super) use search::crossing;
+pub(super) use shapes::{MeanShape, MeanShapes};
 use spectral_rows::Grid;
 pub use term::{Term, Terms};
 use thresholds::{LONGEST_PROCESS, MOST_COSINES, PROCESSES_APART, SHORTEST_PROCESS};
@@ -52,7 +55,6 @@ pub struct NoiseModel {
     grid: Option<Grid>,
     /// Shapes of the mean, of as many blocks as the first channel has.
     shapes: Arc<OnceLock<Arc<MeanShapes>>>,
-    virtual_shapes: Arc<OnceLock<Arc<MeanShapes>>>,
 }
 
 impl NoiseModel {
@@ -82,7 +84,6 @@ impl NoiseModel {
             edf: used.iter().map(|(.., edf)| *edf).collect(),
             grid,
             shapes: Arc::default(),
-            virtual_shapes: Arc::default(),
         }
     }
 
@@ -99,16 +100,8 @@ impl NoiseModel {
 
     /// Of so many blocks, which nearly all channels of a record have.
     fn shapes(&self, blocks: usize) -> Arc<MeanShapes> {
-        let known = [&self.shapes, &self.virtual_shapes].into_iter().find_map(|known| {
-            let known = known.get_or_init(|| Arc::new(MeanShapes::new(blocks)));
-            (known.blocks == blocks).then(|| Arc::clone(known))
-        });
-        known.unwrap_or_else(|| Arc::new(MeanShapes::new(blocks)))
-    }
-
-    /// What white noise of parameter 1 shows in an octave.
-    fn white_variance(&self, octave: &Octave) -> f64 {
-        boxcar::white_variance(octave, self.shape.deviation, self.window)
+        let known = self.shapes.get_or_init(|| Arc::new(MeanShapes::new(blocks)));
+        if known.blocks == blocks { Arc::clone(known) } else { Arc::new(MeanShapes::new(blocks)) }
     }
 
     /// Degrees of freedom of an octave in a mixture of noises with these parameters, by those of each

@@ -1,5 +1,7 @@
 //! Power-law noise: variances and covariances of its differences, sampled.
 
+use core::f64::consts::{PI, TAU};
+
 use crate::accumulate::record::{Deviation, Octave};
 
 /// Noise of a rate with the spectrum S(f) ~ f^α, sampled: independent samples and their sums, so
@@ -67,9 +69,9 @@ impl PowerLaw {
         let n = lag.abs();
         match self {
             Self::WhitePhase => f64::from(n == 0.0),
-            Self::FlickerPhase => -digamma_half(n) / core::f64::consts::PI,
+            Self::FlickerPhase => -digamma_half(n) / PI,
             Self::White => -n / 2.0,
-            Self::Flicker => (n * n - 0.25) * digamma_half(n) / core::f64::consts::TAU,
+            Self::Flicker => (n * n - 0.25) * digamma_half(n) / TAU,
             Self::RandomWalk => n * (n * n - 1.0) / 12.0,
         }
     }
@@ -105,6 +107,20 @@ pub(crate) fn expected_variance(octave: &Octave, deviation: Deviation, phase: im
     octave.expected(variance(deviation, octave.m), |m| variance(Deviation::Allan, m))
 }
 
+/// Variance of the cosine coefficient `k` of the means of so many blocks of flicker noise, folded at
+/// half a cycle per block.
+pub(super) fn flicker_variance(k: usize, blocks: usize) -> f64 {
+    let omega = PI * k as f64 / blocks as f64;
+    let folded = |m: i32| (TAU * f64::from(m) + omega).abs().powi(-3);
+    4.0 * (omega / 2.0).sin().powi(2) * (-20..=20).map(folded).sum::<f64>()
+}
+
+/// The same of a random walk.
+pub(super) fn walk_variance(k: usize, blocks: usize) -> f64 {
+    let square = (PI * k as f64 / (2 * blocks) as f64).sin().powi(2);
+    (3.0 - 2.0 * square) / (12.0 * square)
+}
+
 /// ψ(n + 1/2) for integers n >= 0, to 1e-13: by the recurrence ψ(x + 1) = ψ(x) + 1/x, from 16 on by
 /// the asymptotic series (Abramowitz and Stegun, 1964, 6.3.5 and 6.3.18, shifted by one half).
 fn digamma_half(n: f64) -> f64 {
@@ -128,7 +144,7 @@ fn digamma_half(n: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use core::f64::consts::{LN_2, PI};
+    use core::f64::consts::LN_2;
 
     fn assert_near(found: f64, expected: f64, tolerance: f64) {
         assert!((found / expected - 1.0).abs() < tolerance, "{found}, not {expected}");

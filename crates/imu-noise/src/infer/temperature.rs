@@ -1,14 +1,15 @@
 //! The temperature coefficient of the bias, and the share of the temperature in the deviations.
 
 mod contribution;
-mod noise_mixture;
 mod series;
 
 use core::fmt;
 
+use super::chi_squared;
+use super::level_series::CosineTransform;
+use super::noise_model::{Rows, Scored, Structure, crossing};
 use crate::accumulate::temperature_blocks::TemperatureBlocks;
 pub use contribution::TemperatureContribution;
-use noise_mixture::{Candidate, NoiseMixture, Regressor};
 use series::BlockSeries;
 
 /// Least range of the temperature for a coefficient, in °C.
@@ -32,9 +33,6 @@ const LAG_OF_RECORD: f64 = 0.1;
 
 /// Lags below lie evenly, above in even ratios; in seconds.
 const SHORT_LAG_S: f64 = 2.0;
-
-/// A lag with a smaller share of the weight of the likeliest one is excluded.
-const EXCLUDED: f64 = 1e-3;
 
 /// Lags that are not excluded when they lie close enough, and most refinements until they do.
 const CLOSE: usize = 4;
@@ -103,22 +101,25 @@ pub struct TemperatureCoefficient {
 /// The search for the temperature coefficients of the axes of one record: holds what they have in
 /// common.
 ///
-/// The regression of block means on the temperature, passed through a first-order lag, by
-/// generalised least squares: block means of white noise, flicker noise and a random walk with a
-/// free level have nearly independent cosine coefficients with known variances in the proportion of
-/// the three. That proportion, and the lag, are weighed by their restricted likelihood, and the
-/// interval is that of the mixture: it holds what the record leaves open of N, B, K and the lag.
-/// The value is a median of it. Before the record the sensor is taken to have had the temperature
-/// that it begins with.
+/// The regression of block means on the temperature, passed through a first-order lag, in white noise,
+/// flicker noise and a random walk of any proportion, by the likelihood of their cosine
+/// coefficients. The value is the likeliest one; its limits are where the likelihood, noise and lag
+/// fitted anew, has fallen by what the level allows. Before the record the sensor is taken to have
+/// had the temperature that it begins with.
 #[derive(Clone, Debug)]
 pub struct TemperatureSearch {
     series: BlockSeries,
-    mixture: NoiseMixture,
-    /// Cosine coefficients of the temperature in use.
-    reach: usize,
-    bank: Vec<Regressor>,
+    transform: CosineTransform,
+    bank: Vec<LaggedTemperature>,
     excursion_c: f64,
     correlation: f64,
+}
+
+/// The temperature behind a lag, by its cosine coefficients.
+#[derive(Clone, Debug)]
+struct LaggedTemperature {
+    lag_s: f64,
+    coefficients: Vec<f64>,
 }
 
 impl TemperatureSearch {
@@ -141,11 +142,10 @@ impl TemperatureSearch {
         if correlation.is_nan() || correlation.abs() >= ONE_DIRECTION {
             return Err(NoCoefficient::OneDirection { correlation });
         }
-        let mixture = NoiseMixture::new(series.temperatures_c.len());
         let longest_s = LONGEST_LAG_S.min(LAG_OF_RECORD * series.duration_s());
-        let reach = mixture.reach(&series.temperatures_c);
-        let mut search = Self { series, mixture, reach, bank: Vec::new(), excursion_c, correlation };
-        search.bank = search.regressors(0.0, log_lag(longest_s));
+        let transform = CosineTransform::new(series.temperatures_c.len());
+        let mut search = Self { series, transform, bank: Vec::new(), excursion_c, correlation };
+        search.bank = search.lagged(0.0, log_lag(longest_s));
         Ok(search)
     }
 
@@ -165,42 +165,56 @@ impl TemperatureSearch {
     /// for an axis that does not vary, and where there is no such axis.
     #[must_use]
     pub fn coefficient(&self, axis: usize, unit_per_count: f64, confidence: f64) -> Option<TemperatureCoefficient> {
-        let values = self.series.axes.get(axis)?;
-        let axis = self.mixture.axis(values)?;
-        let first = axis.candidates(&self.bank);
-        let p = self.bank.iter().map(|regressor| noise_mixture::two_sided(&first, regressor.lag_s));
-        let p = (p.fold(1.0, f64::min) * self.bank.len() as f64).min(1.0);
+        let z = chi_squared::normal_two_sided(confidence)?;
+        let rows = Rows::of_level(self.transform.of(self.series.axes.get(axis)?));
+        let without = rows.fit(&structure(&[]), None)?;
+        let fit = |lagged: &LaggedTemperature| rows.fit(&structure(&[&lagged.coefficients]), Some(&without));
+        let fits = |bank: &[LaggedTemperature]| bank.iter().map(fit).collect::<Option<Vec<Scored>>>();
+        let (mut bank, mut fitted) = (self.bank.clone(), fits(&self.bank)?);
+        let most = |fitted: &[Scored]| fitted.iter().map(|of| of.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
+        let evidence = (2.0 * (most(&fitted) - without.log_likelihood)).max(0.0).sqrt();
+        let p = (2.0 * chi_squared::normal_above(evidence) * bank.len() as f64).min(1.0);
+        let drop = 0.5 * z * z;
+        // of those that the record does not exclude, the first and the last
+        let left = |fitted: &[Scored]| {
+            let is_left = |of: &Scored| of.log_likelihood > most(fitted) - drop;
+            Some((fitted.iter().position(is_left)?, fitted.iter().rposition(is_left)?))
+        };
         // between the lags of the bank, as long as the record distinguishes them
-        let (mut regressors_now, mut candidates) = (self.bank.clone(), first);
         for _ in 0..MOST_REFINEMENTS {
-            let weights = noise_mixture::weights_of_lags(&candidates, &regressors_now);
-            let highest = weights.iter().fold(0.0, |a: f64, b| a.max(*b));
-            let is_left = |place: &usize| weights[*place] > EXCLUDED * highest;
-            let left: Vec<usize> = (0..weights.len()).filter(is_left).collect();
-            let (Some(first), Some(last)) = (left.first(), left.last()) else { return None };
-            if left.len() >= CLOSE || regressors_now.len() < 2 {
+            let (first, last) = left(&fitted)?;
+            if last - first + 1 >= CLOSE || bank.len() < 2 {
                 break;
             }
-            let (from, to) = (first.saturating_sub(1), (last + 1).min(weights.len() - 1));
-            let [from, to] = [from, to].map(|place| log_lag(regressors_now[place].lag_s));
-            regressors_now = self.regressors(from, to);
-            candidates = axis.candidates(&regressors_now);
+            let [from, to] =
+                [first.saturating_sub(1), (last + 1).min(bank.len() - 1)].map(|place| log_lag(bank[place].lag_s));
+            bank = self.lagged(from, to);
+            fitted = fits(&bank)?;
         }
-        let risk = (1.0 - confidence) / 2.0;
-        let [value, lower, upper] = [0.5, risk, 1.0 - risk]
-            .map(|p| noise_mixture::quantile(&candidates, p).map(|value| value * unit_per_count));
-        let (value, lower, upper) = (value?, lower?, upper?);
-        let (lag_s, lag_range_s) = lags(&candidates, &regressors_now, risk)?;
-        let (lower, upper) = (lower.min(upper), lower.max(upper));
+        let (first, last) = left(&fitted)?;
+        let most = most(&fitted);
+        let limit = |sign: f64| {
+            let each = bank[first..=last].iter().zip(&fitted[first..=last]);
+            each.filter_map(|(lagged, of)| limit_of(&rows, lagged, of, sign, drop - (most - of.log_likelihood)))
+                .fold(f64::NEG_INFINITY, |farthest, limit| farthest.max(sign * limit))
+        };
+        let likeliest =
+            (first..=last).max_by(|a, b| fitted[*a].log_likelihood.total_cmp(&fitted[*b].log_likelihood))?;
+        let [value, lower, upper] =
+            [*fitted[likeliest].multiples.first()?, -limit(-1.0), limit(1.0)].map(|value| value * unit_per_count);
+        let lag_range_s = (bank[first.saturating_sub(1)].lag_s, bank[(last + 1).min(bank.len() - 1)].lag_s);
         let is_lag_open = self.bank.last().is_some_and(|longest| lag_range_s.1 > 0.999 * longest.lag_s);
+        let (lower, upper) = (lower.min(upper), lower.max(upper));
+        let lag_s = bank[likeliest].lag_s;
         Some(TemperatureCoefficient { value, lower, upper, lag_s, lag_range_s, is_lag_open, p })
     }
 
     /// The temperature with lags from `from` to `to`, see [`log_lag`].
-    fn regressors(&self, from: f64, to: f64) -> Vec<Regressor> {
+    fn lagged(&self, from: f64, to: f64) -> Vec<LaggedTemperature> {
         let lag_s = |place: usize| SHORT_LAG_S * (from + (to - from) * place as f64 / (LAGS - 1) as f64).exp_m1();
-        let lags_s = (0..LAGS).map(|place| lag_s(place).max(0.0));
-        lags_s.map(|lag_s| self.mixture.regressor(&self.series.lagged_c(lag_s), lag_s, self.reach)).collect()
+        let of =
+            |lag_s: f64| LaggedTemperature { lag_s, coefficients: self.transform.of(&self.series.lagged_c(lag_s)) };
+        (0..LAGS).map(|place| of(lag_s(place).max(0.0))).collect()
     }
 
     /// What the temperature contributes with this coefficient to the axis with this number.
@@ -215,21 +229,22 @@ fn log_lag(lag_s: f64) -> f64 {
     (lag_s / SHORT_LAG_S).ln_1p()
 }
 
-/// The likeliest lag, and those that hold all but twice the `risk`, to the next one examined.
-fn lags(candidates: &[Candidate], regressors: &[Regressor], risk: f64) -> Option<(f64, (f64, f64))> {
-    let weights = noise_mixture::weights_of_lags(candidates, regressors);
-    let total: f64 = weights.iter().sum();
-    let likeliest = (0..weights.len()).max_by(|a, b| weights[*a].total_cmp(&weights[*b]))?;
-    let reaches = |share: f64| {
-        let mut sum = 0.0;
-        let reached = weights.iter().position(|weight| {
-            sum += weight;
-            sum >= share * total
-        });
-        reached.unwrap_or(weights.len() - 1)
+/// The noise of the level, with a shape.
+fn structure<'a>(shape: &[&'a Vec<f64>]) -> Structure<'a> {
+    let shapes = shape.iter().map(|shape| shape.as_slice()).collect();
+    Structure { components: vec![0, 1, 2], shapes, ..Structure::default() }
+}
+
+/// Where the likelihood with this lag has fallen by `drop`, above or below.
+fn limit_of(rows: &Rows, lagged: &LaggedTemperature, best: &Scored, sign: f64, drop: f64) -> Option<f64> {
+    let value = *best.multiples.first()?;
+    let each = lagged.coefficients.iter().zip(&best.expected);
+    let information: f64 = each.map(|(x, expected)| x * x / expected).sum();
+    let fall = |distance: f64| {
+        let held = Structure { held_shape: Some(value + sign * distance), ..structure(&[&lagged.coefficients]) };
+        rows.fit(&held, Some(best)).map_or(f64::INFINITY, |held| best.log_likelihood - held.log_likelihood)
     };
-    let (lower, upper) = (reaches(risk).saturating_sub(1), (reaches(1.0 - risk) + 1).min(weights.len() - 1));
-    Some((regressors[likeliest].lag_s, (regressors[lower].lag_s, regressors[upper].lag_s)))
+    (drop > 0.0).then(|| value + sign * crossing(drop, 1.0 / information.sqrt(), fall))
 }
 
 #[cfg(test)]

@@ -47,7 +47,6 @@ const CLOCK_DIFFERENCE: f64 = 1e-3;
 /// doubt.
 #[derive(Clone, Debug)]
 pub(super) struct DeviceClock {
-    first_ns: u64,
     last_ns: u64,
     last_at: Option<Duration>,
     /// The first samples, pending until the period is known; empty after that.
@@ -87,7 +86,6 @@ pub enum ClockAfterOutage {
 impl DeviceClock {
     pub(super) fn new() -> Self {
         Self {
-            first_ns: 0,
             last_ns: 0,
             last_at: None,
             held: Vec::new(),
@@ -109,9 +107,6 @@ impl DeviceClock {
 
     /// Takes the next sample; `at` is the arrival time, if it is known.
     pub(super) fn push(&mut self, device_ns: u64, at: Option<Duration>) {
-        if self.samples == 0 {
-            self.first_ns = device_ns;
-        }
         self.samples += 1;
         let stamped = Stamped { device_ns, at };
         match self.period_ns {

@@ -350,15 +350,16 @@ fn are_ticks_more(periods: &[f64]) -> bool {
     others.len() >= 4 && 10 * equal >= 9 * others.len()
 }
 
-/// Whether longer steps come after equal numbers of single ones, as for reads of a buffer, and the
-/// length of such a step in single ones.
+/// Whether longer steps come after equal numbers of single ones, as for reads of a buffer, or after
+/// numbers that change slowly, as for a rate that wanders; and the length of such a step in single ones.
 fn even_pauses(periods: &[f64]) -> (bool, f64) {
     let long: Vec<usize> = (0..periods.len()).filter(|place| periods[*place] > 1.5).collect();
     let between: Vec<f64> = long.windows(2).map(|pair| (pair[1] - pair[0]) as f64).collect();
     let lengths: Vec<f64> = long.iter().map(|place| periods[*place]).collect();
     let (Some(middle), Some(length)) = (median(&between), median(&lengths)) else { return (false, 0.0) };
-    let even = between.iter().filter(|steps| (*steps - middle).abs() <= f64::max(1.0, NEAR * middle)).count();
-    (between.len() >= 4 && middle >= 2.0 && 10 * even >= 9 * between.len(), length)
+    let is_even = |run: &&[f64]| (run[1] - 0.5 * (run[0] + run[2])).abs() <= f64::max(1.0, NEAR * run[1]);
+    let even = between.windows(3).filter(is_even).count();
+    (between.len() >= 4 && middle >= 2.0 && 10 * even >= 9 * (between.len() - 2), length)
 }
 
 /// The step by which the lower edge of the stamps rises, and its lasting variation; `None` if it

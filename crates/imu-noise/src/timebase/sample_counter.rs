@@ -25,7 +25,6 @@ const MAX_STEPS: f64 = 4_294_967_296.0;
 /// ignored, and [`GapEvent::CounterInUse`] is never reported.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SampleCounter {
-    first: Option<u64>,
     last: Option<u64>,
     /// Increments before the pending samples; empty once the step is known.
     pending: Vec<Increment>,
@@ -44,10 +43,7 @@ enum Increment {
 
 impl SampleCounter {
     pub(super) fn push(&mut self, count: u64) {
-        let Some(last) = self.last.replace(count) else {
-            self.first = Some(count);
-            return self.add_sample();
-        };
+        let Some(last) = self.last.replace(count) else { return self.add_sample() };
         let increment = increment(last, count);
         if let Some(step) = self.step {
             self.judge(increment, step);

@@ -56,21 +56,12 @@ impl Noise {
             let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
             let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
             let model = model.get_or_insert_with(|| NoiseModel::new(&octaves, &shape, Terms::RATE, None));
-            let slope = slope(&counts) * 1e-4 / INTERVAL_S;
             let signal = Some((&signal, 1e-4));
-            let curve = ChannelCurve { signal, ..ChannelCurve::new(&variances, Some(slope)) };
+            let curve = ChannelCurve { signal, ..ChannelCurve::new(&variances, true) };
             model.fit(&curve, 0.95).parameter(term).unwrap()
         });
         parameters.collect()
     }
-}
-
-/// The slope of the regression line, per sample.
-fn slope(counts: &[i32]) -> f64 {
-    let n = counts.len() as f64;
-    let middle = (n - 1.0) / 2.0;
-    let sum: f64 = counts.iter().enumerate().map(|(i, count)| (i as f64 - middle) * f64::from(*count)).sum();
-    sum * 12.0 / (n * (n * n - 1.0))
 }
 
 fn found(parameters: &[Parameter]) -> f64 {
@@ -143,24 +134,18 @@ fn a_random_walk_is_found_in_four_of_five_records_later_than_by_the_rule() {
 }
 
 #[test]
-fn the_smallest_walk_of_a_length_is_the_one_first_found_at_that_length() {
+fn the_smallest_walk_of_a_length_is_found_in_most_records() {
+    const SAMPLES: u64 = 1 << 14;
+    let (estimator, deviation) = (Estimator::Strided, Deviation::Allan);
+    let shape = RecordShape { samples: SAMPLES, interval_s: INTERVAL_S, estimator, deviation };
+    let model = NoiseModel::new(&shape.octaves(), &shape, Terms::RATE, None);
     for flicker in [0.0, 0.2] {
-        let noise = Noise { flicker, step: 2e-3 };
-        let (mut samples, truth) = (1 << 12, noise.truth());
-        let shape = |samples| RecordShape {
-            samples,
-            interval_s: INTERVAL_S,
-            estimator: Estimator::Strided,
-            deviation: Deviation::Allan,
-        };
-        let model = |samples| NoiseModel::new(&shape(samples).octaves(), &shape(samples), Terms::RATE, None);
-        while !model(samples).is_found(&truth, Term::RateRandomWalk) {
-            samples += samples / 64;
-        }
-        let (walk, others) = truth.split_last().unwrap();
-        let model = model(samples);
+        let truth = Noise { flicker, step: 2e-3 }.truth();
+        let (_, others) = truth.split_last().unwrap();
         let least = model.least_found(others, Term::RateRandomWalk).unwrap();
-        assert!((0.9..1.06).contains(&(least / walk.1)), "{least}, found {}", walk.1);
+        let noise = Noise { flicker, step: least * INTERVAL_S.sqrt() };
+        let share = found(&noise.simulated(Term::RateRandomWalk, SAMPLES as f64 * INTERVAL_S, 40, 5));
+        assert!((0.65..=1.0).contains(&share), "{share} with {least}");
         assert_eq!(model.least_found(others, Term::Quantization), None);
     }
 }

@@ -39,12 +39,12 @@ fn densities_equal_those_of_scipy() {
 fn without_a_full_segment_or_an_interval_there_is_no_density() {
     let nothing = signal(&white(127));
     assert!(nothing.spectrum().density(Sides::One, INTERVAL_S, 0).is_none());
-    assert!(nothing.lines(INTERVAL_S, 0).is_empty());
+    assert!(lines(&nothing, INTERVAL_S).is_empty());
     let short = signal(&white(128));
     assert_eq!(short.spectrum().density(Sides::One, INTERVAL_S, 0).unwrap().segments, 1);
     for interval_s in [0.0, -1.0, f64::NAN] {
         assert!(short.spectrum().density(Sides::One, interval_s, 0).is_none());
-        assert!(short.lines(interval_s, 0).is_empty());
+        assert!(lines(&short, interval_s).is_empty());
     }
 }
 
@@ -65,7 +65,7 @@ fn a_constant_has_no_line_and_no_noise() {
     let constant = signal(&[-9813; 5000]);
     let density = constant.spectrum().density(Sides::One, INTERVAL_S, 3).unwrap();
     assert!(density.points.iter().all(|point| point.density_unit2_hz == 0.0));
-    assert!(constant.lines(INTERVAL_S, 3).is_empty());
+    assert_eq!(constant.narrow_bands(1.0), []);
 }
 
 #[test]
@@ -166,8 +166,12 @@ fn samples_after_a_long_gap_have_no_greater_weight() {
     assert!((found.amplitude / (50.0 / 3_f64.sqrt()) - 1.0).abs() < 0.05, "{found:?}");
 }
 
+fn lines(signal: &ChannelSignal, interval_s: f64) -> Vec<SpectralLine> {
+    signal.narrow_bands(1.0).iter().filter_map(|band| band.line(interval_s)).collect()
+}
+
 fn only(signal: &ChannelSignal, interval_s: f64) -> SpectralLine {
-    let lines = signal.lines(interval_s, 0);
+    let lines = lines(signal, interval_s);
     assert_eq!(lines.len(), 1, "{lines:?}");
     lines[0]
 }
@@ -182,7 +186,7 @@ fn cycles_of_seconds_and_of_minutes_are_found_in_hours() {
     };
     let counts: Vec<i32> = white(samples).iter().zip(0..).map(|(x, i)| x + cycles(i).round() as i32).collect();
     let whole = signal(&counts);
-    let found = whole.lines(INTERVAL_S, 0);
+    let found = lines(&whole, INTERVAL_S);
     let [slow, fast] = &found[..] else { panic!("{found:?}") };
     for (line, (period, amplitude)) in [fast, slow].into_iter().zip(periods.into_iter().zip(amplitudes)) {
         assert!((line.frequency_hz * period * INTERVAL_S - 1.0).abs() < 0.02, "{line:?}");
@@ -197,7 +201,7 @@ fn cycles_of_seconds_and_of_minutes_are_found_in_hours() {
         lossy.gap(Some(150));
     }
     let near = |line: &SpectralLine| (line.frequency_hz / slow.frequency_hz - 1.0).abs() < 0.02;
-    assert_eq!(lossy.lines(INTERVAL_S, 0).iter().filter(|line| near(line)).count(), 1);
+    assert_eq!(lines(&lossy, INTERVAL_S).iter().filter(|line| near(line)).count(), 1);
 }
 
 fn signal(counts: &[i32]) -> ChannelSignal {

@@ -102,7 +102,6 @@ proptest! {
         for Pair { accumulators: [a, b], signals: [c, d] } in &channels {
             prop_assert_eq!(a.octaves().sums().collect::<Vec<_>>(), b.octaves().sums().collect::<Vec<_>>());
             prop_assert_eq!((a.moments(), a.histogram()), (b.moments(), b.histogram()));
-            prop_assert_eq!(a.slope_counts(), b.slope_counts());
             prop_assert_eq!(c.blocks(), d.blocks());
             let powers = |signal: &ChannelSignal| signal.spectrum().density(Sides::Two, 1.0, 0);
             prop_assert_eq!(powers(c), powers(d));

@@ -51,12 +51,17 @@ pub(crate) struct Findings {
     pub(crate) change: Option<LevelChange>,
 }
 
+fn lines_hz(signal: &ChannelSignal) -> Vec<f64> {
+    let lines = signal.narrow_bands(1.0).into_iter().filter_map(|band| band.line(INTERVAL_S));
+    lines.map(|line| line.frequency_hz).collect()
+}
+
 impl Findings {
     pub(crate) fn of(counts: &[i32], plan: &SpectrumPlan) -> Self {
         let mut signal = ChannelSignal::new(plan);
         signal.push(counts);
         Self {
-            lines_hz: signal.lines(INTERVAL_S, 0).iter().map(|line| line.frequency_hz).collect(),
+            lines_hz: lines_hz(&signal),
             disturbances_s: signal.disturbances(INTERVAL_S).iter().map(|found| (found.start_s, found.end_s)).collect(),
             change: LevelSearch::of([&signal]).find(&signal, INTERVAL_S, 0).change,
         }

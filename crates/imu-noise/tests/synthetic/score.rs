@@ -96,7 +96,6 @@ pub(crate) struct ReadOut {
     pub(crate) shape: RecordShape,
     pub(crate) octaves: Vec<imu_noise::Octave>,
     pub(crate) variances: Vec<f64>,
-    slope_s: f64,
     /// The level of every interval.
     confidence: f64,
 }
@@ -110,7 +109,6 @@ impl ReadOut {
             shape,
             octaves: sums.sums().map(|sum| sum.octave()).collect(),
             variances: sums.sums().map(|sum| sum.variance_counts2().unwrap() / (COUNTS * COUNTS)).collect(),
-            slope_s: slope(counts) / COUNTS * RATE_HZ,
             confidence: CONFIDENCE,
         }
     }
@@ -125,7 +123,7 @@ impl ReadOut {
     }
 
     pub(crate) fn fit(&self, model: &NoiseModel) -> NoiseFit {
-        model.fit(&ChannelCurve::new(&self.variances, Some(self.slope_s)), self.confidence)
+        model.fit(&ChannelCurve::new(&self.variances, true), self.confidence)
     }
 
     /// N from the averaging times without the effect of a filter that tracks the bias.
@@ -134,7 +132,7 @@ impl ReadOut {
         let octaves = self.octaves.iter().take_while(before_filter).count();
         let model = NoiseModel::new(&self.octaves, &self.shape, Terms::RATE, None);
         model
-            .fit_part(&ChannelCurve::new(&self.variances, None), octaves, self.confidence)
+            .fit_part(&ChannelCurve::new(&self.variances, false), octaves, self.confidence)
             .parameter(Term::White)
             .unwrap()
     }
@@ -187,12 +185,4 @@ impl Cell {
             }
         }
     }
-}
-
-/// The slope of the regression line, in counts per sample.
-fn slope(counts: &[i32]) -> f64 {
-    let n = counts.len() as f64;
-    let centre = (n - 1.0) / 2.0;
-    let sum: f64 = counts.iter().enumerate().map(|(i, count)| (i as f64 - centre) * f64::from(*count)).sum();
-    12.0 * sum / (n * (n * n - 1.0))
 }

@@ -1,7 +1,7 @@
 //! What is found where nothing disturbs a record.
 
 use imu_noise::{ChannelSignal, Histogram, LevelSearch, LevelShape, SpectrumPlan};
-use vn100_analysis::Disturbed;
+use vn100_analysis::Stationarity;
 
 use super::{
     disturbances::kinds,
@@ -71,25 +71,27 @@ fn of_length(arguments: &Arguments, minutes: usize) {
     }
 }
 
-fn disturbed(counts: &[i32], rate_hz: f64, plan: &SpectrumPlan, search: &LevelSearch) -> Disturbed {
+fn disturbed(counts: &[i32], rate_hz: f64, plan: &SpectrumPlan, search: &LevelSearch) -> Stationarity {
     let mut signal = ChannelSignal::new(plan);
     let mut histogram = Histogram::new();
     signal.push(counts);
     histogram.push(counts);
     let interval_s = 1.0 / rate_hz;
-    let level = search.find(&signal, interval_s, 0);
-    Disturbed {
-        lines: signal.lines(interval_s, 0),
+    let noise = signal.noise_changes(&histogram, interval_s);
+    Stationarity {
+        lines: signal.narrow_bands(1.0).iter().filter_map(|band| band.line(interval_s)).collect(),
         disturbances: signal.disturbances(interval_s),
-        noise: signal.noise_changes(&histogram, interval_s),
-        level_change: level.change,
-        detectable_step: level.detectable_step,
+        noise_change: noise.change,
+        bursts: noise.bursts,
+        frozen: noise.frozen,
+        spikes: noise.spikes,
+        level_change: search.find(&signal, interval_s, 0).change,
+        ..Stationarity::default()
     }
 }
 
 /// Of what disturbs a channel, each once.
-pub(crate) fn names(disturbed: &Disturbed) -> Vec<&'static str> {
-    let noise = &disturbed.noise;
+pub(crate) fn names(disturbed: &Stationarity) -> Vec<&'static str> {
     let level = disturbed.level_change.map(|change| match change.shape {
         LevelShape::WarmUp { .. } => "warm-up",
         LevelShape::Step { .. } => "step",
@@ -99,10 +101,10 @@ pub(crate) fn names(disturbed: &Disturbed) -> Vec<&'static str> {
     let all = [
         named(!disturbed.lines.is_empty(), "line"),
         named(!disturbed.disturbances.is_empty(), "disturbance"),
-        named(noise.change.is_some(), "noise change"),
-        named(noise.bursts.is_some(), "bursts"),
-        named(noise.frozen.is_some(), "frozen"),
-        named(noise.spikes.is_some(), "spikes"),
+        named(disturbed.noise_change.is_some(), "noise change"),
+        named(disturbed.bursts.is_some(), "bursts"),
+        named(disturbed.frozen.is_some(), "frozen"),
+        named(disturbed.spikes.is_some(), "spikes"),
         level,
     ];
     all.into_iter().flatten().collect()

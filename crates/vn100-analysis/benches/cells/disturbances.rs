@@ -75,7 +75,7 @@ pub(crate) fn measure(arguments: &Arguments) {
 /// In noise like that of `cell`.
 fn beside(arguments: &Arguments, minutes: usize, noise: &str, cell: &families::Cell) {
     let records = arguments.records;
-    println!("### Disturbed records, {minutes} min, {noise}, {records} records\n");
+    println!("### Stationarity records, {minutes} min, {noise}, {records} records\n");
     println!("One of six channels is disturbed; flicker noise crosses the white noise at 5 s.\n");
     println!("| disturbance | found % | 95 % limits | K estimated % | B missed % | as, records |");
     println!("|---|---:|---:|---:|---:|---|");
@@ -126,7 +126,7 @@ fn beside(arguments: &Arguments, minutes: usize, noise: &str, cell: &families::C
 
 /// The names of what is found in the channel at `place`, each once.
 fn findings(assessed: &Assessed, channel: &str, place: usize) -> Vec<&'static str> {
-    let mut found = clean::names(&assessed.assessment.channels[place].disturbed);
+    let mut found = clean::names(&assessed.assessment.channels[place].stationarity);
     for warning in assessed.snapshot.warnings.iter().chain(&assessed.assessment.warnings) {
         let of_disturbance =
             [WarningKind::NotStationary, WarningKind::WarmUp, WarningKind::VibrationLine].contains(&warning.kind);

@@ -134,22 +134,6 @@ pub(crate) fn walking() -> Cell {
     Cell::new("white and walk", 1.0, &[walk_crossing(60.0)])
 }
 
-/// The noise of two records whose means are compared.
-pub(crate) fn of_means(duration_s: f64) -> Vec<Cell> {
-    let (flicker, late) = (flicker_crossing(5.0), flicker_crossing(duration_s / 20.0));
-    let walk = |of_length: f64| walk_crossing(duration_s / of_length);
-    let cell = |name: &str, parts: &[Part]| Cell::new(name, duration_s, parts);
-    vec![
-        cell("white", &[]),
-        cell("white, flicker crossing at 5 s", &[flicker]),
-        cell("white, flicker crossing at T/20", &[late]),
-        cell("white, walk crossing at T/30", &[walk(30.0)]),
-        cell("white, walk crossing at T/10", &[walk(10.0)]),
-        cell("white, walk crossing at T/3", &[walk(3.0)]),
-        cell("white, flicker at 5 s, walk at T/30", &[flicker, walk(30.0)]),
-    ]
-}
-
 struct Cells {
     duration_s: f64,
     /// That of most cells.

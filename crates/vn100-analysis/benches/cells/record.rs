@@ -96,19 +96,6 @@ impl Record {
         Self { series, cycle_s, cycle_phase, temperature_c: None, kept }
     }
 
-    /// The first samples of it and the last, of a record without a cycle and without losses.
-    pub(crate) fn ends(self, samples: usize) -> [Self; 2] {
-        let start = self.series[0].len() - samples;
-        let part = |from: usize| Self {
-            series: self.series.each_ref().map(|series| series[from..from + samples].to_vec()),
-            cycle_s: None,
-            cycle_phase: 0.0,
-            temperature_c: None,
-            kept: None,
-        };
-        [part(0), part(start)]
-    }
-
     /// Read and assessed as that of a sensor at rest.
     pub(crate) fn assess(&self, cell: &Cell, random: &mut Random) -> Assessed {
         let mut analysis = Analysis::new(Settings { rate_hz: Some(cell.rate_hz), ..Settings::default() });

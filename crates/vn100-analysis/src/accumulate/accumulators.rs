@@ -300,7 +300,7 @@ impl Accumulators {
             .map(|(state, channel)| {
                 let digits = i32::from(channel.decimals) - i32::from(coarsest.decimals(channel));
                 let of_increment = channel.increment_step.unwrap_or(0.0) / shape.interval_s / channel.scale;
-                state.snapshot(10_f64.powi(digits).max(of_increment), shape)
+                state.snapshot(10_f64.powi(digits).max(of_increment))
             })
             .collect()
     }
@@ -519,7 +519,7 @@ mod tests {
                 let settled = accumulators.settled();
                 let channels = settled.snapshot(&shape()).into_iter().map(|channel| {
                     let signal = channel.signal.unwrap();
-                    let sums = (channel.octaves, channel.moments, channel.histogram, channel.slope_counts);
+                    let sums = (channel.octaves, channel.moments, channel.histogram);
                     (sums, signal.blocks(), signal.spectrum().density(imu_noise::Sides::Two, 1.0, 0))
                 });
                 let magnitudes = settled.magnitudes.iter().map(|magnitude| magnitude.moments.clone());

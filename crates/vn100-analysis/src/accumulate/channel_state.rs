@@ -1,8 +1,6 @@
 //! One channel of a stream: unwrapped where it is an angle, and accumulated.
 
-use imu_noise::{
-    ChannelAccumulator, ChannelSignal, OctaveSum, RecordShape, SpectrumPlan, Stretch, Unwrap, WindowPlans,
-};
+use imu_noise::{ChannelAccumulator, ChannelSignal, OctaveSum, SpectrumPlan, Stretch, Unwrap, WindowPlans};
 use vn100_protocol::{Channel, Quantity};
 
 use crate::{averaging_times::AveragingTimes, settings::Settings, snapshot::ChannelSnapshot};
@@ -101,21 +99,15 @@ impl ChannelState {
     }
 
     /// The results.
-    pub(crate) fn snapshot(&self, printed_step_counts: f64, shape: &RecordShape) -> ChannelSnapshot {
+    pub(crate) fn snapshot(&self, printed_step_counts: f64) -> ChannelSnapshot {
         let moments = self.accumulator.moments().clone();
-        let sums: Vec<_> = self.accumulator.octaves().sums().collect();
-        let octaves: Vec<_> = sums.iter().map(OctaveSum::octave).collect();
-        // an octave without windows has no variance, and no slope depends on it
-        let variances: Vec<_> = sums.iter().map(|sum| sum.variance_counts2().unwrap_or(f64::NAN)).collect();
         let mean = moments.mean_counts().unwrap_or(0.0);
         ChannelSnapshot {
             branch_counts: self.unwrap.as_ref().map_or(0, |unwrap| unwrap.turn_offset_counts(mean)),
             moments,
             histogram: self.accumulator.histogram().clone(),
-            noise_types: self.accumulator.noise_types(&octaves, &variances, shape),
-            slope_counts: self.accumulator.slope_counts(),
             signal: Some(self.signal.clone()),
-            octaves: sums,
+            octaves: self.accumulator.octaves().sums().collect(),
             points: Vec::new(),
             stride: self.stride,
             printed_step_counts,
@@ -138,7 +130,6 @@ fn turn_counts(channel: &Channel) -> Option<i32> {
 
 #[cfg(test)]
 mod tests {
-    use imu_noise::{Deviation, Estimator};
     use vn100_protocol::VNYMR;
 
     use super::*;
@@ -149,10 +140,6 @@ mod tests {
 
     fn push(channel: &mut ChannelState, counts: &mut [i32]) {
         channel.push(counts, &Stretch::full(counts.len()), &mut WindowPlans::new());
-    }
-
-    fn shape(samples: u64) -> RecordShape {
-        RecordShape { samples, interval_s: 0.025, estimator: Estimator::Strided, deviation: Deviation::Allan }
     }
 
     #[test]
@@ -167,7 +154,7 @@ mod tests {
     fn an_angle_is_unwrapped() {
         let mut yaw = state(&VNYMR.channels[0], &Settings::default());
         push(&mut yaw, &mut [179_990, -179_990, -179_970]);
-        let snapshot = yaw.snapshot(1.0, &shape(3));
+        let snapshot = yaw.snapshot(1.0);
         assert_eq!((snapshot.moments.max_counts(), snapshot.branch_counts), (Some(180_030), 360_000));
         assert!(!yaw.restarted);
     }
@@ -178,7 +165,7 @@ mod tests {
         push(&mut channel, &mut [1, 2]);
         channel.gap(Some(32));
         push(&mut channel, &mut [3, 4]);
-        let snapshot = channel.snapshot(1.0, &shape(36));
+        let snapshot = channel.snapshot(1.0);
         assert_eq!((snapshot.octaves[0].terms, snapshot.octaves.len()), (2, 1));
         let blocks = snapshot.signal.map(|signal| signal.blocks().iter().map(|block| block.count).collect::<Vec<_>>());
         assert_eq!(blocks, Some(vec![2, 2]));

@@ -1,6 +1,8 @@
 //! Which rows a record holds, by a sample of their hashes. By this two records of the same samples
 //! are distinguished from two records of the same sensor.
 
+use serde::Serialize;
+
 /// The most hashes that are kept.
 const MOST: usize = 4096;
 
@@ -17,7 +19,7 @@ pub struct Fingerprint {
 }
 
 /// How much of two records is the same.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SharedRows {
     /// Share of the rows of the first record that are also in the second, 0 to 1, known to a few
     /// percent.

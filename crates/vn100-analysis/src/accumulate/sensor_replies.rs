@@ -109,8 +109,6 @@ impl SensorReplies {
                     histogram: histogram.clone(),
                     octaves: Vec::new(),
                     points: Vec::new(),
-                    noise_types: Vec::new(),
-                    slope_counts: None,
                     signal: None,
                     branch_counts: 0,
                     stride: 1,

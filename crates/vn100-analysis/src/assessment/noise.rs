@@ -20,9 +20,9 @@ use crate::{
     snapshot::{RateFrom, Snapshot},
 };
 
-/// Where a filter takes the bias of a gyroscope out, with a time constant of tens of seconds,
-/// deviations up to here still show the sensor.
-pub(crate) const BEFORE_FILTER_S: f64 = 10.0;
+/// If a filter takes the bias of a gyroscope out, with a time constant of tens of seconds, deviations
+/// up to this averaging time, in seconds, still show the sensor.
+pub const BEFORE_FILTER_S: f64 = 10.0;
 
 /// The noise parameters of one axis.
 #[derive(Debug, Clone)]
@@ -130,8 +130,9 @@ impl ChannelNoise {
     #[must_use]
     pub fn withheld(&self) -> Option<Withheld> {
         match () {
-            () if self.level_changes => Some(Withheld::LevelChange),
+            // what follows the temperature is a change of the level too
             () if self.temperature.as_ref().is_some_and(AxisTemperature::poses_as_noise) => Some(Withheld::Temperature),
+            () if self.level_changes => Some(Withheld::LevelChange),
             () => SLOW.into_iter().find_map(|term| self.fit.rival(term)).map(|rival| match rival {
                 Rival::Cycle => Withheld::MayBeCycle,
                 Rival::WarmUp => Withheld::MayBeWarmUp,
@@ -164,7 +165,7 @@ impl ChannelNoise {
             Sensor::Magnetometer => (part(curve.octaves.len()), LongTauValidity::Surroundings),
             Sensor::Gyroscope if compensated => (part(before_filter), LongTauValidity::Compensated),
             Sensor::Gyroscope | Sensor::Accelerometer => {
-                let whole = model.fit(&ChannelCurve { slope_unit_s: curve.slope_unit_s, ..evidence }, confidence);
+                let whole = model.fit(&ChannelCurve { has_ramp: true, ..evidence }, confidence);
                 let may_fall = |fit: &NoiseFit| fit.quality.is_none() || falls_below_white(curve, fit, window);
                 let before_filter = (sensor == Sensor::Gyroscope && may_fall(&whole)).then(|| part(before_filter));
                 match before_filter.filter(|before_filter| falls_below_white(curve, before_filter, window)) {
@@ -276,9 +277,9 @@ const SLOW: [Term; 3] = [Term::BiasInstability, Term::RateRandomWalk, Term::Rate
 
 /// Bounds the slow terms where a step, a cycle or a warm-up of the level would be fitted by them.
 pub(super) fn withhold_changes_of_level(channels: &mut [ChannelAssessment]) {
-    for ChannelAssessment { noise, disturbed, .. } in channels {
+    for ChannelAssessment { noise, stationarity, .. } in channels {
         let Some(noise) = noise else { continue };
-        noise.level_changes = disturbed.level_poses_as_noise();
+        noise.level_changes = stationarity.level_poses_as_noise();
         if noise.level_changes {
             noise.bound_slow_terms();
         }
@@ -427,7 +428,7 @@ mod tests {
         let octaves = shape.octaves();
         let variances: Vec<f64> = octaves.iter().map(|octave| 1.0 / (octave.m as f64 * interval_s)).collect();
         let model = NoiseModel::new(&octaves, &shape, Terms::RATE, None);
-        let fit = model.fit(&ChannelCurve::new(&variances, Some(0.0)), 0.95);
+        let fit = model.fit(&ChannelCurve::new(&variances, true), 0.95);
         (shape, Made { octaves, window: None, model, longer: OnceLock::new() }, fit)
     }
 
@@ -455,8 +456,7 @@ mod tests {
                 Term::White.variance(1.0, octave.m, &shape) + Term::RateRandomWalk.variance(0.02, octave.m, &shape)
             })
             .collect();
-        let fit =
-            NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&ChannelCurve::new(&variances, Some(0.0)), 0.95);
+        let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&ChannelCurve::new(&variances, true), 0.95);
         assert_eq!(fit.parameter(Term::RateRandomWalk).unwrap().status, Status::Bounded);
         let mut longest = 0.0;
         for octave in &octaves {

@@ -1,26 +1,46 @@
-//! Degrees of freedom and kinds of noise at averaging factors that are no octave.
+//! Degrees of freedom and kinds of noise at averaging factors.
 
 use std::{
     collections::HashMap,
     sync::{Mutex, PoisonError},
 };
 
-use imu_noise::{Deviation, Interval, Octave, OctaveSum, PowerLaw, RecordShape, edf};
+use imu_noise::{Interval, Octave, OctaveSum, PowerLaw, RecordShape, edf};
 
 use super::{LEAST_EDF, OctaveAssessment, OctaveVariances};
 use crate::snapshot::ChannelSnapshot;
 
-/// Degrees of freedom in noise of one kind, computed once for all channels.
-#[derive(Debug, Default)]
+/// Samples of the channel, averaging factor and windows, and the kind of noise.
+type OctaveInNoise = (u64, u64, u64, PowerLaw);
+
+/// Degrees of freedom in noise of one kind, of one estimator and deviation: most channels of a record
+/// ask for the same ones.
+#[derive(Debug)]
 pub(super) struct KnownEdf {
-    /// By the samples of the channel, too.
-    known: HashMap<(u64, u64, u64, PowerLaw), Option<f64>>,
+    pub(super) confidence: f64,
+    known: Mutex<HashMap<OctaveInNoise, Option<f64>>>,
 }
 
 impl KnownEdf {
-    fn of(&mut self, octave: &Octave, shape: &RecordShape, law: PowerLaw) -> Option<f64> {
+    pub(super) fn new(confidence: f64) -> Self {
+        Self { confidence, known: Mutex::default() }
+    }
+
+    pub(super) fn of(&self, octave: &Octave, shape: &RecordShape, law: PowerLaw) -> Option<f64> {
         let key = (shape.samples, octave.m, octave.terms, law);
-        *self.known.entry(key).or_insert_with(|| edf(octave, shape, law))
+        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(edf) = known().get(&key) {
+            return *edf;
+        }
+        // without the lock: another thread may find the same
+        let edf = edf(octave, shape, law);
+        known().insert(key, edf);
+        edf
+    }
+
+    /// Of a deviation of 1; `None` below [`LEAST_EDF`] degrees of freedom.
+    pub(super) fn interval(&self, edf: f64) -> Option<Interval> {
+        Some(edf).filter(|edf| *edf >= LEAST_EDF).and_then(|edf| Interval::new(1.0, edf, self.confidence))
     }
 
     /// The assessments of the points of `results`, from those of its `octaves`. The kind of noise
@@ -28,17 +48,16 @@ impl KnownEdf {
     /// at this very averaging factor, times what the mixture of noises has more or less than it at
     /// the octaves around: exact at an octave, with the logarithm of that ratio linear between two.
     pub(super) fn points(
-        &mut self,
+        &self,
         results: &ChannelSnapshot,
         curve: &OctaveVariances,
         octaves: &[OctaveAssessment],
-        confidence: f64,
     ) -> Vec<OctaveAssessment> {
-        let mut point = |sum: &OctaveSum| {
+        let point = |sum: &OctaveSum| {
             let place = (sum.m as f64).log2().min(octaves.len().checked_sub(1)? as f64);
             let nearest = place.round() as usize;
-            let law = results.noise_types[..=nearest].iter().rev().find_map(|law| *law);
-            let mut ratio = |index: usize| {
+            let law = octaves[..=nearest].iter().rev().find_map(|octave| octave.alpha).map(PowerLaw::nearest);
+            let ratio = |index: usize| {
                 let mixture = octaves.get(index)?.relative?.edf;
                 Some((mixture / self.of(curve.octaves.get(index)?, &curve.shape, law?)?).ln())
             };
@@ -48,51 +67,11 @@ impl KnownEdf {
                 (one, other) => one.or(other).unwrap_or(0.0),
             };
             let edf = self.of(&sum.octave(), &curve.shape, law?).map(|edf| edf * ratio.exp());
-            let known = edf.filter(|edf| *edf >= LEAST_EDF);
-            let relative = known.and_then(|edf| Interval::new(1.0, edf, confidence));
+            let relative = edf.and_then(|edf| self.interval(edf));
             Some(OctaveAssessment { m: sum.m, alpha: octaves[nearest].alpha, relative })
         };
         let unknown = |sum: &OctaveSum| OctaveAssessment { m: sum.m, alpha: None, relative: None };
         results.points.iter().map(|sum| point(sum).unwrap_or_else(|| unknown(sum))).collect()
-    }
-}
-
-/// Deviation, samples of the channel, averaging factor and windows, and the kind of noise.
-type OctaveInNoise = (Deviation, u64, u64, u64, PowerLaw);
-
-/// Intervals of octaves in noise of one kind, at one level and of one estimator: most channels of a
-/// record ask for the same ones.
-#[derive(Debug)]
-pub(super) struct KnownIntervals {
-    confidence: f64,
-    known: Mutex<HashMap<OctaveInNoise, Option<Interval>>>,
-}
-
-impl KnownIntervals {
-    pub(super) fn new(confidence: f64) -> Self {
-        Self { confidence, known: Mutex::default() }
-    }
-
-    pub(super) const fn confidence(&self) -> f64 {
-        self.confidence
-    }
-
-    /// Of a deviation of 1; `None` below [`LEAST_EDF`] degrees of freedom.
-    pub(super) fn of(&self, octave: &Octave, shape: &RecordShape, law: PowerLaw) -> Option<Interval> {
-        let key = (shape.deviation, shape.samples, octave.m, octave.terms, law);
-        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(interval) = known().get(&key) {
-            return *interval;
-        }
-        // without the lock: another thread may find the same
-        let interval = edf(octave, shape, law).and_then(|edf| self.with(edf));
-        known().insert(key, interval);
-        interval
-    }
-
-    /// With so many degrees of freedom.
-    pub(super) fn with(&self, edf: f64) -> Option<Interval> {
-        Some(edf).filter(|edf| *edf >= LEAST_EDF).and_then(|edf| Interval::new(1.0, edf, self.confidence))
     }
 }
 
@@ -165,7 +144,7 @@ mod tests {
         let mut mixed = white.clone();
         let more = mixed.iter_mut().find(|octave| octave.m == 16).unwrap();
         more.relative = Interval::new(1.0, 2.0 * more.relative.unwrap().edf, 0.95);
-        let points = |octaves: &[OctaveAssessment]| KnownEdf::default().points(results, &curve, octaves, 0.95);
+        let points = |octaves: &[OctaveAssessment]| KnownEdf::new(0.95).points(results, &curve, octaves);
         for (mixed, white) in points(&mixed).into_iter().zip(points(&white)).filter(|(point, _)| point.m <= 64) {
             let m = white.m as f64;
             let expected = (m / 8.0).min(32.0 / m).max(1.0);
@@ -191,22 +170,20 @@ mod tests {
     }
 
     #[test]
-    fn known_intervals_are_those_of_the_octave() {
-        let known = KnownIntervals::new(0.9);
-        let shape =
-            |deviation| RecordShape { samples: 5000, interval_s: 0.025, estimator: Estimator::Strided, deviation };
+    fn known_degrees_of_freedom_are_those_of_the_octave() {
+        let shape = RecordShape {
+            samples: 5000,
+            interval_s: 0.025,
+            estimator: Estimator::Strided,
+            deviation: Deviation::Hadamard,
+        };
+        let known = KnownEdf::new(0.9);
         let octaves = [(16, 5000), (16, 4000), (2048, 5)].map(|(m, terms)| Octave::whole(m, terms));
-        for _ in 0..2 {
-            for shape in [Deviation::Allan, Deviation::Hadamard].map(shape) {
-                for octave in &octaves {
-                    for law in [PowerLaw::White, PowerLaw::RandomWalk] {
-                        let alone = edf(octave, &shape, law).filter(|edf| *edf >= LEAST_EDF);
-                        let expected = alone.and_then(|edf| Interval::new(1.0, edf, 0.9));
-                        assert_eq!(known.of(octave, &shape, law), expected, "{shape:?} {octave:?} {law:?}");
-                    }
-                }
+        for octave in octaves.iter().cycle().take(6) {
+            for law in [PowerLaw::White, PowerLaw::RandomWalk] {
+                assert_eq!(known.of(octave, &shape, law), edf(octave, &shape, law), "{octave:?} {law:?}");
             }
         }
-        assert_eq!(known.with(1.9), None);
+        assert_eq!((known.interval(1.9), known.interval(9.0)), (None, Interval::new(1.0, 9.0, 0.9)));
     }
 }

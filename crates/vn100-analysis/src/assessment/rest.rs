@@ -177,6 +177,13 @@ mod tests {
         assert_eq!((&*pushed.channel, &*pushed.unit, pushed.limit), ("accel_y", "m/s^2", 0.5));
         assert_eq!(pushed.axes, ["accel_y", "accel_z", "gyro_x"]);
         assert!((pushed.std - 1.001).abs() < 1e-3, "{}", pushed.std);
+        // a series of no sensor has no limit, however much it varies
+        let mut layout = Layout { channels: VNIMU.channels[6..7].into(), ..VNIMU.clone() };
+        layout.channels.to_mut()[0].quantity = Quantity::Value;
+        let mut analysis = Analysis::new(Settings::default());
+        let counts = (0..400).map(|row| [90_000_000, -90_000_000][row % 2]).collect();
+        analysis.absorb(&Batch { layout: Some(Arc::new(layout)), counts, ..Batch::default() });
+        assert_eq!(Motion::of(&analysis.snapshot()), None);
         // 0.2 rad/s is four times its limit, 1 m/s² twice
         assert_eq!(moved([0, 1000, 0, 200_000]).unwrap().channel, "gyro_x");
     }

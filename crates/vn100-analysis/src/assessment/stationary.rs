@@ -1,9 +1,9 @@
 //! Warnings of what is not stationary: spectral peaks, disturbances, changes of noise and level.
 
-use imu_noise::{Disturbance, Frozen, LevelShape, NoiseChange, NoiseChanges, SpectralLine, Spikes};
+use imu_noise::{Disturbance, Frozen, LevelShape, NoiseChange, SpectralLine, Spikes};
 use vn100_protocol::{Channel, Quantity};
 
-use super::{ChannelAssessment, Disturbed, mains::Mains};
+use super::{ChannelAssessment, Stationarity, mains::Mains};
 use crate::{
     remedy::Remedy,
     snapshot::Snapshot,
@@ -15,14 +15,14 @@ const HIGHEST_HZ: f64 = 400.0;
 
 pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
     let channels: Vec<_> =
-        snapshot.assessed(assessed).map(|(channel, _, assessed)| (channel, &assessed.disturbed)).collect();
-    [vibration(&channels, snapshot), disturbances(&channels, snapshot), warm_up(&channels, snapshot)]
+        snapshot.assessed(assessed).map(|(channel, _, assessed)| (channel, &assessed.stationarity)).collect();
+    [vibration(&channels, snapshot), disturbances(&channels, snapshot), warm_up(&channels)]
         .into_iter()
         .flatten()
         .collect()
 }
 
-type Of<'a> = (&'a Channel, &'a Disturbed);
+type Of<'a> = (&'a Channel, &'a Stationarity);
 
 fn vibration(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     let shakes = Shake::all(channels);
@@ -104,7 +104,7 @@ impl<'a> Shake<'a> {
 fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     let (skipped_s, duration_s) = (snapshot.skipped.as_secs_f64(), snapshot.timing.duration_s());
     // the last of equal stretches may be longer than the rest of the record
-    let within = |at_s: f64| at_s.min(duration_s) + skipped_s;
+    let within = |at_s: f64| at_s.min(duration_s + skipped_s);
     let mut found: Vec<Happening> = channels.iter().flat_map(|(channel, found)| events(channel, found)).collect();
     let start = |event: &Happening| event.span_s.map_or(f64::INFINITY, |(start_s, _)| start_s);
     found.sort_by(|a, b| start(a).total_cmp(&start(b)).then_with(|| a.channel.cmp(&b.channel)));
@@ -118,10 +118,9 @@ fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
 }
 
 /// All but a warm-up.
-fn events(channel: &Channel, found: &Disturbed) -> Vec<Happening> {
+fn events(channel: &Channel, found: &Stationarity) -> Vec<Happening> {
     let event = |span_s, what| Happening { channel: channel.name.to_string(), span_s, what };
     let unit = || channel.unit.to_string();
-    let NoiseChanges { change, bursts, frozen, spikes, .. } = &found.noise;
     let short = (found.disturbances.iter())
         .map(|&Disturbance { start_s, end_s, sigmas }| event(Some((start_s, end_s)), Event::Sigmas(sigmas)));
     let level = found.level_change.and_then(|change| match change.shape {
@@ -131,16 +130,18 @@ fn events(channel: &Channel, found: &Disturbed) -> Vec<Happening> {
         LevelShape::Cycle { period_s, amplitude } => Some(event(None, Event::Cycle(period_s, amplitude, unit()))),
         LevelShape::WarmUp { .. } => None,
     });
-    let change = change
+    let change = found
+        .noise_change
         .map(|NoiseChange { start_s, end_s, factor, .. }| event(Some((start_s, end_s)), Event::NoiseFactor(factor)));
-    let bursts = bursts.map(|ratio| event(None, Event::Bursts(ratio)));
-    let frozen =
-        frozen.map(|Frozen { start_s, end_s, duration_s }| event(Some((start_s, end_s)), Event::Frozen(duration_s)));
-    let spikes = spikes.map(|Spikes { count, sigmas }| event(None, Event::Outliers(count, sigmas)));
+    let bursts = found.bursts.map(|ratio| event(None, Event::Bursts(ratio)));
+    let frozen = found
+        .frozen
+        .map(|Frozen { start_s, end_s, duration_s }| event(Some((start_s, end_s)), Event::Frozen(duration_s)));
+    let spikes = found.spikes.map(|Spikes { count, sigmas }| event(None, Event::Outliers(count, sigmas)));
     short.chain([level, change, bursts, frozen, spikes].into_iter().flatten()).collect()
 }
 
-fn warm_up(axes: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
+fn warm_up(axes: &[Of<'_>]) -> Option<Warning> {
     let of = |(channel, found): &Of<'_>| match found.level_change?.shape {
         LevelShape::WarmUp { amplitude, time_constant_s, skip_s } => {
             let (name, unit) = (channel.name.to_string(), channel.unit.to_string());
@@ -154,7 +155,7 @@ fn warm_up(axes: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     let warning = Warning::new(WarningKind::WarmUp, Finding::WarmUp(found)).of(channels);
     Some(match longest_s {
         Some(skip_s) => {
-            let minutes = ((skip_s + snapshot.skipped.as_secs_f64()) / 60.0).ceil();
+            let minutes = (skip_s / 60.0).ceil();
             warning.cured_by(Remedy::Skip(Some(minutes)))
         }
         None => warning,
@@ -181,13 +182,11 @@ mod tests {
 
     #[test]
     fn a_warm_up_is_excluded_from_the_first_sample_on() {
-        let shape = LevelShape::WarmUp { amplitude: 4e-4, time_constant_s: 51.2, skip_s: Some(200.0) };
-        let level_change = Some(LevelChange { shape, sigmas: 9.0, is_ramp: false });
-        let found = Disturbed { level_change, ..Disturbed::default() };
-        let mut snapshot = Analysis::new(Settings::default()).snapshot();
-        for (skipped_s, minutes) in [(0, 4.0), (45, 5.0)] {
-            snapshot.skipped = std::time::Duration::from_secs(skipped_s);
-            let warning = warm_up(&[(&VNYMR.channels[9], &found)], &snapshot).unwrap();
+        for (skip_s, minutes) in [(200.0, 4.0), (245.0, 5.0)] {
+            let shape = LevelShape::WarmUp { amplitude: 4e-4, time_constant_s: 51.2, skip_s: Some(skip_s) };
+            let level_change = Some(LevelChange { shape, sigmas: 9.0, is_ramp: false });
+            let found = Stationarity { level_change, ..Stationarity::default() };
+            let warning = warm_up(&[(&VNYMR.channels[9], &found)]).unwrap();
             assert_eq!(warning.remedies, [Remedy::Skip(Some(minutes))]);
         }
     }
@@ -200,7 +199,7 @@ mod tests {
             amplitude: 1.0,
             peak_to_floor: 100.0,
         };
-        let found = |lines: &[SpectralLine]| Disturbed { lines: lines.to_vec(), ..Disturbed::default() };
+        let found = |lines: &[SpectralLine]| Stationarity { lines: lines.to_vec(), ..Stationarity::default() };
         // 5.0 and 5.1 Hz are one, 5.1 and 5.3 are not
         let (x, y) = (found(&[line(5.0, 0.1), line(9.0, 0.2)]), found(&[line(5.1, 0.3), line(5.3, 0.4)]));
         let channels = [(&VNYMR.channels[9], &x), (&VNYMR.channels[10], &y)];
@@ -220,7 +219,7 @@ mod tests {
             |frequency_hz| SpectralLine { frequency_hz, share_of_variance: 0.35, amplitude: 1.0, peak_to_floor: 100.0 };
         let snapshot = Analysis::new(Settings::default()).snapshot();
         let (mag, gyro) = (&VNYMR.channels[3], &VNYMR.channels[10]);
-        let of = |hz: f64| Disturbed { lines: vec![line(hz)], ..Disturbed::default() };
+        let of = |hz: f64| Stationarity { lines: vec![line(hz)], ..Stationarity::default() };
         let mains = |of: &[Of<'_>]| match vibration(of, &snapshot).unwrap().finding {
             Finding::Peaks(peaks) => peaks.iter().map(|peak| peak.mains_hz).collect::<Vec<_>>(),
             other => panic!("{other:?}"),
@@ -236,9 +235,9 @@ mod tests {
     fn what_disturbs_is_listed_by_its_time_those_skipped_included() {
         let disturbed = |spans: &[(f64, f64)]| {
             let of = |&(start_s, end_s): &(f64, f64)| Disturbance { start_s, end_s, sigmas: 12.0 };
-            Disturbed { disturbances: spans.iter().map(of).collect(), ..Disturbed::default() }
+            Stationarity { disturbances: spans.iter().map(of).collect(), ..Stationarity::default() }
         };
-        let (x, y) = (disturbed(&[(61.2, 64.3)]), disturbed(&[(7.9, 7.9)]));
+        let (x, y) = (disturbed(&[(60.0 + 61.2, 60.0 + 64.3)]), disturbed(&[(60.0 + 7.9, 60.0 + 7.9)]));
         let mut snapshot = Analysis::new(Settings::default()).snapshot();
         snapshot.skipped = std::time::Duration::from_secs(60);
         snapshot.timing.samples = 64 * snapshot.timing.rate_hz as u64;

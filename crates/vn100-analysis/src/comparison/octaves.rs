@@ -1,26 +1,32 @@
 //! Octave by octave: an F-test of two variances at the same averaging time.
 
-use crate::hypothesis_tests::f_test;
+use serde::Serialize;
 use vn100_protocol::{Channel, Quantity};
 
-use super::{Chance, ComparedRecord, SameSamples, chances, pairs};
-use crate::assessment::{BEFORE_FILTER_S, is_rounded_away};
-
-/// With fewer degrees of freedom the distribution of a variance is not known well enough.
-const LEAST_EDF: f64 = 2.0;
+use super::{Chance, ComparedRecord, SameSamples, correct, pairs};
+use crate::assessment::{BEFORE_FILTER_S, LEAST_EDF, is_rounded_away};
+use crate::hypothesis_tests::f_test;
 
 /// Relative difference up to which averaging times are the same.
 const SAME_TAU: f64 = 1e-3;
 
-/// The deviations of two records at one averaging time of one channel.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OctaveTest {
+/// The tests of one channel.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ComparedChannel {
     /// Name of the channel.
-    pub channel: String,
-    /// Quantity of the channel.
-    pub quantity: Quantity,
+    pub name: String,
     /// Unit of the channel.
     pub unit: String,
+    /// Quantity of the channel.
+    #[serde(skip)]
+    pub quantity: Quantity,
+    /// By pair of records, in rising averaging time.
+    pub octaves: Vec<OctaveTest>,
+}
+
+/// The deviations of two records at one averaging time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct OctaveTest {
     /// Averaging time in seconds.
     pub tau_s: f64,
     /// The numbers of the two records.
@@ -31,53 +37,68 @@ pub struct OctaveTest {
     pub edf: [f64; 2],
     /// Probability of the F-test, corrected for all octaves of all channels of all pairs. Octaves
     /// share samples, so that the correction is conservative.
+    #[serde(flatten)]
     pub chance: Chance,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct OctavePoint {
-    tau_s: f64,
-    deviation: f64,
-    edf: f64,
+impl ComparedChannel {
+    /// The tests of each pair of records.
+    pub fn pairs(&self) -> impl Iterator<Item = &[OctaveTest]> {
+        self.octaves.chunk_by(|a, b| a.records == b.records)
+    }
 }
 
-pub(super) fn tests(records: &[ComparedRecord<'_>], same: &[SameSamples]) -> Vec<OctaveTest> {
-    let mut tests = Vec::new();
-    let mut probabilities = Vec::new();
+pub(super) fn tests(records: &[ComparedRecord<'_>], same: &[SameSamples], confidence: f64) -> Vec<ComparedChannel> {
+    let mut channels: Vec<ComparedChannel> = Vec::new();
     for pair in pairs(records.len()).filter(|pair| same.iter().all(|same| same.records != *pair)) {
         let [a, b] = pair.map(|record| &records[record]);
-        let Some((layout_a, layout_b)) = a.snapshot.layout.as_ref().zip(b.snapshot.layout.as_ref()) else { continue };
-        for (index_a, channel) in layout_a.channels.iter().enumerate().filter(|(_, channel)| is_noise(channel)) {
-            let same = |other: &Channel| {
+        for (place, channel) in a.snapshot.layout_channels().iter().enumerate().filter(|(_, channel)| is_noise(channel))
+        {
+            let is_same = |other: &Channel| {
                 (&other.name, other.quantity, &other.unit) == (&channel.name, channel.quantity, &channel.unit)
             };
-            let Some(index_b) = layout_b.channels.iter().position(same) else { continue };
-            let one_is_tracked =
-                channel.quantity == Quantity::AngularRate && layout_a.compensated != layout_b.compensated;
-            let points_b = points(b, index_b);
-            for point in points(a, index_a).into_iter().filter(|a| !one_is_tracked || a.tau_s <= BEFORE_FILTER_S) {
-                let found = points_b.iter().find(|other| (other.tau_s / point.tau_s - 1.0).abs() < SAME_TAU);
-                let Some(other) = found else { continue };
-                let square = |point: &OctavePoint| (point.deviation.powi(2), point.edf);
-                let Some(p) = f_test(square(&point), square(other)) else { continue };
-                probabilities.push(p);
-                tests.push(OctaveTest {
-                    channel: channel.name.to_string(),
-                    quantity: channel.quantity,
+            let Some(other) = b.snapshot.layout_channels().iter().position(is_same) else { continue };
+            let tests = pair_tests(pair, (a, place), (b, other), channel.quantity);
+            match channels.iter_mut().find(|found| found.name == channel.name && found.unit == channel.unit) {
+                Some(found) => found.octaves.extend(tests),
+                None if tests.is_empty() => {}
+                None => channels.push(ComparedChannel {
+                    name: channel.name.to_string(),
                     unit: channel.unit.to_string(),
-                    tau_s: point.tau_s,
-                    records: pair,
-                    deviations: [point.deviation, other.deviation],
-                    edf: [point.edf, other.edf],
-                    chance: Chance { p, corrected: p },
-                });
+                    quantity: channel.quantity,
+                    octaves: tests,
+                }),
             }
         }
     }
-    for (test, chance) in tests.iter_mut().zip(chances(&probabilities)) {
-        test.chance = chance;
-    }
-    tests
+    let tests = channels.iter_mut().flat_map(|channel| &mut channel.octaves);
+    correct(tests.map(|test| &mut test.chance), confidence);
+    channels
+}
+
+/// The octaves that two records share, of the channel at a place of each.
+fn pair_tests(
+    records: [usize; 2],
+    (a, place_a): (&ComparedRecord<'_>, usize),
+    (b, place_b): (&ComparedRecord<'_>, usize),
+    quantity: Quantity,
+) -> Vec<OctaveTest> {
+    let compensated = |record: &ComparedRecord<'_>| record.snapshot.layout.as_ref()?.compensated;
+    let one_is_tracked = quantity == Quantity::AngularRate && compensated(a) != compensated(b);
+    let points_b = points(b, place_b);
+    let points_a = points(a, place_a).into_iter().filter(|a| !one_is_tracked || a.tau_s <= BEFORE_FILTER_S);
+    let test = |point: OctavePoint| {
+        let other = points_b.iter().find(|other| (other.tau_s / point.tau_s - 1.0).abs() < SAME_TAU)?;
+        let p = f_test((point.deviation.powi(2), point.edf), (other.deviation.powi(2), other.edf))?;
+        Some(OctaveTest {
+            tau_s: point.tau_s,
+            records,
+            deviations: [point.deviation, other.deviation],
+            edf: [point.edf, other.edf],
+            chance: Chance::new(p),
+        })
+    };
+    points_a.filter_map(test).collect()
 }
 
 /// Changes of temperature and pressure are those of the weather, not the noise of the sensor.
@@ -85,24 +106,24 @@ fn is_noise(channel: &Channel) -> bool {
     !matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure)
 }
 
-/// The octaves with enough degrees of freedom; none where the last printed digit hides the noise.
-fn points(record: &ComparedRecord<'_>, index: usize) -> Vec<OctavePoint> {
-    let ComparedRecord { snapshot, assessment, .. } = record;
-    let channel = snapshot.layout.as_ref().and_then(|layout| layout.channels.get(index));
-    let (Some(channel), Some(results), Some(assessed)) =
-        (channel, snapshot.channels.get(index), assessment.channels.get(index))
-    else {
+struct OctavePoint {
+    tau_s: f64,
+    deviation: f64,
+    edf: f64,
+}
+
+/// The octaves with enough degrees of freedom; none if the last printed digit hides the noise.
+fn points(record: &ComparedRecord<'_>, place: usize) -> Vec<OctavePoint> {
+    let ComparedRecord { snapshot, assessment } = record;
+    let Some((channel, results, assessed)) = snapshot.assessed(&assessment.channels).nth(place) else {
         return Vec::new();
     };
-    if is_rounded_away(channel, results) {
-        return Vec::new();
-    }
-    (results.octaves.iter().zip(&assessed.octaves))
-        .filter_map(|(octave, assessed)| {
-            let deviation = channel.in_unit(octave.deviation_counts()?);
-            let edf = assessed.relative?.edf;
-            let tau_s = octave.m as f64 / snapshot.rate_of(results);
-            (deviation > 0.0 && edf >= LEAST_EDF).then_some(OctavePoint { tau_s, deviation, edf })
-        })
-        .collect()
+    let point = |(octave, assessed): (&imu_noise::OctaveSum, &crate::OctaveAssessment)| {
+        let deviation = channel.in_unit(octave.deviation_counts()?);
+        let edf = assessed.relative?.edf;
+        let tau_s = octave.m as f64 / snapshot.rate_of(results);
+        (deviation > 0.0 && edf >= LEAST_EDF).then_some(OctavePoint { tau_s, deviation, edf })
+    };
+    let octaves = results.octaves.iter().zip(&assessed.octaves).filter(|_| !is_rounded_away(channel, results));
+    octaves.filter_map(point).collect()
 }

@@ -1,6 +1,7 @@
 //! N, B and K over three recordings or more: what units have, and what the next one will have.
 
-use imu_noise::{Parameter, Sensor, Status, Term, chi_squared};
+use imu_noise::{Parameter, Sensor, Status, Term, chi_squared, conventions};
+use serde::Serialize;
 
 use super::{ComparedRecord, SameSamples};
 use crate::sensor::sensor_of;
@@ -12,30 +13,41 @@ const LEAST: usize = 3;
 const MOST_LENGTH_RATIO: f64 = 2.0;
 
 /// One parameter of one channel over all recordings that say something of it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Population {
     /// Name of the channel.
     pub channel: String,
     /// The sensor of the channel.
+    #[serde(skip)]
     pub sensor: Sensor,
     /// The parameter: N, B or K.
+    #[serde(rename = "parameter")]
     pub term: Term,
+    /// SI unit of the parameter.
+    pub unit: &'static str,
     /// The units, in the order of their first recordings.
+    #[serde(rename = "sensors")]
     pub units: Vec<UnitValue>,
     /// The median over units; over the recordings if all are of one unit.
     pub median: f64,
-    /// The lowest and the highest value of a recording.
-    pub range: [f64; 2],
+    /// The lowest value of a recording.
+    pub lowest: f64,
+    /// The highest value of a recording.
+    pub highest: f64,
     /// Standard deviation of the logarithm between recordings, 0.05 for 5 %; `None` if a recording
     /// only bounds the parameter.
     pub spread: Option<f64>,
-    /// The interval in which the next unit will lie, or the next recording if all are of one unit:
-    /// by Student's t on the logarithms of the means of units.
-    pub prediction: Result<[f64; 2], NoPrediction>,
+    /// Lower end of the interval in which the next unit will lie, or the next recording if all are
+    /// of one unit: by Student's t on the logarithms of the means of units.
+    pub next_lower: Option<f64>,
+    /// Upper end of that interval.
+    pub next_upper: Option<f64>,
+    /// Why there is no such interval; `None` if there is one.
+    pub no_interval: Option<NoPrediction>,
 }
 
 /// A sensor among several, and the parameter over its recordings.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct UnitValue {
     /// Its name: a serial number, a folder, or what the user calls it.
     pub name: String,
@@ -44,11 +56,13 @@ pub struct UnitValue {
     /// Geometric mean of its estimates, or of the bounds too if there is any.
     pub value: f64,
     /// Whether a recording of it only bounds the parameter.
+    #[serde(rename = "bound")]
     pub is_bound: bool,
 }
 
 /// Why there is no prediction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum NoPrediction {
     /// A recording only bounds the parameter.
     Bound,
@@ -174,11 +188,15 @@ fn population(
         channel: channel.to_owned(),
         sensor,
         term,
+        unit: conventions(sensor, term).first().map_or("", |si| si.unit),
         median: median(independent).exp(),
-        range: [extreme(f64::min), extreme(f64::max)].map(|value| value.unwrap_or(f64::NAN)),
+        lowest: extreme(f64::min).unwrap_or(f64::NAN),
+        highest: extreme(f64::max).unwrap_or(f64::NAN),
         spread: (!readings.iter().any(|reading| reading.is_bound)).then(|| deviation(&logs)),
         units,
-        prediction,
+        next_lower: prediction.ok().map(|[lower, _]| lower),
+        next_upper: prediction.ok().map(|[_, upper]| upper),
+        no_interval: prediction.err(),
     }
 }
 
@@ -223,11 +241,13 @@ mod tests {
     #[test]
     fn the_next_recording_lies_in_the_interval_of_students_t_on_logarithms() {
         let found = of(&[("a", 1.0, false), ("a", 2.0, false), ("a", 4.0, false)]);
-        assert!((found.median - 2.0).abs() < 1e-12 && found.range == [1.0, 4.0] && found.units.len() == 1);
+        assert!(
+            (found.median - 2.0).abs() < 1e-12 && (found.lowest, found.highest) == (1.0, 4.0) && found.units.len() == 1
+        );
         assert!((found.spread.unwrap() - 2_f64.ln()).abs() < 1e-12);
         // t of two degrees of freedom at 95 % is 4.302653 (tables)
         let reach = 4.302_652_73 * 2_f64.ln() * (4.0_f64 / 3.0).sqrt();
-        let [lower, upper] = found.prediction.unwrap();
+        let (lower, upper) = found.next_lower.zip(found.next_upper).unwrap();
         assert!((lower.ln() - (2_f64.ln() - reach)).abs() < 1e-6 && (upper.ln() - (2_f64.ln() + reach)).abs() < 1e-6);
     }
 
@@ -238,12 +258,12 @@ mod tests {
         let means: Vec<_> = three.units.iter().map(|unit| (unit.name.as_str(), unit.records.clone())).collect();
         assert_eq!(means, [("a", vec![0, 1]), ("b", vec![2, 4]), ("c", vec![3])]);
         assert!((three.units[0].value - 2.0).abs() < 1e-12 && (three.median - 2.0).abs() < 1e-12);
-        assert!(three.prediction.is_ok());
+        assert!(three.no_interval.is_none());
         let two = of(&[("a", 1.0, false), ("a", 2.0, false), ("b", 2.0, false)]);
-        assert_eq!(two.prediction, Err(NoPrediction::Few));
+        assert_eq!((two.no_interval, two.next_lower), (Some(NoPrediction::Few), None));
         let bound = of(&[("a", 1.0, false), ("b", 2.0, true), ("c", 2.0, false)]);
-        assert_eq!((bound.prediction, bound.spread), (Err(NoPrediction::Bound), None));
-        assert!(bound.units[1].is_bound && bound.range == [1.0, 2.0]);
+        assert_eq!((bound.no_interval, bound.spread), (Some(NoPrediction::Bound), None));
+        assert!(bound.units[1].is_bound && (bound.lowest, bound.highest) == (1.0, 2.0));
     }
 
     #[test]

@@ -1,33 +1,40 @@
 //! Which record has the least white noise, sensor by sensor.
 
-use crate::hypothesis_tests::{VarianceEstimate, f_test};
-use imu_noise::{Interval, Term, conventions};
+use imu_noise::{Interval, Sensor, Term, conventions};
+use serde::Serialize;
 use vn100_protocol::{Channel, Quantity};
 
-use super::{Chance, ComparedRecord, SameSamples, chances, fold_alike, pairs};
-use crate::{ChannelAssessment, SENSORS};
+use super::{Chance, ComparedRecord, SameSamples, correct, fold_alike, pairs};
+use crate::hypothesis_tests::{VarianceEstimate, f_test};
+use crate::{ChannelAssessment, SENSORS, axes_name};
 
 /// The records in ascending order of the white noise of one sensor.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Ranking {
+    /// The sensor: `gyro`, `accel` or `mag`.
+    pub sensor: &'static str,
     /// Quantity of the sensor.
+    #[serde(skip)]
     pub quantity: Quantity,
     /// Unit of N.
     pub unit: &'static str,
     /// The quietest record first, by [`RankedRecord::own`]; only records whose N is estimated on
     /// every axis.
+    #[serde(rename = "ranked")]
     pub records: Vec<RankedRecord>,
     /// Whether white noise aliases in the same way in all records, so that N can be compared.
     pub folds_alike: bool,
-    /// The tests of every pair of records, where white noise aliases alike and the samples are not
-    /// the same; corrected for all pairs of all sensors.
+    /// The tests of every pair of records, if white noise aliases alike and the samples are not the
+    /// same; corrected for all pairs of all sensors.
     pub tests: Vec<WhiteTest>,
+    /// The quietest record, if it is significantly quieter than the next one.
+    pub quietest: Option<usize>,
     /// The records with this sensor whose N is not estimated on every axis.
     pub not_ranked: Vec<usize>,
 }
 
 /// The white noise of one sensor in one record.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RankedRecord {
     /// The number of the record.
     pub record: usize,
@@ -37,16 +44,25 @@ pub struct RankedRecord {
     pub lower: f64,
     /// Upper limit of the confidence interval of `white`.
     pub upper: f64,
-    /// Name of each axis, and its N.
-    pub axes: Vec<(String, f64)>,
-    /// Density of the white noise in the stream over that of the sensor itself; `None` where that
-    /// is not known.
+    /// N of each axis.
+    pub axes: Vec<AxisWhite>,
+    /// Density of the white noise in the stream over that of the sensor itself; `None` if that is
+    /// not known.
     pub white_factor: Option<f64>,
+}
+
+/// N of one axis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AxisWhite {
+    /// Name of the axis.
+    pub name: String,
+    /// N of the axis.
+    pub white: f64,
 }
 
 impl RankedRecord {
     /// N without aliasing, to within [`Onboard::UNCERTAINTY`](crate::Onboard::UNCERTAINTY); `white`
-    /// itself where the effect of aliasing is not known.
+    /// itself if the effect of aliasing is not known.
     #[must_use]
     pub fn own(&self) -> f64 {
         self.white / self.white_factor.unwrap_or(1.0)
@@ -54,75 +70,91 @@ impl RankedRecord {
 }
 
 /// The white noise of two records, compared.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WhiteTest {
     /// The numbers of the two records.
     pub records: [usize; 2],
     /// Probability that they differ as much by chance.
+    #[serde(flatten)]
     pub chance: Chance,
 }
 
 impl Ranking {
     /// Probability that the quietest record is quieter than the next one by chance. `None` for one
-    /// record alone, where white noise does not alias in the same way (the factors are known less
-    /// well than N), and for two records with the same samples.
+    /// record alone, if white noise does not alias in the same way (the factors are known less well
+    /// than N), and for two records with the same samples.
     #[must_use]
     pub fn lead(&self) -> Option<Chance> {
-        if !self.folds_alike {
-            return None;
-        }
         let [first, second, ..] = &self.records[..] else { return None };
-        let test = (self.tests.iter())
-            .find(|test| test.records.contains(&first.record) && test.records.contains(&second.record));
-        test.map(|test| test.chance)
+        let is_of_both =
+            |test: &&WhiteTest| test.records.contains(&first.record) && test.records.contains(&second.record);
+        self.tests.iter().find(is_of_both).filter(|_| self.folds_alike).map(|test| test.chance)
+    }
+
+    /// N of a record without aliasing; `None` if the record is not ranked.
+    pub(super) fn own(&self, record: usize) -> Option<f64> {
+        self.records.iter().find(|ranked| ranked.record == record).map(RankedRecord::own)
     }
 }
 
 pub(super) fn rankings(records: &[ComparedRecord<'_>], same: &[SameSamples], confidence: f64) -> Vec<Ranking> {
-    let mut rankings = Vec::new();
-    let mut probabilities = Vec::new();
     // in the order of the channels of a message
-    for (quantity, sensor) in SENSORS.into_iter().rev() {
-        let mut ranked: Vec<(RankedRecord, VarianceEstimate)> = Vec::new();
-        let mut not_ranked = Vec::new();
-        for (number, record) in records.iter().enumerate() {
-            let axes: Vec<_> = (record.snapshot.layout_channels().iter().zip(&record.assessment.channels))
-                .filter(|(channel, _)| channel.quantity == quantity)
-                .collect();
-            if axes.is_empty() {
-                continue;
-            }
-            match ranked_record(number, &axes, confidence) {
-                Some(known) => ranked.push(known),
-                None => not_ranked.push(number),
-            }
-        }
-        ranked.sort_by(|(a, _), (b, _)| a.own().total_cmp(&b.own()));
-        let alike =
-            |[a, b]: [usize; 2]| fold_alike(quantity, &records[ranked[a].0.record], &records[ranked[b].0.record]);
-        let folds_alike = pairs(ranked.len()).all(alike);
-        let are_others = |[a, b]: &[usize; 2]| {
-            let pair = [ranked[*a].0.record, ranked[*b].0.record];
-            same.iter().all(|same| !pair.iter().all(|record| same.records.contains(record)))
-        };
-        let tests = pairs(ranked.len()).filter(are_others).filter(|pair| alike(*pair)).filter_map(|[a, b]| {
-            let of = |(_, estimate): &(RankedRecord, VarianceEstimate)| (estimate.variance, estimate.edf);
-            let p = f_test(of(&ranked[a]), of(&ranked[b]))?;
-            Some(WhiteTest { records: [ranked[a].0.record, ranked[b].0.record], chance: Chance { p, corrected: p } })
-        });
-        let tests: Vec<_> = tests.collect();
-        probabilities.extend(tests.iter().map(|test| test.chance.p));
-        if !ranked.is_empty() || !not_ranked.is_empty() {
-            let unit = conventions(sensor, Term::White).first().map_or("", |si| si.unit);
-            let records = ranked.into_iter().map(|(record, _)| record).collect();
-            rankings.push(Ranking { quantity, unit, records, folds_alike, tests, not_ranked });
-        }
-    }
-    let all_tests = rankings.iter_mut().flat_map(|ranking| &mut ranking.tests);
-    for (test, chance) in all_tests.zip(chances(&probabilities)) {
-        test.chance = chance;
+    let sensors = SENSORS.into_iter().rev();
+    let mut rankings: Vec<Ranking> =
+        sensors.filter_map(|(quantity, sensor)| ranking(quantity, sensor, records, same, confidence)).collect();
+    let tests = rankings.iter_mut().flat_map(|ranking| &mut ranking.tests);
+    correct(tests.map(|test| &mut test.chance), confidence);
+    for ranking in &mut rankings {
+        let leads = ranking.lead().is_some_and(|lead| lead.differs);
+        ranking.quietest = ranking.records.first().filter(|_| leads).map(|first| first.record);
     }
     rankings
+}
+
+/// The records with this sensor; `None` without one.
+fn ranking(
+    quantity: Quantity,
+    sensor: Sensor,
+    records: &[ComparedRecord<'_>],
+    same: &[SameSamples],
+    confidence: f64,
+) -> Option<Ranking> {
+    let mut ranked: Vec<(RankedRecord, VarianceEstimate)> = Vec::new();
+    let mut not_ranked = Vec::new();
+    for (number, record) in records.iter().enumerate() {
+        let axes = record.snapshot.layout_channels().iter().zip(&record.assessment.channels);
+        let axes: Vec<_> = axes.filter(|(channel, _)| channel.quantity == quantity).collect();
+        match ranked_record(number, &axes, confidence) {
+            _ if axes.is_empty() => {}
+            Some(known) => ranked.push(known),
+            None => not_ranked.push(number),
+        }
+    }
+    if ranked.is_empty() && not_ranked.is_empty() {
+        return None;
+    }
+    ranked.sort_by(|(a, _), (b, _)| a.own().total_cmp(&b.own()));
+    let of_pair = |[a, b]: [usize; 2]| [&ranked[a], &ranked[b]];
+    let (alike, others): (Vec<_>, Vec<_>) = pairs(ranked.len()).map(of_pair).partition(|pair| {
+        let [a, b] = pair.map(|(ranked, _)| &records[ranked.record]);
+        fold_alike(quantity, a, b)
+    });
+    let test = |[(a, of_a), (b, of_b)]: [&(RankedRecord, VarianceEstimate); 2]| {
+        let pair = [a.record, b.record];
+        let share = |same: &SameSamples| pair.iter().all(|record| same.records.contains(record));
+        let p = f_test((of_a.variance, of_a.edf), (of_b.variance, of_b.edf)).filter(|_| !same.iter().any(share))?;
+        Some(WhiteTest { records: pair, chance: Chance::new(p) })
+    };
+    Some(Ranking {
+        sensor: axes_name(sensor),
+        quantity,
+        unit: conventions(sensor, Term::White).first().map_or("", |si| si.unit),
+        folds_alike: others.is_empty(),
+        tests: alike.into_iter().filter_map(test).collect(),
+        quietest: None,
+        records: ranked.into_iter().map(|(record, _)| record).collect(),
+        not_ranked,
+    })
 }
 
 /// The record in the ranking; `None` where N is not estimated on every one of the `axes`.
@@ -146,7 +178,7 @@ fn ranked_record(
         white: mean_square.variance.sqrt(),
         lower: interval.lower,
         upper: interval.upper,
-        axes: known.into_iter().map(|(name, value, _)| (name, value)).collect(),
+        axes: known.into_iter().map(|(name, white, _)| AxisWhite { name, white }).collect(),
         white_factor: axes.first()?.1.onboard.map(|onboard| onboard.window.white_factor()),
     };
     Some((ranked, mean_square))

@@ -1,8 +1,8 @@
 //! The results of one channel, in its own unit.
 
 use imu_noise::{
-    Block, Deviation, Disturbance, Estimator, Frozen, Interval, LevelChange, LevelShape, NoiseChange, NoiseFit,
-    Normality, NotJudged, OctaveSum, Sensor, Sides, SpectralLine, Spikes, counts_to_unit,
+    Block, Deviation, Estimator, Interval, NoiseFit, Normality, NotJudged, OctaveSum, Sensor, Sides, SpectralLine,
+    counts_to_unit,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     accumulate::magnitude::Magnitude,
-    assessment::{Assessment, ChannelAssessment, Disturbed, LongTauValidity, OctaveAssessment, Onboard},
+    assessment::{Assessment, ChannelAssessment, LongTauValidity, OctaveAssessment, Onboard, Stationarity},
     datasheet::FigureVerdict,
     sensor::{axes_name, sensor_of},
     snapshot::{ChannelSnapshot, Snapshot},
@@ -129,8 +129,6 @@ pub struct Curve {
     /// What the numbers of a foreign series are taken for; absent for a sensor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub data: Option<&'static str>,
-    /// Slope of the regression line, in the unit per second.
-    pub slope_s: Option<f64>,
     /// One point for each averaging time.
     pub points: Vec<Point>,
 }
@@ -193,35 +191,6 @@ pub struct BlockValues {
     pub min: f64,
     /// Largest sample.
     pub max: f64,
-}
-
-/// What happened during the record, in seconds of data since its first sample, skipped time
-/// included.
-#[derive(Debug, Clone, Default, PartialEq, JsonSchema, Serialize)]
-pub struct Stationarity {
-    /// Short disturbances, in time order.
-    pub disturbances: Vec<Disturbance>,
-    /// Warm-up, step or cycle of the level; null if none was found.
-    pub level_change: Option<LevelChange>,
-    /// Stretch with another noise than the rest; null if none was found.
-    pub noise_change: Option<NoiseChange>,
-    /// Variance of the noise from block to block over that of even noise; null if it is even.
-    pub bursts: Option<f64>,
-    /// Stretch of one value; null if none was found.
-    pub frozen: Option<Frozen>,
-    /// Single samples far out; null if none was found.
-    pub spikes: Option<Spikes>,
-    /// Smallest changes in the middle of the record that nine of ten such records show.
-    pub detectable: Detectable,
-}
-
-/// The smallest changes that a record would show.
-#[derive(Debug, Clone, Copy, Default, PartialEq, JsonSchema, Serialize)]
-pub struct Detectable {
-    /// Factor of the standard deviation; null if none would show.
-    pub noise_factor: Option<f64>,
-    /// Step in the unit of the channel; null if none would show.
-    pub step: Option<f64>,
 }
 
 /// The magnitude of the vector of a sensor, sample by sample.
@@ -383,47 +352,6 @@ impl Norm {
     }
 }
 
-impl Stationarity {
-    /// In seconds since the first sample; `disturbed` has seconds since those skipped.
-    fn of(disturbed: &Disturbed, skipped_s: f64) -> Self {
-        let noise = &disturbed.noise;
-        let shifted = |mut change: LevelChange| {
-            match &mut change.shape {
-                LevelShape::WarmUp { skip_s, .. } => skip_s.iter_mut().for_each(|skip_s| *skip_s += skipped_s),
-                LevelShape::Step { start_s, .. } => *start_s += skipped_s,
-                LevelShape::Cycle { .. } => {}
-            }
-            change
-        };
-        let later = |at: (f64, f64)| (at.0 + skipped_s, at.1 + skipped_s);
-        let disturbances = disturbed.disturbances.iter().map(|disturbance| {
-            let (start_s, end_s) = later((disturbance.start_s, disturbance.end_s));
-            Disturbance { start_s, end_s, ..*disturbance }
-        });
-        Self {
-            disturbances: disturbances.collect(),
-            level_change: disturbed.level_change.map(shifted),
-            noise_change: noise.change.map(|change| {
-                let (start_s, end_s) = later((change.start_s, change.end_s));
-                NoiseChange { start_s, end_s, ..change }
-            }),
-            bursts: noise.bursts,
-            frozen: noise.frozen.map(|frozen| {
-                let (start_s, end_s) = later((frozen.start_s, frozen.end_s));
-                Frozen { start_s, end_s, ..frozen }
-            }),
-            spikes: noise.spikes,
-            detectable: Detectable { noise_factor: noise.detectable_factor, step: disturbed.detectable_step },
-        }
-    }
-
-    /// Whether the noise changes, comes in bursts, freezes or has spikes.
-    #[must_use]
-    pub const fn noise_changes(&self) -> bool {
-        self.noise_change.is_some() || self.bursts.is_some() || self.frozen.is_some() || self.spikes.is_some()
-    }
-}
-
 /// The decimals that resolve one count of 10^-`decimals` in a unit `scale` times as small.
 fn converted_decimals(decimals: u8, scale: f64) -> usize {
     // of a power of ten, no more for what its logarithm was rounded by
@@ -461,7 +389,6 @@ impl Maker<'_> {
                 estimator: snapshot.estimator,
                 confidence,
                 data: (channel.quantity == Quantity::Value).then_some("rate"),
-                slope_s: results.slope_counts.map(|slope| self.value(slope) * rate_hz),
                 points: self.points(&results.octaves, &[], None),
             },
             noise: None,
@@ -491,9 +418,9 @@ impl Maker<'_> {
         found.onboard = assessed.onboard;
         found.statistics.normality = assessed.normality.map(NormalityTest::of);
         if let Some(signal) = &results.signal {
-            found.stationarity = Some(Stationarity::of(&assessed.disturbed, snapshot.skipped.as_secs_f64()));
+            found.stationarity = Some(assessed.stationarity.clone());
             if self.parts == Parts::All {
-                found.spectrum = Some(self.spectrum(&assessed.disturbed.lines));
+                found.spectrum = Some(self.spectrum(&assessed.stationarity.lines));
                 let is_sensors = |noise: &&NoiseResult| {
                     noise.long_taus == LongTauValidity::Sensor && noise.sensor != Sensor::Magnetometer
                 };

@@ -43,8 +43,6 @@ pub struct NoiseResult {
     /// Temperature coefficient of the bias; absent without a temperature.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub temperature: Option<TemperatureResult>,
-    /// Correlations of the squared amplitudes of two terms.
-    pub correlations: Vec<Correlation>,
     /// What the graphical slope method reads, for comparison with published figures.
     pub classical: GraphicalReadings,
 }
@@ -150,15 +148,6 @@ pub struct TemperatureResult {
     pub why: Option<WhyNoCoefficient>,
 }
 
-/// The correlation of the squared amplitudes of two terms.
-#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
-pub struct Correlation {
-    /// The two terms.
-    pub of: [Term; 2],
-    /// From -1 to 1.
-    pub value: f64,
-}
-
 /// What the graphical slope method (IEEE Std 952) reads off the curve.
 #[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
 pub struct GraphicalReadings {
@@ -207,12 +196,6 @@ impl NoiseResult {
                 ..ParameterResult::of(Parameter { p, ..found }, conventions(sensor, term))
             })
         };
-        let is_carried = |term| noise.parameter(term).is_some_and(|found| found.status != Status::NotMeasurable);
-        let pairs = Term::ALL.iter().enumerate().flat_map(|(place, a)| Term::ALL[place + 1..].iter().map(|b| [*a, *b]));
-        let correlation = |of: [Term; 2]| {
-            let value = noise.fit.correlation(of[0], of[1]).filter(|_| of.into_iter().all(is_carried))?;
-            Some(Correlation { of, value })
-        };
         let minimum = |found| ParameterResult::of(found, conventions(sensor, Term::BiasInstability));
         let reading = |term| GraphicalReading::of(noise.classical.of(term), conventions(sensor, term));
         Self {
@@ -229,7 +212,6 @@ impl NoiseResult {
             withheld: noise.withheld(),
             long_taus: noise.long_taus,
             temperature: noise.temperature.as_ref().map(|found| TemperatureResult::of(found, sensor)),
-            correlations: pairs.filter_map(correlation).collect(),
             classical: GraphicalReadings {
                 white: reading(Term::White),
                 bias_instability: reading(Term::BiasInstability),
@@ -274,12 +256,6 @@ impl NoiseResult {
     #[must_use]
     pub fn unaliased_white(&self) -> Option<Parameter> {
         self.budget().map(|budget| budget.unaliased)
-    }
-
-    /// The correlation of the squared amplitudes of two terms; `None` if it is not known.
-    #[must_use]
-    pub fn correlation(&self, a: Term, b: Term) -> Option<f64> {
-        self.correlations.iter().find(|found| found.of == [a, b] || found.of == [b, a]).map(|found| found.value)
     }
 }
 

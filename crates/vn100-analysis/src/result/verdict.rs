@@ -1,10 +1,14 @@
-//! A verdict on a figure of a data sheet, as a document has it.
+//! A verdict on a figure of a data sheet, as a document has it, and the record that would decide it.
 
-use imu_noise::{Claim, Term, Verdict, conventions};
+use imu_noise::{Aim, Claim, Term, Verdict, Wanted, conventions};
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
-use crate::datasheet::{DecidedBy, FigureVerdict, Ratio};
+use crate::{
+    assessment::ChannelNoise,
+    datasheet::{DecidedBy, FigureVerdict, Ratio, floor_of_flicker},
+    plan::{Plan, SLOW_TERMS, TakenAt},
+};
 
 /// One figure of the data sheet and the verdict of the measurement, in SI units.
 #[derive(Debug, JsonSchema, Serialize)]
@@ -15,6 +19,9 @@ pub(super) struct VerdictDocument {
     verdict: Option<Verdict>,
     /// What would decide; null unless the verdict is undecided.
     decided_by: Option<DecidedBy>,
+    /// Length in seconds of a record that would probably decide; null unless a longer record would
+    /// decide, and if 100 days do not.
+    deciding_record_s: Option<f64>,
     /// Figure as printed, such as typical 0.0035 deg/s/sqrt(Hz).
     figure: String,
     /// Kind of figure: limit or typical.
@@ -58,6 +65,7 @@ impl VerdictDocument {
             parameter: figure.term,
             verdict: verdict.verdict,
             decided_by: verdict.decided_by,
+            deciding_record_s: verdict.deciding_record_s,
             figure: figure.printed.clone(),
             claim: match figure.claim {
                 Claim::Limit(_) => "limit",
@@ -76,4 +84,27 @@ impl VerdictDocument {
             expected_high: verdict.expected.1,
         }
     }
+}
+
+/// The length in seconds of a record with the noise that this axis shows and that would decide a
+/// verdict which the interval leaves open; `None` if 100 days do not. A parameter that is only bounded is taken at as much of the limit as in a plan.
+pub(super) fn deciding_record_s(
+    verdict: &FigureVerdict,
+    noise: &ChannelNoise,
+    interval_s: f64,
+    confidence: f64,
+) -> Option<f64> {
+    let FigureVerdict { figure, range: (passes_below, fails_above), .. } = verdict;
+    let term = figure.term;
+    let of_term = if figure.is_curve_minimum() { floor_of_flicker() } else { 1.0 };
+    let value = verdict.measured.value.unwrap_or(TakenAt::BESIDE * passes_below);
+    let aim = match value > *fails_above {
+        true => Aim::Above(fails_above / of_term),
+        false => Aim::Below(passes_below / of_term),
+    };
+    let others = Term::ALL.into_iter().filter(|other| ![term, Term::Quantization].contains(other));
+    let others = others.filter_map(|other| Some((other, noise.parameter(other)?.value?)));
+    let truth: Vec<(Term, f64)> = others.chain([(term, value / of_term)]).collect();
+    let wanted = Wanted { term, aim, truth: &truth, missed: 1.0 - Plan::MET_IN, tests: SLOW_TERMS };
+    wanted.record_s(interval_s, confidence)
 }

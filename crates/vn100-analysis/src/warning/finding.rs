@@ -1,7 +1,7 @@
 //! What a warning found, in numbers and names.
 
 use imu_noise::timebase::{Refusal, Unevenness};
-use vn100_protocol::stream::{MessageName, RejectedRowCounts, UnreadNumbers};
+use vn100_protocol::stream::{MessageName, RejectedRowCounts};
 use vn100_protocol::{DeviceError, PacketHeader, Quantity};
 
 use crate::{
@@ -57,8 +57,6 @@ pub enum Finding {
     TimeSteps(u64),
     /// Of this many rows, those that lack the value of a channel.
     Absent(u64, Vec<(String, u64)>),
-    /// Numbers of a bag that were taken for absent, and are not.
-    Unread(UnreadNumbers),
     /// Values beyond those of the first rows, of this many rows.
     OutOfRange(u64, u64),
     /// Sentences, packets or rows that were not read as they stand, of this many.

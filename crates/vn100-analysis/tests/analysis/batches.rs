@@ -250,7 +250,7 @@ fn values(channels: Vec<Channel>, counts: Vec<i32>) -> Vec<Option<f64>> {
         values.extend(results.octaves.iter().map(|octave| Some(channel.in_unit(octave.deviation_counts()?))));
         let white = assessed.noise.as_ref().and_then(|noise| noise.parameter(Term::White));
         values.push(white.and_then(|white| white.value));
-        values.extend(assessed.disturbed.lines.iter().map(|line| Some(line.amplitude)));
+        values.extend(assessed.stationarity.lines.iter().map(|line| Some(line.amplitude)));
     }
     values
 }

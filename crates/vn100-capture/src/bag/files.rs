@@ -201,7 +201,7 @@ fn open(form: BagForm, file: &dyn StoredFile, read: &Arc<AtomicU64>) -> Result<B
         BagForm::Db3 => Box::new(Rosbag2::open(file)?.ok_or_else(|| {
             let problem =
                 "it is an SQLite database without the tables of rosbag2 (topics, messages): export its table as CSV";
-            BagError::Files(problem.into())
+            BagError::Unusable(problem.into())
         })?),
     })
 }

@@ -27,7 +27,7 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
 
 /// The error for a folder without files of a bag.
 pub(super) fn not_a_bag() -> BagError {
-    BagError::Files(
+    BagError::Unusable(
         "it is a folder without files of a bag (metadata.yaml, *.db3, *.mcap): name the captures in it".into(),
     )
 }
@@ -62,7 +62,7 @@ fn found(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
     };
     if let Some(pair) = files.windows(2).find(|pair| !follow(pair)) {
         let [one, other] = [&pair[0].2, &pair[1].2];
-        return Err(BagError::Files(format!(
+        return Err(BagError::Unusable(format!(
             "it is a folder without metadata.yaml, and {one} and {other} are not parts of one bag (NAME_0, NAME_1 ...): name \
              one of them"
         )));

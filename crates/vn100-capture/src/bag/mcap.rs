@@ -5,11 +5,9 @@ use std::{
     io::{self, ErrorKind, Read, Seek, SeekFrom},
 };
 
-use mcap::records::{Channel, Record, Statistics, op};
+use mcap::records::{Record, op};
 
-use super::topic::{
-    BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MessageHead, Topic, TopicCount, TopicList, damaged,
-};
+use super::topic::{BagFile, Encoding, Index, MESSAGE_BYTES, MessageHead, Topic, TopicCount, TopicList, damaged};
 use crate::{
     mcap_records::{McapRecords, Next, parse_record},
     recording::at_ns,
@@ -31,43 +29,6 @@ struct Contents {
     /// The index of the topic of each channel.
     channels: BTreeMap<u16, usize>,
     topics: TopicList,
-}
-
-/// The facts about the messages in the summary at the end of a file.
-#[derive(Default)]
-struct Summary {
-    schemas: BTreeMap<u16, Schema>,
-    channels: BTreeMap<u16, Channel>,
-    statistics: Option<Statistics>,
-}
-
-impl Summary {
-    /// `None` if there is no summary, as in a file that was cut, and if it is too large.
-    fn read<R: Read + Seek>(file: R) -> io::Result<Option<Self>> {
-        let Some(mut records) = McapRecords::open_summary(file)? else { return Ok(None) };
-        let (mut summary, mut definition_bytes) = (Self::default(), 0);
-        while let Next::Record(opcode) = records.advance()? {
-            if matches!(opcode, op::SCHEMA | op::CHANNEL) {
-                definition_bytes += records.data().len();
-            }
-            if opcode == op::FOOTER || definition_bytes > DEFINITION_BYTES {
-                return Ok((opcode == op::FOOTER).then_some(summary));
-            }
-            if matches!(opcode, op::SCHEMA | op::CHANNEL | op::STATISTICS) {
-                match parse_record(opcode, records.data())? {
-                    Record::Schema { header, data } => {
-                        summary.schemas.insert(header.id, Schema::of(&header.name, &header.encoding, &data));
-                    }
-                    Record::Channel(channel) => {
-                        summary.channels.insert(channel.id, channel);
-                    }
-                    Record::Statistics(statistics) => summary.statistics = Some(statistics),
-                    _ => {}
-                }
-            }
-        }
-        Ok(None)
-    }
 }
 
 struct Schema {
@@ -93,13 +54,16 @@ impl Contents {
         }
         match parse_record(opcode, data)? {
             Record::Schema { header, data } => {
-                self.topics.definition_bytes += data.len();
+                self.topics.add_definition(data.len())?;
                 self.schemas.insert(header.id, Schema::of(&header.name, &header.encoding, &data));
             }
             Record::Channel(channel) => {
-                let schema = self.schemas.remove(&channel.schema_id);
-                self.take_channel(channel.id, &channel.topic, &channel.message_encoding, schema.as_ref())?;
-                self.schemas.extend(schema.map(|schema| (channel.schema_id, schema)));
+                let schema = self.schemas.get(&channel.schema_id);
+                let (type_name, definition) =
+                    schema.map_or(("", None), |schema| (&schema.name, schema.definition.as_deref()));
+                let encoding = Encoding::named(&channel.message_encoding);
+                let new = Topic::new(&channel.topic, type_name, encoding, definition);
+                self.channels.insert(channel.id, self.topics.place_of(new)?);
             }
             Record::Message { header, .. } => {
                 let topic = self.channels.get(&header.channel_id).copied();
@@ -109,13 +73,6 @@ impl Contents {
             _ => {}
         }
         Ok(None)
-    }
-
-    fn take_channel(&mut self, id: u16, name: &str, encoding: &str, schema: Option<&Schema>) -> io::Result<()> {
-        let (type_name, definition) = schema.map_or(("", None), |schema| (&schema.name, schema.definition.as_deref()));
-        let new = Topic::new(name, type_name, Encoding::named(encoding), definition);
-        self.channels.insert(id, self.topics.place_of(new)?);
-        Ok(())
     }
 }
 
@@ -148,14 +105,22 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
 
     /// Reads the index from the summary at the end of the file, which is missing in a file that was cut.
     fn index(&mut self) -> io::Result<Index> {
-        let Some(Summary { schemas, channels, statistics: Some(stats) }) = Summary::read(&mut self.records.file)?
-        else {
-            return Ok(Index::None);
-        };
-        for (id, channel) in channels {
-            let schema = schemas.get(&channel.schema_id);
-            self.contents.take_channel(id, &channel.topic, &channel.message_encoding, schema)?;
+        let Some(mut records) = McapRecords::open_summary(&mut self.records.file)? else { return Ok(Index::None) };
+        let mut statistics = None;
+        loop {
+            match records.advance()? {
+                Next::Record(op::FOOTER) => break,
+                Next::Record(opcode @ (op::SCHEMA | op::CHANNEL)) => drop(self.contents.take(opcode, records.data())?),
+                Next::Record(op::STATISTICS) => {
+                    if let Record::Statistics(found) = parse_record(op::STATISTICS, records.data())? {
+                        statistics = Some(found);
+                    }
+                }
+                Next::Record(_) => {}
+                Next::End | Next::Cut => return Ok(Index::None),
+            }
         }
+        let Some(stats) = statistics else { return Ok(Index::None) };
         let mut counts = vec![TopicCount::default(); self.contents.topics.topics.len()];
         for (channel, messages) in &stats.channel_message_counts {
             let Some(&topic) = self.contents.channels.get(channel) else { return Ok(Index::None) };
@@ -179,31 +144,33 @@ mod tests {
     use std::io::Cursor;
 
     use super::*;
+    use crate::bag::topic::DEFINITION_BYTES;
 
-    /// A file without data whose summary has these records.
-    fn summary(records: &[(u8, &[u8])]) -> io::Result<Option<Summary>> {
+    /// The index of a file without data whose summary has these records, and its topics.
+    fn index(records: &[(u8, &[u8])]) -> io::Result<(bool, Vec<Topic>)> {
         let record = |opcode: u8, data: &[u8]| [&[opcode], &(data.len() as u64).to_le_bytes()[..], data].concat();
         let mut file = [mcap::MAGIC, &record(op::DATA_END, &[0; 4])].concat();
         let start = (file.len() as u64).to_le_bytes();
         records.iter().for_each(|(opcode, data)| file.extend(record(*opcode, data)));
         file.extend(record(op::FOOTER, &[&start[..], &[0; 12]].concat()));
         file.extend(mcap::MAGIC);
-        Summary::read(Cursor::new(file))
+        let mut bag = McapBag::open(Cursor::new(file))?;
+        Ok((matches!(bag.index()?, Index::None), bag.topics().to_vec()))
     }
 
     #[test]
     fn a_summary_is_read_without_trust() {
         let channel = b"\x01\0\0\0\x04\0\0\0/imu\x03\0\0\0cdr\0\0\0\0";
         let short: (u8, &[u8]) = (op::ATTACHMENT, b"\0\0\0");
-        let whole = summary(&[short, (op::CHANNEL, channel)]).unwrap().unwrap();
-        assert_eq!((&*whole.channels[&1].topic, whole.statistics), ("/imu", None));
-        assert!(summary(&[]).unwrap().is_none());
+        let (is_none, topics) = index(&[short, (op::CHANNEL, channel)]).unwrap();
+        assert!(is_none && topics[0].name == "/imu", "without statistics");
+        assert!(index(&[]).unwrap().0);
         let mut lying = *channel;
         lying[7] = 0xC0;
-        assert!(summary(&[(op::CHANNEL, &lying)]).is_err());
+        assert!(index(&[(op::CHANNEL, &lying)]).is_err());
         let large = vec![0; DEFINITION_BYTES / 2 + 1];
         let schema = [&[1, 0, 0, 0, 0, 0, 0, 0, 0, 0], &(large.len() as u32).to_le_bytes()[..], &large].concat();
-        assert!(summary(&[(op::SCHEMA, &schema)]).unwrap().is_some());
-        assert!(summary(&[(op::SCHEMA, &schema), (op::SCHEMA, &schema)]).unwrap().is_none());
+        assert!(index(&[(op::SCHEMA, &schema)]).is_ok());
+        assert!(index(&[(op::SCHEMA, &schema), (op::SCHEMA, &schema)]).is_err());
     }
 }

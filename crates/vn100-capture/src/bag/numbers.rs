@@ -2,10 +2,7 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use vn100_protocol::{
-    Channel, ColumnRead, ColumnsRead, Layout, Quantity,
-    stream::{StampSource, UnreadNumbers},
-};
+use vn100_protocol::{Channel, ColumnRead, ColumnsRead, Layout, Quantity, stream::StampSource};
 
 use super::{
     definition::Definitions,
@@ -14,9 +11,9 @@ use super::{
     message_reader::{Taken, take},
     standard_types::{PARTS, Part},
     topic::{BagError, Topic},
-    topic_scan::{ScannedTopic, StampProblem, unusable_definition},
+    topic_scan::{ScannedTopic, unusable_definition},
 };
-use crate::csv::{ColumnMap, by_name, known, units};
+use crate::csv::{ColumnMap, ColumnName, Unit, by_name, known, units};
 
 /// How the messages of a topic become rows of counts.
 #[derive(Debug)]
@@ -32,8 +29,10 @@ pub(super) struct NumberFields {
     /// in nanoseconds if the part is a number.
     stamp: Vec<(usize, i64)>,
     pub(super) stamp_source: StampSource,
-    /// The numbers that are missing in the first messages, with their slots.
-    unread: Vec<(UnreadNumbers, Vec<usize>)>,
+    /// The paths of numbers that are zero in the first messages and are not read, with their slots.
+    zero: Vec<(String, Vec<usize>)>,
+    /// The first of these that is not zero later.
+    pub(super) late: Option<String>,
 }
 
 /// A count is 2^-`bits` of the unit in the message.
@@ -70,10 +69,37 @@ pub(super) struct Unreadable;
 struct NumberField {
     place: usize,
     path: String,
-    unit: Option<String>,
-    unit_scale: f64,
-    zero: f64,
+    unit: Unit,
     bits: i32,
+}
+
+impl NumberField {
+    fn channel(&self) -> Channel {
+        let own = known(self.place);
+        let is_series = own.quantity == Quantity::Value;
+        Channel {
+            unit: if is_series { self.unit.name.clone() } else { own.unit.clone() },
+            decimals: 0,
+            scale: self.unit.scale * 2_f64.powi(-self.bits),
+            limit_counts: i32::MAX,
+            ..own.clone()
+        }
+    }
+
+    fn column(&self) -> ColumnRead {
+        ColumnRead { name: self.path.clone(), unit: self.unit.name.to_string() }
+    }
+}
+
+/// The paths of values in a message, each with its slot.
+#[derive(Default)]
+struct Slots(BTreeMap<String, usize>);
+
+impl Slots {
+    fn of(&mut self, path: String) -> usize {
+        let next = self.0.len();
+        *self.0.entry(path).or_insert(next)
+    }
 }
 
 impl NumberFields {
@@ -82,11 +108,11 @@ impl NumberFields {
         let mut fields = Vec::new();
         for (part, prefix) in &topic.parts {
             for (channel, path) in part.channels() {
-                // only known channels have such a name
+                // only known channels and units are in the table of the parts
                 let Some(place) = by_name(&channel) else { continue };
+                let unit = units(known(place).quantity).find(|unit| unit.scale == part.unit_scale).cloned();
                 let path = format!("{prefix}{path}");
-                let (unit_scale, bits) = (part.unit_scale, part.bits.into());
-                fields.push(NumberField { place, path, unit: None, unit_scale, zero: 0.0, bits });
+                fields.extend(unit.map(|unit| NumberField { place, path, unit, bits: part.bits.into() }));
             }
         }
         let mut numbers = Self::new(topic, fields, columns, &topic.zero_parts)?;
@@ -104,18 +130,9 @@ impl NumberFields {
     /// The numbers that a column map names by their paths.
     pub(super) fn mapped(topic: &ScannedTopic, map: &ColumnMap) -> Result<Self, BagError> {
         let fields = map.channels.iter().map(|mapped| {
-            let (place, unit) = (mapped.index, &mapped.unit);
-            let own = known(place);
-            let unit_scale = if own.quantity == Quantity::Value { 1.0 } else { unit.scale };
-            let zero = unit.zero_hundredths as f64 / 100.0;
-            NumberField {
-                place,
-                path: mapped.column.to_string(),
-                unit: (own.quantity == Quantity::Value).then(|| unit.name.to_string()),
-                unit_scale,
-                zero,
-                bits: bits(own.quantity, unit_scale),
-            }
+            let (place, unit) = (mapped.index, mapped.unit.clone());
+            let bits = bits(known(place).quantity, unit.scale);
+            NumberField { place, path: mapped.column.to_string(), unit, bits }
         });
         Self::new(topic, fields.collect(), Some(map), &[])
     }
@@ -127,118 +144,59 @@ impl NumberFields {
         zero_parts: &[(&Part, String)],
     ) -> Result<Self, BagError> {
         fields.sort_by_key(|field| field.place);
-        let Topic { name, type_name, .. } = &topic.topic;
+        let type_name = &topic.topic.type_name;
         let definitions = topic.definitions()?;
         let all: BTreeMap<_, _> = places(definitions, type_name).into_iter().collect();
-        let mut slots = BTreeMap::new();
-        for field in &fields {
-            if !matches!(all.get(&field.path), Some(PathTarget::Leaf(Leaf::Number(_)))) {
-                return Err(no_field(topic, &field.path));
-            }
-            let next = slots.len();
-            slots.entry(field.path.clone()).or_insert(next);
+        let is_number = |path: &String| matches!(all.get(path), Some(PathTarget::Leaf(Leaf::Number(_))));
+        if let Some(other) = fields.iter().find(|field| !is_number(&field.path)) {
+            return Err(no_field(topic, &other.path));
         }
-        let mut asked: Vec<(String, i64)> = Vec::new();
-        for (column, in_unit) in columns.iter().flat_map(|map| map.stamp_columns()) {
-            let path = column.to_string();
-            let in_unit = match (all.get(&path), in_unit) {
-                (Some(PathTarget::Leaf(Leaf::Time)), _) => 1,
-                (Some(PathTarget::Leaf(Leaf::Number(_))), Some(in_unit)) => in_unit,
-                (Some(PathTarget::Leaf(Leaf::Number(_))), None) => {
-                    return Err(BagError::Messages(format!(
-                        "{path:?} in messages of topic {name:?} is a number, and no date: say whether it is in s, ms, us or ns"
-                    )));
-                }
-                _ => {
-                    let times = all.iter().filter(|(_, place)| matches!(place, PathTarget::Leaf(Leaf::Time)));
-                    let times: Vec<_> = times.map(|(path, _)| &**path).collect();
-                    let times = if times.is_empty() { "none".into() } else { times.join(", ") };
-                    return Err(BagError::Messages(format!(
-                        "messages of topic {name:?} ({type_name}) have no time {path:?}; they have {times}"
-                    )));
-                }
-            };
-            asked.push((path, in_unit));
-        }
-        let (stamp, stamp_source) = match (&*asked, &topic.stamp) {
-            ([_, ..], _) => {
-                let paths: Vec<&str> = asked.iter().map(|(path, _)| &**path).collect();
-                let source = StampSource::Field(paths.join(" + "));
-                (asked, source)
-            }
-            ([], Ok(path)) => (vec![(path.clone(), 1)], StampSource::Field(path.clone())),
-            ([], Err(problem)) => (
-                Vec::new(),
-                match problem {
-                    StampProblem::None => StampSource::Recorded,
-                    StampProblem::Zero => StampSource::RecordedAsZero,
-                    StampProblem::Constant => StampSource::RecordedAsConstant,
-                    StampProblem::Backwards => StampSource::RecordedAsBackwards,
-                },
-            ),
-        };
-        let mut slot = |path: String| {
-            let next = slots.len();
-            *slots.entry(path).or_insert(next)
-        };
-        let stamp = stamp.into_iter().map(|(path, in_unit)| (slot(path), in_unit)).collect();
-        let unread = zero_parts.iter().map(|(part, prefix)| {
-            let numbers = part.channels().map(|(_, path)| slot(format!("{prefix}{path}"))).collect();
-            let path = format!("{prefix}{}", part.field);
-            (UnreadNumbers { path, zero_messages: topic.probed, nonzero_messages: 0 }, numbers)
-        });
-        let unread = unread.collect();
-        let steps =
-            steps(definitions, type_name, &slots).map_err(|problem| unusable_definition(type_name, &problem))?;
-        let channels = fields.iter().map(|field| {
-            let own = known(field.place);
-            Channel {
-                unit: field.unit.clone().map_or_else(|| own.unit.clone(), Into::into),
-                decimals: 0,
-                scale: field.unit_scale * 2_f64.powi(-field.bits),
-                limit_counts: i32::MAX,
-                ..own.clone()
-            }
-        });
-        let read = |field: &NumberField| {
-            let own = known(field.place);
-            let unit =
-                units(own.quantity).find(|unit| unit.scale == field.unit_scale).map_or(&own.unit, |unit| &unit.name);
-            ColumnRead { name: field.path.clone(), unit: field.unit.clone().unwrap_or_else(|| unit.to_string()) }
-        };
-        let read = ColumnsRead { columns: fields.iter().map(read).collect(), times: None };
-        let layout = Layout {
-            message: type_name.clone().into(),
-            compensated: None,
-            channels: channels.collect(),
-            columns: Some(read),
-        };
+        let mut slots = Slots::default();
         let quantizer = |field: &NumberField| Quantizer {
-            slot: slots[&field.path],
+            slot: slots.of(field.path.clone()),
             counts_per_unit: 2_f64.powi(field.bits),
-            zero: field.zero,
+            zero: field.unit.zero,
         };
+        let quantizers = fields.iter().map(quantizer).collect();
+        let stamp = stamp_paths(topic, columns, &all)?;
+        let paths: Vec<&str> = stamp.iter().map(|(path, _)| &**path).collect();
+        let stamp_source = if paths.is_empty() { StampSource::Recorded } else { StampSource::Field(paths.join(" + ")) };
+        let stamp = stamp.into_iter().map(|(path, in_unit)| (slots.of(path), in_unit)).collect();
+        let zero = zero_parts.iter().map(|(part, prefix)| {
+            let numbers = part.channels().map(|(_, path)| slots.of(format!("{prefix}{path}"))).collect();
+            (format!("{prefix}{}", part.field), numbers)
+        });
+        let zero = zero.collect();
+        let steps =
+            steps(definitions, type_name, &slots.0).map_err(|problem| unusable_definition(type_name, &problem))?;
+        let columns = ColumnsRead { columns: fields.iter().map(NumberField::column).collect(), times: None };
         Ok(Self {
-            layout,
+            layout: Layout {
+                message: type_name.clone().into(),
+                compensated: None,
+                channels: fields.iter().map(NumberField::channel).collect(),
+                columns: Some(columns),
+            },
             definitions: definitions.clone(),
             steps,
-            slots: vec![Taken::Number(f64::NAN); slots.len()],
-            quantizers: fields.iter().map(quantizer).collect(),
+            slots: vec![Taken::Number(f64::NAN); slots.0.len()],
+            quantizers,
             stamp,
             stamp_source,
-            unread,
+            zero,
+            late: None,
         })
     }
 
     /// Checks that messages of this topic elsewhere in the bag have the same structure.
     ///
     /// # Errors
-    /// [`BagError::Messages`] if they are not.
+    /// [`BagError::Unusable`] if they are not.
     pub(super) fn check(&self, topic: &Topic) -> Result<(), BagError> {
         let Topic { name, type_name, .. } = topic;
         match Definitions::of(topic) {
             Ok(Some(definitions)) if definitions == self.definitions => Ok(()),
-            _ => Err(BagError::Messages(format!(
+            _ => Err(BagError::Unusable(format!(
                 "topic {name:?} has messages by several definitions of {type_name}, as in bags that were merged: read the \
                  bags one by one"
             ))),
@@ -286,11 +244,6 @@ impl NumberFields {
         Ok(())
     }
 
-    /// The numbers that are not read, and whether they should have been.
-    pub(super) fn unread(&self) -> Vec<UnreadNumbers> {
-        self.unread.iter().map(|(unread, _)| unread.clone()).collect()
-    }
-
     /// Reads the numbers of a message. Returns the time in the message, if that time is used.
     pub(super) fn read(&mut self, topic: &Topic, data: &[u8], row: &mut Row) -> Result<Option<i64>, Unreadable> {
         take(&self.steps, &topic.encoding, data, &mut self.slots).ok_or(Unreadable)?;
@@ -306,9 +259,9 @@ impl NumberFields {
                 row.absent.push((channel, if count.is_finite() { Absence::OutOfRange } else { Absence::NotANumber }));
             }
         }
-        for (unread, slots) in &mut self.unread {
-            let is_zero = slots.iter().all(|&slot| self.slots[slot].number() == Some(0.0));
-            unread.nonzero_messages += u64::from(!is_zero);
+        if self.late.is_none() {
+            let is_late = |slots: &[usize]| slots.iter().any(|&slot| self.slots[slot].number() != Some(0.0));
+            self.late = self.zero.iter().find(|(_, slots)| is_late(slots)).map(|(path, _)| path.clone());
         }
         if self.stamp.is_empty() {
             return Ok(None);
@@ -319,11 +272,43 @@ impl NumberFields {
     }
 }
 
+/// The paths of the times that `columns` name, else of the time that the topic has, each with its
+/// unit in nanoseconds.
+fn stamp_paths(
+    topic: &ScannedTopic,
+    columns: Option<&ColumnMap>,
+    all: &BTreeMap<String, PathTarget>,
+) -> Result<Vec<(String, i64)>, BagError> {
+    let Topic { name, type_name, .. } = &topic.topic;
+    let unit = |(column, in_unit): (&ColumnName, Option<i64>)| {
+        let path = column.to_string();
+        match (all.get(&path), in_unit) {
+            (Some(PathTarget::Leaf(Leaf::Time)), _) => Ok((path, 1)),
+            (Some(PathTarget::Leaf(Leaf::Number(_))), Some(in_unit)) => Ok((path, in_unit)),
+            (Some(PathTarget::Leaf(Leaf::Number(_))), None) => Err(BagError::Unusable(format!(
+                "{path:?} in messages of topic {name:?} is a number, and no date: say whether it is in s, ms, us or ns"
+            ))),
+            _ => {
+                let times = all.iter().filter(|(_, place)| matches!(place, PathTarget::Leaf(Leaf::Time)));
+                let times: Vec<_> = times.map(|(path, _)| &**path).collect();
+                let times = if times.is_empty() { "none".into() } else { times.join(", ") };
+                Err(BagError::Unusable(format!(
+                    "messages of topic {name:?} ({type_name}) have no time {path:?}; they have {times}"
+                )))
+            }
+        }
+    };
+    let named = columns.iter().flat_map(|map| map.stamp_columns()).map(unit).collect::<Result<Vec<_>, BagError>>()?;
+    let own = || topic.stamp.iter().map(|path| (path.clone(), 1)).collect();
+    Ok(if named.is_empty() { own() } else { named })
+}
+
 /// Fractional bits of a count: all bits that the range of the quantity leaves of 32, for numbers in
 /// a unit of `unit_scale` units of the channel.
 fn bits(quantity: Quantity, unit_scale: f64) -> i32 {
-    let is_own = |part: &&Part| part.channels().any(|(channel, _)| is_of(&channel, quantity));
-    match (PARTS.iter().find(is_own), quantity) {
+    let is_of = |channel: &str| by_name(channel).is_some_and(|place| known(place).quantity == quantity);
+    let own = PARTS.iter().find(|part| part.channels().any(|(channel, _)| is_of(&channel)));
+    match (own, quantity) {
         (Some(part), _) => i32::from(part.bits) + (unit_scale / part.unit_scale).log2().floor() as i32,
         // 512 degrees
         (None, Quantity::Angle) => 22 + unit_scale.log2().floor() as i32,
@@ -331,12 +316,8 @@ fn bits(quantity: Quantity, unit_scale: f64) -> i32 {
     }
 }
 
-fn is_of(channel: &str, quantity: Quantity) -> bool {
-    by_name(channel).is_some_and(|place| known(place).quantity == quantity)
-}
-
 fn no_field(topic: &ScannedTopic, path: &str) -> BagError {
     let Topic { name, type_name, .. } = &topic.topic;
     let fields = topic.number_paths().join(", ");
-    BagError::Messages(format!("messages of topic {name:?} ({type_name}) have no number {path:?}; they have {fields}"))
+    BagError::Unusable(format!("messages of topic {name:?} ({type_name}) have no number {path:?}; they have {fields}"))
 }

@@ -56,7 +56,7 @@ impl Bag {
             }
             let form = BagForm::of(&found).filter(|form| *form_of_all.get_or_insert(*form) == *form);
             let form = form.ok_or_else(|| {
-                BagError::Files(format!("{} is not of the same form as the other files of the bag", path.display()))
+                BagError::Unusable(format!("{} is not of the same form as the other files of the bag", path.display()))
             })?;
             check_log(form, &path)?;
             files.push(file);
@@ -111,7 +111,7 @@ fn kept(stream: impl Read) -> Result<(Box<dyn StoredFile>, u64), BagError> {
         Err(error) => return Err(error.into()),
     };
     if bytes > most {
-        return Err(BagError::Files(format!(
+        return Err(BagError::Unusable(format!(
             "unpacked it is larger than {most} bytes, which is as much as is kept: unpack it to a file first"
         )));
     }
@@ -129,7 +129,7 @@ fn check_log(form: BagForm, path: &Path) -> Result<(), BagError> {
     let mut log = OsString::from(path);
     log.push("-wal");
     match fs::metadata(&log) {
-        Ok(found) if form == BagForm::Db3 && found.len() > 0 => Err(BagError::Files(format!(
+        Ok(found) if form == BagForm::Db3 && found.len() > 0 => Err(BagError::Unusable(format!(
             "its last messages are still in {}, as its recorder did not end: open and close it once, as `sqlite3 {} \
                  'PRAGMA wal_checkpoint(TRUNCATE)'` does",
             Path::new(&log).display(),

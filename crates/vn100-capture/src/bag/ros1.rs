@@ -140,7 +140,7 @@ impl<R: Read + Seek> Ros1Bag<R> {
         let text = |name| field(&self.data, name).map(|text| String::from_utf8_lossy(text).into_owned());
         let type_name = text(b"type").unwrap_or_default();
         let new = Topic::new(&name, &type_name, Encoding::Ros1, text(b"message_definition").as_deref());
-        self.topics.definition_bytes += self.data.len();
+        self.topics.add_definition(self.data.len())?;
         self.connections.insert(connection, self.topics.place_of(new)?);
         if self.connections.len() > MOST_CONNECTIONS {
             return Err(damaged(&format!("it has more than {MOST_CONNECTIONS} connections")));

@@ -18,7 +18,6 @@ use super::{
     numbers::{Absence, NumberFields, Row, Unreadable},
     sentences::sentences,
     streams::{Content, TopicStream},
-    time_order::TimeOrder,
     topic::{BagError, Topic},
 };
 use crate::read_samples::{Event, FileReader};
@@ -28,7 +27,7 @@ const SENTENCE_BYTES: usize = 64 * 1024;
 
 const BATCH_MESSAGES: usize = 512;
 
-/// Reads the samples of one topic, some hundred messages at a time.
+/// Reads the samples of one topic, some hundred messages at a time, in the order of the file.
 pub(crate) struct BagSamples {
     messages: Messages,
     topic: Topic,
@@ -41,8 +40,6 @@ pub(crate) struct BagSamples {
     used_bytes: u64,
     rejected_bytes: u64,
     at_end: bool,
-    /// Complete batches.
-    sealed: Vec<Batch>,
 }
 
 #[expect(clippy::large_enum_variant, reason = "there is one for each file")]
@@ -51,15 +48,12 @@ enum OpenContent {
         reader: SampleReader,
         /// Reads the time in the messages, unless the time of the recording is used.
         time: Option<NumberFields>,
-        order: TimeOrder<Vec<u8>>,
     },
     Numbers {
         fields: NumberFields,
         layout: Arc<Layout>,
-        order: TimeOrder<HeldRow>,
+        row: Row,
         open: Batch,
-        /// Rows that were forwarded.
-        rows: u64,
     },
 }
 
@@ -76,15 +70,11 @@ impl BagSamples {
         let (content, stamps) = match content {
             Content::Sentences(time) => {
                 let stamps = time.as_ref().map_or(StampSource::Recorded, |time| time.stamp_source.clone());
-                let reader = SampleReader::new(options);
-                (OpenContent::Sentences { reader, time, order: TimeOrder::new() }, stamps)
+                (OpenContent::Sentences { reader: SampleReader::new(options), time }, stamps)
             }
             Content::Numbers(fields) => {
                 let (layout, stamps) = (Arc::new(fields.layout.clone()), fields.stamp_source.clone());
-                (
-                    OpenContent::Numbers { fields, layout, order: TimeOrder::new(), open: Batch::default(), rows: 0 },
-                    stamps,
-                )
+                (OpenContent::Numbers { fields, layout, row: Row::default(), open: Batch::default() }, stamps)
             }
         };
         let report =
@@ -99,7 +89,6 @@ impl BagSamples {
             used_bytes: 0,
             rejected_bytes: 0,
             at_end: false,
-            sealed: Vec::new(),
         })
     }
 
@@ -109,8 +98,8 @@ impl BagSamples {
             let Some(head) = self.messages.next_head()? else { return Ok(false) };
             for topic in &self.messages.topics()[self.is_read.len()..] {
                 self.is_read.push(topic.is(&self.topic));
-                if topic.is(&self.topic) {
-                    self.content.check(topic)?;
+                if let Some(fields) = self.content.fields().filter(|_| topic.is(&self.topic)) {
+                    fields.check(topic).map_err(|problem| io::Error::new(io::ErrorKind::InvalidData, problem))?;
                 }
             }
             if self.is_read[head.topic] {
@@ -119,34 +108,22 @@ impl BagSamples {
                 let (first_ns, last_ns) = self.report.recorded_ns.unwrap_or((head.record_ns, head.record_ns));
                 self.report.recorded_ns = Some((first_ns.min(head.record_ns), last_ns.max(head.record_ns)));
                 let problem = self.content.push(&self.topic, head.record_ns, data, &mut self.report);
-                let bytes = data.len() as u64;
-                *match problem {
-                    None => &mut self.report.used,
-                    Some(Problem::WithoutSample) => &mut self.report.without_sample,
-                    Some(Problem::Unreadable) => &mut self.report.unreadable,
-                } += 1;
-                *if problem.is_none() { &mut self.used_bytes } else { &mut self.rejected_bytes } += bytes;
-                return Ok(true);
+                let (count, bytes) = match problem {
+                    None => (&mut self.report.used, &mut self.used_bytes),
+                    Some(Problem::WithoutSample) => (&mut self.report.without_sample, &mut self.rejected_bytes),
+                    Some(Problem::Unreadable) => (&mut self.report.unreadable, &mut self.rejected_bytes),
+                };
+                (*count, *bytes) = (*count + 1, *bytes + data.len() as u64);
+                return match self.content.fields().and_then(|fields| fields.late.as_ref()) {
+                    Some(path) => Err(io::Error::other(format!(
+                        "{path} was zero in the first messages and is not in message {}: name its numbers as columns",
+                        self.report.messages
+                    ))),
+                    None => Ok(true),
+                };
             }
             self.report.other_messages += 1;
         }
-    }
-
-    /// Forwards the rows whose place is decided, each in a batch of its own if the options ask for
-    /// it.
-    fn pass_on(&mut self) {
-        while self.content.pass_on(self.at_end) {
-            if self.line_by_line {
-                self.seal();
-            }
-        }
-    }
-
-    /// Completes the batch of the rows forwarded so far.
-    fn seal(&mut self) {
-        let batches = self.content.take_batches();
-        let batches = self.with_counts(batches);
-        self.sealed.extend(batches);
     }
 
     /// Adds the counts of everything that is no sample to the batches.
@@ -159,7 +136,8 @@ impl BagSamples {
                     tally.skipped_bytes += bytes.saturating_sub(tally.bytes());
                 }
                 OpenContent::Numbers { .. } => {
-                    tally.unchecked_sentences = tally.samples;
+                    tally.samples = self.report.used;
+                    tally.unchecked_sentences = self.report.used;
                     tally.valid_sentence_bytes = self.used_bytes;
                     tally.rejected_sentence_bytes = self.rejected_bytes;
                     tally.rejected.grammar = self.report.unreadable;
@@ -173,38 +151,29 @@ impl BagSamples {
 
 impl FileReader for BagSamples {
     fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
-        if self.at_end {
-            return Ok(None);
-        }
-        for _ in 0..BATCH_MESSAGES {
-            self.at_end = !self.take_message()?;
-            self.pass_on();
+        let mut batches = Vec::new();
+        for place in 0..BATCH_MESSAGES {
+            self.at_end = self.at_end || !self.take_message()?;
+            if self.at_end && place == 0 {
+                return Ok(None);
+            }
+            if self.at_end || self.line_by_line || place + 1 == BATCH_MESSAGES {
+                let taken = self.content.take_batches();
+                batches.extend(self.with_counts(taken));
+            }
             if self.at_end {
                 break;
             }
         }
-        self.seal();
-        Ok(Some(mem::take(&mut self.sealed).into_iter().map(Event::from).collect()))
+        Ok(Some(batches.into_iter().map(Event::from).collect()))
     }
 
     fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>) {
-        self.at_end = true;
-        self.pass_on();
-        self.seal();
-        let mut last = Vec::new();
-        (self.report.reordered, self.report.late) = match &mut self.content {
-            OpenContent::Sentences { reader, order, .. } => {
-                last = reader.finish();
-                (order.moved, order.late)
-            }
-            OpenContent::Numbers { fields, order, .. } => {
-                self.report.unread = fields.unread();
-                (order.moved, order.late)
-            }
+        let last = match &mut self.content {
+            OpenContent::Sentences { reader, .. } => reader.finish(),
+            numbers => numbers.take_batches(),
         };
-        let mut batches = mem::take(&mut self.sealed);
-        batches.extend(self.with_counts(last));
-        (batches, Some(FileReport::Bag(self.report.clone())))
+        (self.with_counts(last), Some(FileReport::Bag(self.report.clone())))
     }
 }
 
@@ -213,14 +182,6 @@ impl FileReader for BagSamples {
 enum Problem {
     WithoutSample,
     Unreadable,
-}
-
-/// A message whose place in the order of time is not decided yet.
-#[derive(Default)]
-struct HeldRow {
-    row: Row,
-    /// Whether the message gives no sample.
-    is_rejected: bool,
 }
 
 fn count_absent(report: &mut BagReport, layout: &Layout, row: &Row) {
@@ -240,101 +201,57 @@ fn count_absent(report: &mut BagReport, layout: &Layout, row: &Row) {
     }
 }
 
-/// The time that orders a message: its own, if it has one; `None` if it cannot be read.
-fn place_ns(stamp_ns: Result<Option<i64>, Unreadable>, record_ns: i64) -> Option<i64> {
-    stamp_ns.map(|stamp_ns| stamp_ns.unwrap_or(record_ns)).ok()
-}
-
 impl OpenContent {
-    /// Checks that messages of this topic have the structure of the topic that is read.
-    fn check(&self, topic: &Topic) -> io::Result<()> {
-        let fields = match self {
+    const fn fields(&self) -> Option<&NumberFields> {
+        match self {
             Self::Sentences { time, .. } => time.as_ref(),
             Self::Numbers { fields, .. } => Some(fields),
-        };
-        let checked = fields.map_or(Ok(()), |fields| fields.check(topic));
-        checked.map_err(|problem| io::Error::new(io::ErrorKind::InvalidData, problem))
+        }
     }
 
     fn push(&mut self, topic: &Topic, record_ns: i64, data: &[u8], report: &mut BagReport) -> Option<Problem> {
         match self {
-            Self::Sentences { order, time, .. } => {
+            Self::Sentences { reader, time } => {
                 let stamp_ns = match time {
                     Some(time) => time.read(topic, data, &mut Row::default()),
                     None => Ok(None),
                 };
-                let mut lines = order.spare();
-                lines.clear();
-                for sentence in sentences(data) {
-                    lines.extend_from_slice(sentence);
-                    lines.extend_from_slice(b"\r\n");
-                }
-                let problem = match lines.len() {
-                    _ if stamp_ns.is_err() => {
-                        lines.clear();
-                        Some(Problem::Unreadable)
+                let lines: Vec<u8> = sentences(data).flat_map(|sentence| [sentence, b"\r\n"].concat()).collect();
+                match (stamp_ns, lines.len()) {
+                    (Err(Unreadable), _) => Some(Problem::Unreadable),
+                    (_, 0) => Some(Problem::WithoutSample),
+                    (Ok(stamp_ns), 1..=SENTENCE_BYTES) => {
+                        reader.push(&lines, Some(stamp_ns.unwrap_or(record_ns)));
+                        None
                     }
-                    0 => Some(Problem::WithoutSample),
-                    1..=SENTENCE_BYTES => None,
-                    _ => {
-                        lines.clear();
-                        Some(Problem::Unreadable)
-                    }
-                };
-                order.push(place_ns(stamp_ns, record_ns), record_ns, lines);
-                problem
-            }
-            Self::Numbers { fields, layout, order, .. } => {
-                let mut held = order.spare();
-                let stamp_ns = fields.read(topic, data, &mut held.row);
-                let problem = match stamp_ns {
-                    Err(_) => Some(Problem::Unreadable),
-                    Ok(_) if held.row.absent.len() == layout.channels.len() => Some(Problem::WithoutSample),
-                    Ok(_) => None,
-                };
-                held.is_rejected = problem.is_some();
-                if !held.is_rejected {
-                    count_absent(report, layout, &held.row);
+                    _ => Some(Problem::Unreadable),
                 }
-                order.push(place_ns(stamp_ns, record_ns), record_ns, held);
-                problem
             }
-        }
-    }
-
-    /// Forwards the next message, if its place is decided.
-    fn pass_on(&mut self, at_end: bool) -> bool {
-        match self {
-            Self::Sentences { reader, order, .. } => {
-                let Some((at_ns, lines)) = order.pop(at_end) else { return false };
-                reader.push(lines, Some(at_ns));
-            }
-            Self::Numbers { layout, order, open, rows, .. } => {
-                let Some((at_ns, held)) = order.pop(at_end) else { return false };
+            Self::Numbers { fields, layout, row, open } => {
+                let stamp_ns = fields.read(topic, data, row);
                 let from_row = open.counts.len() / layout.channels.len();
-                if held.is_rejected {
-                    open.marks.push(Mark { before_row: from_row, kind: MarkKind::Rejected });
-                } else {
-                    *rows += 1;
-                    open.arrivals.push(Arrival { from_row, at_ns });
-                    open.counts.extend_from_slice(&held.row.counts);
-                    let cell = |&(channel, _): &(usize, Absence)| AbsentCell { row: from_row, channel };
-                    open.absent.extend(held.row.absent.iter().map(cell));
+                match stamp_ns {
+                    Ok(stamp_ns) if row.absent.len() < layout.channels.len() => {
+                        count_absent(report, layout, row);
+                        open.arrivals.push(Arrival { from_row, at_ns: stamp_ns.unwrap_or(record_ns) });
+                        open.counts.extend_from_slice(&row.counts);
+                        let cell = |&(channel, _): &(usize, Absence)| AbsentCell { row: from_row, channel };
+                        open.absent.extend(row.absent.iter().map(cell));
+                        None
+                    }
+                    outcome => {
+                        open.marks.push(Mark { before_row: from_row, kind: MarkKind::Rejected });
+                        Some(if outcome.is_ok() { Problem::WithoutSample } else { Problem::Unreadable })
+                    }
                 }
             }
         }
-        true
     }
 
     fn take_batches(&mut self) -> Vec<Batch> {
         match self {
             Self::Sentences { reader, .. } => reader.take_batches(),
-            Self::Numbers { layout, open, rows, .. } => {
-                let mut batch = mem::take(open);
-                batch.layout = Some(Arc::clone(layout));
-                batch.link.tally.samples = *rows;
-                vec![batch]
-            }
+            Self::Numbers { layout, open, .. } => vec![Batch { layout: Some(Arc::clone(layout)), ..mem::take(open) }],
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use memchr::memmem;
 
+use crate::csv::checked_part;
+
 /// The sentences in the bytes of a message, each from `$VN` to the end of its line, or to the end
 /// of the text.
 pub(super) fn sentences(message: &[u8]) -> impl Iterator<Item = &[u8]> {
@@ -29,18 +31,6 @@ pub(super) fn has_sentence(message: &[u8]) -> bool {
             && sentence[7..SHORTEST].iter().all(|byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b','))
     };
     sentences(message).any(is_one)
-}
-
-/// The sentence up to its checksum of two or four digits, without a quote or an escaped line end
-/// after it. The whole sentence if it has no checksum.
-fn checked_part(sentence: &[u8]) -> &[u8] {
-    let Some(star) = memchr::memchr(b'*', sentence) else { return sentence };
-    let digits = sentence[star + 1..].iter().take(4).take_while(|byte| byte.is_ascii_hexdigit()).count();
-    match digits {
-        4 => &sentence[..star + 5],
-        2 | 3 => &sentence[..star + 3],
-        _ => sentence,
-    }
 }
 
 #[cfg(test)]

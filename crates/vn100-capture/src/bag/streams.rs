@@ -64,7 +64,7 @@ fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>
     if scan.topics.iter().all(|topic| topic.count.is_some_and(|count| count.messages == 0)) {
         let topics =
             if scan.topics.is_empty() { String::new() } else { format!(". Its topics:{}", lines(&scan.summaries())) };
-        return Err(BagError::Files(format!("it is {form} without a message{topics}")));
+        return Err(BagError::Unusable(format!("it is {form} without a message{topics}")));
     }
     let mapped = columns.filter(|map| map.has_channels());
     if let Some(name) = topic {
@@ -86,7 +86,7 @@ fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>
                 _ => {
                     let paths: Vec<_> = map.columns().map(|(_, column)| column.to_string()).collect();
                     let (paths, topics) = (paths.join(", "), lines(&scan.summaries()));
-                    Err(BagError::Files(format!("no topic has the numbers {paths}. It holds:{topics}")))
+                    Err(BagError::Unusable(format!("no topic has the numbers {paths}. It holds:{topics}")))
                 }
             },
             several => Err(BagError::SeveralTopics { form, topics: list(several) }),
@@ -151,7 +151,7 @@ fn no_sensor_in(topic: &ScannedTopic) -> BagError {
         });
     }
     let paths: Vec<_> = topic.zero_parts.iter().map(|(part, prefix)| format!("{prefix}{}", part.field)).collect();
-    BagError::Messages(format!(
+    BagError::Unusable(format!(
         "messages of topic {name:?} ({type_name}) have {}, and all of it is zero in the first {} messages: is the sensor \
          read? Name their numbers as columns if they are not zero later",
         paths.join(", "),

@@ -110,17 +110,25 @@ impl Topic {
 #[derive(Default)]
 pub(super) struct TopicList {
     pub(super) topics: Vec<Topic>,
-    pub(super) definition_bytes: usize,
+    definition_bytes: usize,
 }
 
 impl TopicList {
+    /// Counts the bytes of a definition.
+    pub(super) fn add_definition(&mut self, bytes: usize) -> io::Result<()> {
+        self.definition_bytes += bytes;
+        self.check()
+    }
+
     /// The place of a topic, which is added if it is new.
     pub(super) fn place_of(&mut self, topic: Topic) -> io::Result<usize> {
         let place = place_of(&mut self.topics, topic);
-        if self.topics.len() > MOST_TOPICS || self.definition_bytes > DEFINITION_BYTES {
-            return Err(damaged("it has more topics or definitions than any bag"));
-        }
-        Ok(place)
+        self.check().map(|()| place)
+    }
+
+    fn check(&self) -> io::Result<()> {
+        let is_large = self.topics.len() > MOST_TOPICS || self.definition_bytes > DEFINITION_BYTES;
+        if is_large { Err(damaged("it has more topics or definitions than any bag")) } else { Ok(()) }
     }
 }
 
@@ -194,13 +202,9 @@ pub enum BagError {
     /// The file could not be read, or is damaged.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// The files are no bag, not all of one bag, or without the requested messages: the reason in
-    /// words.
+    /// The files are no bag, or the messages of a topic cannot be used: the reason in words.
     #[error("{0}")]
-    Files(String),
-    /// The messages of a topic cannot be used: the reason in words.
-    #[error("{0}")]
-    Messages(String),
+    Unusable(String),
     /// No topic holds sentences, or numbers of a sensor.
     #[error(
         "it is {form} in which no topic has VectorNav sentences or messages of an inertial sensor. It holds:{}",

@@ -12,15 +12,16 @@ use super::{
     topic::{BagError, Topic, TopicCount, TopicSummary},
 };
 
-/// Messages of each topic that are examined.
+/// Messages of each topic that are examined, and the bytes of all of them.
 const PROBED_MESSAGES: usize = 100;
-
-/// Bytes of each message that are examined.
 const PROBED_BYTES: usize = 1024 * 1024;
 
 /// Messages of all topics that are read to examine them: a topic whose first message comes later is
 /// judged by its type alone.
 const PASSED_MESSAGES: usize = 100_000;
+
+/// Messages may be out of order by fewer places than this.
+const OUT_OF_ORDER: usize = 16;
 
 pub(crate) struct TopicScan {
     pub(super) form: BagForm,
@@ -41,20 +42,10 @@ pub(super) struct ScannedTopic {
     /// The parts that are zero in all examined messages.
     pub(super) zero_parts: Vec<(&'static Part, String)>,
     /// The path of the first time in its messages that increases from message to message.
-    pub(super) stamp: Result<String, StampProblem>,
+    pub(super) stamp: Option<String>,
     /// Examined messages, and their bytes.
     pub(super) probed: usize,
     probed_bytes: usize,
-}
-
-/// Why the times in messages are not used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum StampProblem {
-    /// The messages have no times.
-    None,
-    Zero,
-    Constant,
-    Backwards,
 }
 
 impl TopicScan {
@@ -83,10 +74,9 @@ impl TopicScan {
     fn probe(&mut self, bag: &Bag) -> Result<(), BagError> {
         let mut probes: Vec<Probe> = self.topics.iter().map(Probe::new).collect();
         let mut messages = bag.messages(&Arc::default())?;
-        let mut open = self.topics.iter().filter(|topic| !topic.is_settled()).count();
         let mut places = Vec::new();
         for _ in 0..PASSED_MESSAGES {
-            if open == 0 {
+            if self.topics.iter().all(ScannedTopic::is_settled) {
                 break;
             }
             // an error is reported when the messages are read
@@ -95,40 +85,33 @@ impl TopicScan {
                 // messages of another definition have a form of their own
                 places.push(self.topics.iter().position(|other| other.topic == *topic));
             }
-            let Some(place) = places[head.topic] else { continue };
+            let Some(place) = places[head.topic].filter(|&place| !self.topics[place].is_settled()) else { continue };
             let topic = &mut self.topics[place];
-            if topic.is_settled() {
-                continue;
-            }
             let Ok(data) = messages.read_data() else { break };
             topic.probed_bytes += data.len();
             topic.probed += 1;
-            open -= usize::from(topic.is_settled());
             topic.with_sentences += usize::from(has_sentence(data));
             probes[place].push(&topic.topic, data);
         }
-        for (topic, probe) in self.topics.iter_mut().zip(probes) {
-            probe.finish(topic);
-        }
+        self.topics.iter_mut().zip(probes).for_each(|(topic, probe)| probe.finish(topic));
         Ok(())
     }
 }
 
 pub(super) fn unusable_definition(type_name: &str, problem: &str) -> BagError {
-    BagError::Messages(format!("the definition of {type_name} cannot be used: {problem}"))
+    BagError::Unusable(format!("the definition of {type_name} cannot be used: {problem}"))
 }
 
 impl ScannedTopic {
     fn new(topic: Topic, count: Option<TopicCount>) -> Self {
-        let definitions = Definitions::of(&topic);
         Self {
+            definitions: Definitions::of(&topic),
             topic,
             count,
-            definitions,
             with_sentences: 0,
             parts: Vec::new(),
             zero_parts: Vec::new(),
-            stamp: Err(StampProblem::None),
+            stamp: None,
             probed: 0,
             probed_bytes: 0,
         }
@@ -143,25 +126,28 @@ impl ScannedTopic {
         }
     }
 
-    /// The paths of all numbers of its messages.
+    /// All numbers, times and messages of its messages, by their paths.
+    pub(super) fn places(&self) -> Vec<(String, PathTarget)> {
+        self.definitions().map(|types| places(types, &self.topic.type_name)).unwrap_or_default()
+    }
+
+    /// The paths of all numbers of its messages; the first element stands for a whole array.
     pub(super) fn number_paths(&self) -> Vec<String> {
-        let all = self.definitions().map(|types| places(types, &self.topic.type_name)).unwrap_or_default();
-        let numbers = all.into_iter().filter(|(_, place)| matches!(place, PathTarget::Leaf(Leaf::Number(_))));
-        // the first element stands for the whole array
-        let listed =
-            numbers.filter(|(path, _)| !path.contains('[') || path.matches('[').count() == path.matches("[0]").count());
-        listed.map(|(path, _)| path).collect()
+        let is_first = |path: &str| path.matches('[').count() == path.matches("[0]").count();
+        let is_number =
+            |(path, place): &(String, PathTarget)| matches!(place, PathTarget::Leaf(Leaf::Number(_))) && is_first(path);
+        self.places().into_iter().filter(is_number).map(|(path, _)| path).collect()
     }
 
     /// The definitions of its messages.
     ///
     /// # Errors
-    /// [`BagError::Messages`] if none is known or usable.
+    /// [`BagError::Unusable`] if none is known or usable.
     pub(super) fn definitions(&self) -> Result<&Definitions, BagError> {
         let Topic { name, type_name, .. } = &self.topic;
         match &self.definitions {
             Ok(Some(definitions)) => Ok(definitions),
-            Ok(None) => Err(BagError::Messages(format!(
+            Ok(None) => Err(BagError::Unusable(format!(
                 "the bag does not say how messages of topic {name:?} are built, and {type_name} is no standard type: convert \
                  the bag where that package is installed (`ros2 bag convert` to MCAP), or record a topic of sensor_msgs/Imu"
             ))),
@@ -171,51 +157,34 @@ impl ScannedTopic {
 
     /// Whether enough of its messages were examined.
     fn is_settled(&self) -> bool {
-        self.probed >= self.wanted() || self.probed_bytes >= PROBED_BYTES
+        let messages = self.count.map_or(u64::MAX, |count| count.messages);
+        let wanted = PROBED_MESSAGES.min(usize::try_from(messages).unwrap_or(usize::MAX));
+        self.probed >= wanted || self.probed_bytes >= PROBED_BYTES
     }
 
     /// Whether its messages carry sentences: a log may quote a single sentence.
     pub(super) fn has_sentences(&self) -> bool {
         self.with_sentences > 0 && 2 * self.with_sentences >= self.probed
     }
-
-    fn wanted(&self) -> usize {
-        let messages = self.count.map_or(u64::MAX, |count| count.messages);
-        PROBED_MESSAGES.min(usize::try_from(messages).unwrap_or(usize::MAX))
-    }
 }
 
-/// The facts that the first messages of a topic show.
+/// The standard numbers and the times in the first messages of a topic.
 struct Probe {
     steps: Vec<Step>,
-    slots: Vec<Taken>,
     /// The parts of its type: the path of each, the slot of its covariance and the slots of its
     /// numbers.
-    parts: Vec<ProbedPart>,
-    stamps: Vec<ProbedStamp>,
-}
-
-struct ProbedPart {
-    part: &'static Part,
-    path: String,
-    covariance: Option<usize>,
-    numbers: Vec<usize>,
-    /// The covariance in a message is not -1, so the sensor measures the part.
-    is_known: bool,
-    /// Some number of the part is not zero in such a message.
-    is_there: bool,
-}
-
-struct ProbedStamp {
-    path: String,
-    slot: usize,
-    times_ns: Vec<i64>,
+    parts: Vec<(&'static Part, String, Option<usize>, Vec<usize>)>,
+    /// The paths of the times, and their slots.
+    stamps: Vec<(String, usize)>,
+    slots: usize,
+    /// The values of the slots in each message.
+    messages: Vec<Vec<Taken>>,
 }
 
 impl Probe {
     fn new(topic: &ScannedTopic) -> Self {
         let type_name = &topic.topic.type_name;
-        let all = topic.definitions().map(|types| places(types, type_name)).unwrap_or_default();
+        let all = topic.places();
         let mut slots = BTreeMap::new();
         let mut slot = |path: String| {
             let next = slots.len();
@@ -224,101 +193,60 @@ impl Probe {
         let mut parts = Vec::new();
         for part in &PARTS {
             // the first of several such messages counts, as the topic's own does
-            let message = |place: &PathTarget| matches!(place, PathTarget::Message(name) if name == part.message);
-            let prefix = if type_name == part.message {
-                Some(String::new())
-            } else {
-                all.iter().find(|(_, place)| message(place)).map(|(path, _)| format!("{path}."))
-            };
+            let is_message = |place: &PathTarget| matches!(place, PathTarget::Message(name) if name == part.message);
+            let inside = || all.iter().find(|(_, place)| is_message(place)).map(|(path, _)| format!("{path}."));
+            let prefix = if type_name == part.message { Some(String::new()) } else { inside() };
             let Some(prefix) = prefix else { continue };
-            let is_there = |path: &str| all.iter().any(|(other, _)| *other == format!("{prefix}{path}"));
-            if part.channels().all(|(_, path)| is_there(&path)) {
-                let covariance = part.covariance().filter(|path| is_there(path));
-                parts.push(ProbedPart {
-                    part,
-                    covariance: covariance.map(|path| slot(format!("{prefix}{path}"))),
-                    numbers: part.channels().map(|(_, path)| slot(format!("{prefix}{path}"))).collect(),
-                    path: prefix,
-                    is_known: false,
-                    is_there: false,
-                });
+            let paths: Vec<String> = part.channels().map(|(_, path)| format!("{prefix}{path}")).collect();
+            let is_there = |path: &String| all.iter().any(|(other, _)| other == path);
+            if paths.iter().all(is_there) {
+                let covariance =
+                    part.covariance().map(|path| format!("{prefix}{path}")).filter(is_there).map(&mut slot);
+                parts.push((part, prefix, covariance, paths.into_iter().map(&mut slot).collect()));
             }
         }
         let times = all.iter().filter(|(_, place)| matches!(place, PathTarget::Leaf(Leaf::Time)));
-        let stamps = times
-            .map(|(path, _)| ProbedStamp { path: path.clone(), slot: slot(path.clone()), times_ns: Vec::new() })
-            .collect();
+        let stamps = times.map(|(path, _)| (path.clone(), slot(path.clone()))).collect();
         // a message whose steps are unknown gives no numbers, but may give sentences
         let steps = topic.definitions().ok().and_then(|types| steps(types, type_name, &slots).ok());
-        Self { steps: steps.unwrap_or_default(), slots: vec![Taken::Number(f64::NAN); slots.len()], parts, stamps }
+        Self { steps: steps.unwrap_or_default(), parts, stamps, slots: slots.len(), messages: Vec::new() }
     }
 
     fn push(&mut self, topic: &Topic, data: &[u8]) {
-        if self.steps.is_empty() || take(&self.steps, &topic.encoding, data, &mut self.slots).is_none() {
-            return;
-        }
-        let number = |slot: usize| self.slots[slot].number().unwrap_or(f64::NAN);
-        for part in &mut self.parts {
-            let is_known = part.covariance.is_none_or(|slot| number(slot) != -1.0);
-            let is_zero = part.numbers.iter().all(|&slot| number(slot) == 0.0);
-            part.is_known |= is_known;
-            part.is_there |= is_known && !is_zero;
-        }
-        for stamp in &mut self.stamps {
-            if let Taken::Time(at_ns) = self.slots[stamp.slot] {
-                stamp.times_ns.push(at_ns);
-            }
+        let mut slots = vec![Taken::Number(f64::NAN); self.slots];
+        if !self.steps.is_empty() && take(&self.steps, &topic.encoding, data, &mut slots).is_some() {
+            self.messages.push(slots);
         }
     }
 
     /// If no message was examined, the type decides.
     fn finish(self, topic: &mut ScannedTopic) {
-        for part in self.parts {
+        let number = |message: &[Taken], slot: usize| message[slot].number().unwrap_or(f64::NAN);
+        for (part, path, covariance, numbers) in self.parts {
+            // a covariance of -1 says that the sensor does not measure the part
+            let mut known =
+                self.messages.iter().filter(|message| covariance.is_none_or(|slot| number(message, slot) != -1.0));
+            let is_measured = known.clone().any(|message| numbers.iter().any(|&slot| number(message, slot) != 0.0));
             // the first of several parts of one channel is preferred; it is not compensated
-            let is_second = topic
-                .parts
-                .iter()
-                .any(|(other, _)| other.message == part.part.message && other.channel == part.part.channel);
-            if is_second {
+            if topic.parts.iter().any(|(other, _)| (other.message, other.channel) == (part.message, part.channel)) {
                 continue;
             }
-            if part.is_there || topic.probed == 0 {
-                topic.parts.push((part.part, part.path));
-            } else if part.is_known {
-                topic.zero_parts.push((part.part, part.path));
+            if is_measured || topic.probed == 0 {
+                topic.parts.push((part, path));
+            } else if known.next().is_some() {
+                topic.zero_parts.push((part, path));
             }
         }
-        let mut first_problem = None;
-        for stamp in self.stamps {
-            match stamp.problem() {
-                None => {
-                    topic.stamp = Ok(stamp.path);
-                    return;
-                }
-                Some(problem) => first_problem = first_problem.or(Some(problem)),
-            }
-        }
-        topic.stamp = Err(first_problem.unwrap_or(StampProblem::None));
+        let times =
+            |slot: usize| self.messages.iter().filter_map(move |message| message[slot].nanoseconds(1)).collect();
+        topic.stamp = self.stamps.into_iter().find(|&(_, slot)| are_times(times(slot))).map(|(path, _)| path);
     }
 }
 
-impl ProbedStamp {
-    /// Times that increase over many messages, but not at each step, belong to messages out of
-    /// order.
-    fn problem(&self) -> Option<StampProblem> {
-        const OUT_OF_ORDER: usize = 16;
-        let times = &*self.times_ns;
-        match times {
-            [] => Some(StampProblem::None),
-            times if times.iter().all(|time| *time == 0) => Some(StampProblem::Zero),
-            [first, rest @ ..] if !rest.is_empty() && rest.iter().all(|time| time == first) => {
-                Some(StampProblem::Constant)
-            }
-            [first, .., last] if last < first => Some(StampProblem::Backwards),
-            times if times.windows(OUT_OF_ORDER).any(|times| times[OUT_OF_ORDER - 1] < times[0]) => {
-                Some(StampProblem::Backwards)
-            }
-            _ => None,
-        }
-    }
+/// Whether times increase over many messages: not at each step if messages are out of order.
+fn are_times(times_ns: Vec<i64>) -> bool {
+    let goes_back = |times: &[i64]| times[times.len() - 1] < times[0];
+    let is_constant = times_ns.len() > 1 && times_ns.iter().all(|time| *time == times_ns[0]);
+    let is_zero = times_ns.iter().all(|time| *time == 0);
+    !is_zero && !is_constant && !goes_back(&times_ns) && !times_ns.windows(OUT_OF_ORDER).any(goes_back)
 }

@@ -1,11 +1,14 @@
 //! The assignment of the columns of a foreign CSV file to channels and units:
 //! `gyro_x=wx:deg/s,accel_x=4:g,t=time:ns`.
 
-use std::{borrow::Cow, f64::consts::PI, fmt, str::FromStr, sync::LazyLock};
+use std::{fmt, str::FromStr};
 
-use vn100_protocol::{Channel, MESSAGES, Quantity};
+use vn100_protocol::Quantity;
 
-use super::stamp::{StampForm, StampUnit};
+use super::{
+    channels::{Unit, by_name, known, names, units},
+    stamp::{StampForm, StampUnit},
+};
 
 /// Names the columns of any CSV file with the numbers of an inertial sensor.
 ///
@@ -58,49 +61,10 @@ pub(crate) enum ColumnName {
     Number(usize),
 }
 
-/// The reason why a text is no [`ColumnMap`].
+/// The reason why a text is no [`ColumnMap`], in words.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ColumnMapError {
-    /// A part between two commas does not have the form `CHANNEL=COLUMN:UNIT`.
-    #[error("{0:?} is not of the form CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns")]
-    Form(String),
-    /// No channel has this name.
-    #[error("unknown channel {channel:?} in {part:?}: use one of {}", channel_names())]
-    Channel {
-        /// The text before the `=`.
-        channel: String,
-        /// The part between two commas.
-        part: String,
-    },
-    /// The channel cannot be in this unit.
-    #[error("unknown unit {unit:?} of {channel} in {part:?}: use {}", unit_names(channel))]
-    Unit {
-        /// The text after the last `:`.
-        unit: String,
-        /// The channel.
-        channel: String,
-        /// The part between two commas.
-        part: String,
-    },
-    /// This part names column 0, but columns are numbered from 1.
-    #[error("column 0 in {0:?} does not exist: columns are numbered from 1")]
-    ColumnZero(String),
-    /// A channel is mapped twice.
-    #[error("{channel} is mapped twice, again in {part:?}: keep one")]
-    Twice {
-        /// The channel.
-        channel: String,
-        /// The part between two commas.
-        part: String,
-    },
-    /// A column of sentences is mapped together with columns of values.
-    #[error("raw=NAME gives whole sentences, which hold all channels: map no other channel")]
-    RawBesideChannels,
-    /// The map is empty.
-    #[error("no channel is mapped: map at least one of {}", channel_names())]
-    NoChannel,
-}
+#[error("{0}")]
+pub struct ColumnMapError(String);
 
 impl FromStr for ColumnMap {
     type Err = ColumnMapError;
@@ -110,62 +74,56 @@ impl FromStr for ColumnMap {
         // a map that a terminal broke into lines is the same map
         let text = one_line(text);
         for part in text.split(',').map(str::trim).filter(|part| !part.is_empty()) {
-            map.add(part)?;
+            map.add(part).map_err(ColumnMapError)?;
         }
         if map.columns().next().is_none() {
-            return Err(ColumnMapError::NoChannel);
+            return Err(ColumnMapError(format!("no channel is mapped: map at least one of {}", channel_names())));
         }
         if map.sentence.is_some() && !map.channels.is_empty() {
-            return Err(ColumnMapError::RawBesideChannels);
+            let problem = "raw=NAME gives whole sentences, which hold all channels: map no other channel";
+            return Err(ColumnMapError(problem.into()));
         }
         Ok(map)
     }
 }
 
 impl ColumnMap {
-    fn add(&mut self, part: &str) -> Result<(), ColumnMapError> {
-        if let Some((RAW, column)) = part.split_once('=').map(|(channel, column)| (channel.trim(), column.trim())) {
-            let column = column_name(column, part)?;
-            return match self.sentence.replace(column) {
-                Some(_) => Err(ColumnMapError::Twice { channel: RAW.into(), part: part.into() }),
-                None => Ok(()),
-            };
+    fn add(&mut self, part: &str) -> Result<(), String> {
+        let form = || format!("{part:?} is not of the form CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns");
+        let (channel, rest) = part.split_once('=').map(|(channel, rest)| (channel.trim(), rest)).ok_or_else(form)?;
+        let twice = || format!("{channel} is mapped twice, again in {part:?}: keep one");
+        if channel == RAW {
+            let column = ColumnName::of(rest, part)?;
+            return if self.sentence.replace(column).is_none() { Ok(()) } else { Err(twice()) };
         }
         // the name of a column may contain `=` and `:`, channel and unit cannot
-        let (channel, column, unit) = part
-            .split_once('=')
-            .and_then(|(channel, rest)| {
-                let (column, unit) = rest.rsplit_once(':')?;
-                Some((channel.trim(), column.trim(), unit.trim()))
-            })
-            .filter(|(_, column, _)| !column.is_empty())
-            .ok_or_else(|| ColumnMapError::Form(part.into()))?;
-        let bad_unit = || ColumnMapError::Unit { unit: unit.into(), channel: channel.into(), part: part.into() };
-        let twice = || ColumnMapError::Twice { channel: channel.into(), part: part.into() };
+        let (column, unit) = rest.rsplit_once(':').ok_or_else(form)?;
+        let unit = unit.trim();
+        let bad_unit = || format!("unknown unit {unit:?} of {channel} in {part:?}: use {}", unit_names(channel));
+        if column.trim().is_empty() {
+            return Err(form());
+        }
         if channel == STAMP {
             let form = StampForm::by_name(unit).ok_or_else(bad_unit)?;
             // two columns, as in secs:s+nsecs:ns
             let pair = StampUnit::all().find_map(|first| {
                 let (seconds, part) = column.split_once(&format!(":{}+", first.name))?;
-                Some((seconds.trim(), StampForm::Unit(first), part.trim()))
+                Some((seconds, StampForm::Unit(first), part))
             });
             let columns = match pair.filter(|_| matches!(form, StampForm::Unit(_))) {
                 Some((seconds, first, added)) => vec![(seconds, first), (added, form)],
                 None => vec![(column, form)],
             };
-            let columns = columns.into_iter().map(|(column, form)| Ok((column_name(column, part)?, form)));
-            let stamp = columns.collect::<Result<_, _>>()?;
+            let columns = columns.into_iter().map(|(column, form)| Ok((ColumnName::of(column, part)?, form)));
+            let stamp = columns.collect::<Result<_, String>>()?;
             return if std::mem::replace(&mut self.stamp, stamp).is_empty() { Ok(()) } else { Err(twice()) };
         }
-        let column = column_name(column, part)?;
-        let index =
-            by_name(channel).ok_or_else(|| ColumnMapError::Channel { channel: channel.into(), part: part.into() })?;
-        let quantity = known(index).quantity;
-        let unit = match quantity {
-            Quantity::Value if !unit.is_empty() && !unit.contains(char::is_control) => {
-                Unit { name: unit.to_owned().into(), ..UNCONVERTED }
-            }
-            _ => units(quantity).find(|known| known.name == unit).cloned().ok_or_else(bad_unit)?,
+        let column = ColumnName::of(column, part)?;
+        let unknown = || format!("unknown channel {channel:?} in {part:?}: use one of {}", channel_names());
+        let index = by_name(channel).ok_or_else(unknown)?;
+        let unit = match known(index).quantity {
+            Quantity::Value if !unit.is_empty() && !unit.contains(char::is_control) => Unit::unconverted(unit.into()),
+            quantity => units(quantity).find(|known| known.name == unit).cloned().ok_or_else(bad_unit)?,
         };
         if self.channels.iter().any(|mapped| mapped.index == index) {
             return Err(twice());
@@ -183,7 +141,7 @@ impl ColumnMap {
     /// `None` for text.
     pub(crate) fn stamp_columns(&self) -> impl Iterator<Item = (&ColumnName, Option<i64>)> {
         self.stamp.iter().map(|(column, form)| match form {
-            StampForm::Unit(unit) => (column, Some(unit.in_nanoseconds())),
+            StampForm::Unit(unit) => (column, Some(unit.nanoseconds)),
             StampForm::Date(_) => (column, None),
         })
     }
@@ -203,13 +161,17 @@ pub(super) fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// A column by name, or by number from 1.
-fn column_name(column: &str, part: &str) -> Result<ColumnName, ColumnMapError> {
-    match column.parse() {
-        _ if column.is_empty() => Err(ColumnMapError::Form(part.into())),
-        Ok(0) => Err(ColumnMapError::ColumnZero(part.into())),
-        Ok(number) => Ok(ColumnName::Number(number)),
-        Err(_) => Ok(ColumnName::Header(column.into())),
+impl ColumnName {
+    /// A column by name, or by number from 1.
+    fn of(column: &str, part: &str) -> Result<Self, String> {
+        match column.trim() {
+            "" => Err(format!("{part:?} is not of the form CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns")),
+            column => match column.parse() {
+                Ok(0) => Err(format!("column 0 in {part:?} does not exist: columns are numbered from 1")),
+                Ok(number) => Ok(Self::Number(number)),
+                Err(_) => Ok(Self::Header(column.into())),
+            },
+        }
     }
 }
 
@@ -261,101 +223,6 @@ fn unit_names(channel: &str) -> String {
     format!("one of {}", names.join(" "))
 }
 
-/// The channels of all messages of the sensor and that of any series, in the order in which a
-/// layout holds them.
-static KNOWN: LazyLock<Vec<&Channel>> = LazyLock::new(|| {
-    let mut known: Vec<&Channel> = Vec::new();
-    for channel in MESSAGES.iter().flat_map(|layout| &*layout.channels) {
-        if known.iter().all(|other| other.name != channel.name) {
-            known.push(channel);
-        }
-    }
-    known.push(&VALUE);
-    known.sort_by_key(|channel| channel.quantity);
-    known
-});
-
-/// Numbers of a series; the file determines the decimals and limits.
-static VALUE: Channel = Channel {
-    name: Cow::Borrowed("value"),
-    quantity: Quantity::Value,
-    unit: Cow::Borrowed("1"),
-    decimals: 0,
-    scale: 1.0,
-    limit_counts: i32::MAX,
-    refresh_hz: None,
-    increment_step: None,
-};
-
-/// Standard acceleration of free fall in m/s² (BIPM, The International System of Units, 2019).
-const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
-
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Unit {
-    pub(crate) name: Cow<'static, str>,
-    pub(super) quantity: Quantity,
-    /// The unit in units of the channel.
-    pub(crate) scale: f64,
-    /// The channel's own zero on this scale, in hundredths: 0 for all units except kelvin.
-    pub(crate) zero_hundredths: i64,
-}
-
-/// The names of all channels.
-pub(super) fn names() -> impl Iterator<Item = &'static str> {
-    KNOWN.iter().map(|channel| &*channel.name)
-}
-
-/// The channel at place `index` of the order that layouts use.
-pub(crate) fn known(index: usize) -> &'static Channel {
-    KNOWN[index]
-}
-
-/// The place of the channel with exactly this name.
-pub(crate) fn by_name(name: &str) -> Option<usize> {
-    names().position(|known| known == name)
-}
-
-/// The units of `quantity`, its channels' own unit first.
-pub(crate) fn units(quantity: Quantity) -> impl Iterator<Item = &'static Unit> {
-    UNITS.iter().filter(move |unit| unit.quantity == quantity)
-}
-
-static UNITS: [Unit; 26] = [
-    unit("rad/s", Quantity::AngularRate, 1.0),
-    unit("deg/s", Quantity::AngularRate, PI / 180.0),
-    unit("deg/h", Quantity::AngularRate, PI / 648_000.0),
-    unit("mdeg/s", Quantity::AngularRate, PI / 180_000.0),
-    unit("mrad/s", Quantity::AngularRate, 1e-3),
-    unit("rpm", Quantity::AngularRate, PI / 30.0),
-    unit("m/s^2", Quantity::Acceleration, 1.0),
-    unit("g", Quantity::Acceleration, STANDARD_GRAVITY_M_S2),
-    unit("mg", Quantity::Acceleration, STANDARD_GRAVITY_M_S2 / 1e3),
-    unit("ug", Quantity::Acceleration, STANDARD_GRAVITY_M_S2 / 1e6),
-    unit("cm/s^2", Quantity::Acceleration, 1e-2),
-    unit("ft/s^2", Quantity::Acceleration, 0.3048),
-    unit("gauss", Quantity::MagneticField, 1.0),
-    unit("mgauss", Quantity::MagneticField, 1e-3),
-    unit("T", Quantity::MagneticField, 1e4),
-    unit("uT", Quantity::MagneticField, 1e-2),
-    unit("mT", Quantity::MagneticField, 10.0),
-    unit("nT", Quantity::MagneticField, 1e-5),
-    unit("deg", Quantity::Angle, 1.0),
-    unit("rad", Quantity::Angle, 180.0 / PI),
-    unit("1", Quantity::Quaternion, 1.0),
-    unit("degC", Quantity::Temperature, 1.0),
-    Unit { name: Cow::Borrowed("K"), quantity: Quantity::Temperature, scale: 1.0, zero_hundredths: 27_315 },
-    unit("kPa", Quantity::Pressure, 1.0),
-    unit("hPa", Quantity::Pressure, 0.1),
-    unit("Pa", Quantity::Pressure, 1e-3),
-];
-
-/// The unit of numbers that are not converted.
-const UNCONVERTED: Unit = unit("1", Quantity::Value, 1.0);
-
-const fn unit(name: &'static str, quantity: Quantity, scale: f64) -> Unit {
-    Unit { name: Cow::Borrowed(name), quantity, scale, zero_hundredths: 0 }
-}
-
 #[cfg(test)]
 mod tests {
     use super::{super::name::Meaning, *};
@@ -403,15 +270,6 @@ mod tests {
     }
 
     #[test]
-    fn every_channel_has_its_own_unit_first() {
-        for (index, channel) in KNOWN.iter().enumerate().filter(|(_, channel)| channel.quantity != Quantity::Value) {
-            let own = units(channel.quantity).next().unwrap();
-            assert_eq!((&*own.name, own.scale), (&*channel.unit, 1.0));
-            assert_eq!(by_name(&channel.name), Some(index));
-        }
-    }
-
-    #[test]
     fn a_series_may_be_in_any_unit() {
         for unit in ["s/s", "ns", "V", "parts per billion"] {
             let text = format!("value=2:{unit}");
@@ -420,13 +278,5 @@ mod tests {
         let without = "value=2:".parse::<ColumnMap>().unwrap_err().to_string();
         assert_eq!(without, "unknown unit \"\" of value in \"value=2:\": use one, such as s/s, ns or V");
         assert!(Meaning::of("value", None).is_none(), "a column of this name is not taken for one");
-    }
-
-    #[test]
-    fn a_layout_of_any_message_keeps_its_order() {
-        for layout in MESSAGES {
-            let places = layout.channels.iter().map(|channel| by_name(&channel.name));
-            assert!(places.clone().all(|place| place.is_some()) && places.is_sorted(), "{}", layout.message);
-        }
     }
 }

@@ -9,19 +9,16 @@ use vn100_protocol::{
 
 use super::{
     CsvError, HeadRows,
-    column_map::{ColumnMap, Unit, known, units},
+    channels::{Unit, known, quantity_word, rank, units},
+    column_map::ColumnMap,
     header::Header,
     holds_number,
-    name::{Made, Meaning, StatedUnit, quantity_word},
-    stamp_search::StampColumns,
-    streams::rank,
+    name::{Made, Meaning},
 };
 
-/// The use of the columns, by place.
+/// The columns that are read, and the others whose names tell their content.
 #[derive(Debug, Default)]
 pub(super) struct Columns {
-    pub(super) stamp: Option<StampColumns>,
-    pub(super) sentence: Option<usize>,
     /// In the order of the channels in a layout.
     pub(super) channels: Vec<ChannelColumn>,
     /// The places of the channels of other streams.
@@ -55,9 +52,9 @@ impl Named {
     fn unit(&self) -> Option<&'static Unit> {
         match self.meaning.unit {
             _ if self.is_empty => None,
-            StatedUnit::Known(unit) => Some(unit),
-            StatedUnit::None if self.meaning.is_sure => units(known(self.meaning.channel).quantity).next(),
-            StatedUnit::None | StatedUnit::Unknown(_) => None,
+            Some(Ok(unit)) => Some(unit),
+            None if self.meaning.is_sure => units(known(self.meaning.channel).quantity).next(),
+            _ => None,
         }
     }
 
@@ -65,12 +62,10 @@ impl Named {
         quantity_word(&known(self.meaning.channel).name)
     }
 
-    fn is_beside(&self, other: &Self) -> bool {
-        self.meaning.group == other.meaning.group && self.meaning.made == other.meaning.made
-    }
-
     fn rank(&self, usable: &[&Self]) -> Rank {
-        let mut axes: Vec<_> = usable.iter().filter(|other| other.is_beside(self)).collect();
+        let is_beside =
+            |other: &&&Self| (&other.meaning.group, other.meaning.made) == (&self.meaning.group, self.meaning.made);
+        let mut axes: Vec<_> = usable.iter().filter(is_beside).collect();
         let first = axes.first().map_or(self.place, |first| first.place);
         axes.sort_by_key(|axis| axis.meaning.channel);
         axes.dedup_by_key(|axis| axis.meaning.channel);
@@ -81,21 +76,17 @@ impl Named {
     /// its meaning.
     fn left_out(&self, read: &[&Self]) -> Option<LeftOutReason> {
         let instead = read.iter().find(|other| other.sensor() == self.sensor());
-        match (&self.meaning.unit, instead) {
-            (StatedUnit::Unknown(unit), _) if self.meaning.is_sure => Some(LeftOutReason::UnknownUnit(unit.clone())),
-            (StatedUnit::Unknown(_), _) => None,
-            (StatedUnit::None, _) if !self.meaning.is_sure => None,
-            _ if self.is_empty => Some(LeftOutReason::Empty),
-            (_, Some(other)) if self.meaning.made == Made::WithoutGravity && other.meaning.made < self.meaning.made => {
-                Some(LeftOutReason::WithoutGravity)
+        let (made, instead_made) = (self.meaning.made, instead.map(|other| other.meaning.made));
+        Some(match &self.meaning.unit {
+            Some(Err(_)) | None if !self.meaning.is_sure => return None,
+            Some(Err(unit)) => LeftOutReason::UnknownUnit(unit.clone()),
+            _ if self.is_empty => LeftOutReason::Empty,
+            _ if made == Made::WithoutGravity && instead_made < Some(made) && instead.is_some() => {
+                LeftOutReason::WithoutGravity
             }
-            (_, Some(other))
-                if other.meaning.made == Made::Uncompensated && self.meaning.made != Made::Uncompensated =>
-            {
-                Some(LeftOutReason::Compensated)
-            }
-            (_, other) => Some(LeftOutReason::AnotherOf(other.map_or("", |other| other.sensor()).into())),
-        }
+            _ if made != Made::Uncompensated && instead_made == Some(Made::Uncompensated) => LeftOutReason::Compensated,
+            _ => LeftOutReason::AnotherOf(instead.map_or("", |other| other.sensor()).into()),
+        })
     }
 }
 
@@ -151,17 +142,14 @@ impl Columns {
         for (channel, column) in map.columns() {
             let place = header.mapped_place(channel, column)?;
             if let Some((other, _)) = found.iter().find(|(_, taken)| *taken == place) {
-                return Err(CsvError::SameColumn { column: column.to_string(), channels: [other, channel] });
+                return Err(CsvError::same_column(&column.to_string(), other, channel));
             }
             found.push((channel, place));
         }
         let channels = map.channels.iter().zip(&found);
-        let channel = |(mapped, &(_, place)): (&super::column_map::MappedChannel, &(&str, usize))| ChannelColumn {
-            place,
-            channel: mapped.index,
-            unit: mapped.unit.clone(),
-        };
-        let mut channels: Vec<ChannelColumn> = channels.map(channel).collect();
+        let mut channels: Vec<ChannelColumn> = channels
+            .map(|(mapped, &(_, place))| ChannelColumn { place, channel: mapped.index, unit: mapped.unit.clone() })
+            .collect();
         channels.sort_by_key(|column| column.channel);
         let meanings: Vec<_> =
             channels.iter().filter_map(|column| Meaning::of(&header.names[column.place], None)).collect();
@@ -187,7 +175,7 @@ impl Columns {
                 self.channels.iter().map(|column| quantity_word(&known(column.channel).name)).collect();
             found.dedup();
             found.sort_by_key(|name| rank(name));
-            return Err(CsvError::NoStream { name: stream.into(), found: found.join(", ") });
+            return Err(CsvError::certain(format!("no columns of {stream:?}: name some of {}", found.join(", "))));
         }
         let is_chosen = |column: &ChannelColumn| words.iter().any(|word| is_of(column, word));
         let (chosen, others): (Vec<_>, Vec<_>) = self.channels.iter().cloned().partition(is_chosen);
@@ -195,31 +183,16 @@ impl Columns {
         self.others = others.into_iter().map(|column| column.place).collect();
         Ok(())
     }
-
-    /// The names of the columns that are ignored, without those left out for a reason.
-    pub(super) fn ignored(&self, header: &Header) -> Vec<String> {
-        let is_left_out = |name: &String| self.left_out.iter().any(|left_out| left_out.name == *name);
-        let unused = header.names.iter().enumerate().filter(|(place, _)| !self.uses(*place)).map(|(_, name)| name);
-        unused.filter(|name| !name.is_empty() && !is_left_out(name)).cloned().collect()
-    }
-
-    /// Whether a column holds stamps, sentences or a channel.
-    pub(super) fn uses(&self, place: usize) -> bool {
-        self.stamp.as_ref().is_some_and(|stamp| stamp.columns.iter().any(|&(taken, _)| taken == place))
-            || self.sentence == Some(place)
-            || self.channels.iter().any(|column| column.place == place)
-    }
 }
 
 /// The compensation, as far as the names of the rates tell it.
 fn compensated<'a>(meanings: impl Iterator<Item = &'a Meaning>) -> Option<bool> {
     let inertial = meanings.filter(|meaning| known(meaning.channel).quantity == Quantity::AngularRate);
-    let said: Vec<Option<bool>> = inertial
-        .map(|meaning| match meaning.made {
-            Made::Uncompensated => Some(false),
-            Made::Compensated => Some(true),
-            Made::Unsaid | Made::WithoutGravity => None,
-        })
-        .collect();
-    said.first().copied().flatten().filter(|first| said.iter().all(|said| *said == Some(*first)))
+    let mut said = inertial.map(|meaning| match meaning.made {
+        Made::Uncompensated => Some(false),
+        Made::Compensated => Some(true),
+        Made::Unsaid | Made::WithoutGravity => None,
+    });
+    let first = said.next()??;
+    said.all(|said| said == Some(first)).then_some(first)
 }

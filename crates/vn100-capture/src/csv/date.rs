@@ -69,6 +69,19 @@ impl DateForm {
         }
     }
 
+    /// The form of all these texts, if they are dates or times of day.
+    ///
+    /// # Errors
+    /// If the day or the month may come first.
+    pub(super) fn of_all(texts: &[&[u8]]) -> Result<Option<Self>, ()> {
+        let fits = |form: &Self| !texts.is_empty() && texts.iter().all(|text| form.nanoseconds(text).is_some());
+        match Self::ALL.into_iter().filter(fits).collect::<Vec<_>>()[..] {
+            [Self::DayFirst, Self::MonthFirst] => Err(()),
+            [form, ..] => Ok(Some(form)),
+            [] => Ok(None),
+        }
+    }
+
     fn date(self, text: &str) -> Option<Date> {
         let separator = text.chars().find(|c| matches!(c, '-' | '/' | '.'))?;
         let mut parts = text.split(separator);

@@ -6,9 +6,8 @@ use vn100_protocol::Quantity::{
 };
 
 use super::{
-    column_map::{Unit, by_name, known, names, units},
+    channels::{Unit, by_name, known, names, quantity_word, unit_of},
     stamp::time_unit,
-    words::words,
 };
 
 /// Words for a sensor, or two words in one, with the sensor's name in our channels.
@@ -41,20 +40,13 @@ const RAW: [&str; 5] = ["raw", "lsb", "adc", "counts", "ticks"];
 pub(super) struct Meaning {
     /// The channel, as in [`known`].
     pub(super) channel: usize,
-    pub(super) unit: StatedUnit,
+    /// The stated unit; an error for a unit that is not known, or is not one of the quantity.
+    pub(super) unit: Option<Result<&'static Unit, String>>,
     pub(super) made: Made,
     /// Whether a word or the unit of an axis names the sensor, rather than a single letter.
     pub(super) is_sure: bool,
     /// The common part of the names of one triple of axes.
     pub(super) group: String,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum StatedUnit {
-    None,
-    Known(&'static Unit),
-    /// A unit that is not known, or is not one of the quantity.
-    Unknown(String),
 }
 
 /// How numbers of a sensor were made; the first is preferred.
@@ -102,22 +94,15 @@ impl Meaning {
             return None;
         }
         let unit = match (stated, unit_among(quantity, &words)) {
-            (Some(stated), _) => match unit_of(quantity, &stated) {
-                Some(unit) => StatedUnit::Known(unit),
-                None => StatedUnit::Unknown(stated),
-            },
-            (None, Some(unit)) => StatedUnit::Known(unit),
-            (None, None) if has(&RAW) => StatedUnit::Unknown("raw".into()),
-            (None, None) => StatedUnit::None,
+            (Some(stated), _) => Some(unit_of(quantity, &stated).ok_or(stated)),
+            (None, Some(unit)) => Some(Ok(unit)),
+            (None, None) => has(&RAW).then(|| Err("raw".into())),
         };
-        let made = if has(&UNCOMPENSATED) {
-            Made::Uncompensated
-        } else if has(&COMPENSATED) {
-            Made::Compensated
-        } else if quantity == Acceleration && has(&WITHOUT_GRAVITY) {
-            Made::WithoutGravity
-        } else {
-            Made::Unsaid
+        let made = match () {
+            () if has(&UNCOMPENSATED) => Made::Uncompensated,
+            () if has(&COMPENSATED) => Made::Compensated,
+            () if quantity == Acceleration && has(&WITHOUT_GRAVITY) => Made::WithoutGravity,
+            () => Made::Unsaid,
         };
         Some(Self { channel, unit, made, is_sure, group: format!("{sensor} {}", words.join(" ")) })
     }
@@ -142,20 +127,14 @@ fn single(words: &[String], stated: Option<&str>) -> Option<Meaning> {
     })?;
     let quantity = known(channel).quantity;
     let unit = match stated.or(Some(rest.as_str()).filter(|rest| !rest.is_empty())) {
-        None => StatedUnit::None,
-        Some(text) => match (unit_of(quantity, text), stated) {
-            (Some(unit), _) => StatedUnit::Known(unit),
-            (None, Some(text)) if rest.is_empty() => StatedUnit::Unknown(text.into()),
-            (None, _) => return None,
+        None => None,
+        Some(text) => match unit_of(quantity, text) {
+            None if stated.is_none() || !rest.is_empty() => return None,
+            known => Some(known.ok_or_else(|| text.to_owned())),
         },
     };
     let group = quantity_word(&known(channel).name).to_owned();
     Some(Meaning { channel, unit, made: Made::Unsaid, is_sure: true, group })
-}
-
-/// The quantity of a channel, as written in names of streams: `gyro` of `gyro_x`.
-pub(super) fn quantity_word(channel: &str) -> &str {
-    channel.split('_').next().unwrap_or(channel)
 }
 
 /// Prefixes of the name of a sensor that have no meaning.
@@ -258,42 +237,26 @@ pub(super) fn is_unit(text: &str) -> bool {
         || quantities.into_iter().any(|quantity| unit_of(quantity, text).is_some())
 }
 
-/// The unit that people write in this way.
-fn unit_of(quantity: Quantity, text: &str) -> Option<&'static Unit> {
-    let ascii = text.to_lowercase().replace('°', "deg").replace(['µ', 'μ'], "u").replace('²', "2");
-    let bare: String =
-        ascii.chars().filter(|c| !matches!(c, ' ' | '^' | '·' | '*' | '_' | '.' | '/' | '(' | ')')).collect();
-    let bare = bare.replace("degrees", "deg").replace("radians", "rad").replace("second", "s").replace("sec", "s");
-    let bare = bare.replace("per", "").replace("sqr", "2").replace("squared", "2");
-    let name = match (quantity, &*bare) {
-        (AngularRate, "rads" | "rads-1" | "radp" | "radps" | "rad") => "rad/s",
-        (AngularRate, "degs" | "degs-1" | "degps" | "dps" | "deg") => "deg/s",
-        (AngularRate, "degh" | "deghr" | "deghour" | "dph") => "deg/h",
-        (AngularRate, "mdegs" | "mdps") => "mdeg/s",
-        (AngularRate, "mrads" | "mradps") => "mrad/s",
-        (AngularRate, "rpm") => "rpm",
-        (Acceleration, "ms2" | "ms-2" | "mss" | "mps2" | "mpss") => "m/s^2",
-        (Acceleration, "cms2" | "cms-2" | "cmss" | "gal") => "cm/s^2",
-        (Acceleration, "fts2" | "fts-2" | "ftss" | "fps2") => "ft/s^2",
-        (Acceleration, "g" | "gs" | "g0" | "gn") => "g",
-        (Acceleration, "mg") => "mg",
-        (Acceleration, "ug") => "ug",
-        (MagneticField, "gauss" | "g" | "gs") => "gauss",
-        (MagneticField, "mgauss" | "mg" | "mgs") => "mgauss",
-        (MagneticField, "t" | "tesla") => "T",
-        (MagneticField, "ut" | "microtesla") => "uT",
-        (MagneticField, "mt" | "millitesla") => "mT",
-        (MagneticField, "nt" | "nanotesla") => "nT",
-        (Angle, "deg") => "deg",
-        (Angle, "rad") => "rad",
-        (Temperature, "degc" | "c" | "celsius") => "degC",
-        (Temperature, "k" | "kelvin") => "K",
-        (Pressure, "kpa") => "kPa",
-        (Pressure, "hpa" | "mbar") => "hPa",
-        (Pressure, "pa") => "Pa",
-        _ => return None,
-    };
-    units(quantity).find(|unit| unit.name == name)
+/// The words of a name in lower case, also words separated by capitals: `UncompGyroX`, `GYR_Z`.
+pub(super) fn words(name: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let characters: Vec<char> = name.chars().collect();
+    for (at, &c) in characters.iter().enumerate() {
+        let before = at.checked_sub(1).map(|before| characters[before]);
+        let after = characters.get(at + 1);
+        let begins = c.is_uppercase()
+            && before.is_some_and(|before| {
+                before.is_lowercase() || before.is_ascii_digit() || after.is_some_and(|after| after.is_lowercase())
+            });
+        if begins || !c.is_alphanumeric() {
+            words.push(String::new());
+        }
+        if let (true, Some(word)) = (c.is_alphanumeric(), words.last_mut()) {
+            word.extend(c.to_lowercase());
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    words
 }
 
 #[cfg(test)]
@@ -302,11 +265,7 @@ mod tests {
 
     fn said(name: &str, file: Option<&str>) -> Option<(&'static str, Option<String>, Made, bool)> {
         let meaning = Meaning::of(name, file)?;
-        let unit = match meaning.unit {
-            StatedUnit::None => None,
-            StatedUnit::Known(unit) => Some(unit.name.to_string()),
-            StatedUnit::Unknown(text) => Some(format!("?{text}")),
-        };
+        let unit = meaning.unit.map(|unit| unit.map_or_else(|text| format!("?{text}"), |unit| unit.name.to_string()));
         Some((&known(meaning.channel).name, unit, meaning.made, meaning.is_sure))
     }
 

@@ -1,16 +1,5 @@
 //! Numbers as laboratory scripts print them, such as `-077.706` and `1e-05`, held exactly.
 
-/// The powers of ten that fit 64 bits.
-const POWERS_OF_TEN: [u64; 20] = {
-    let mut powers = [1; 20];
-    let mut n = 1;
-    while n < powers.len() {
-        powers[n] = powers[n - 1] * 10;
-        n += 1;
-    }
-    powers
-};
-
 /// The powers of ten that are floats.
 const EXACT_POWERS: [f64; 23] = {
     let mut powers = [1.0; 23];
@@ -31,15 +20,13 @@ const SAFE_DIGITS: usize = 18;
 /// Exponents beyond this have no further effect: the number is zero or too large.
 const LARGEST_EXPONENT: i32 = 9_999;
 
-/// A decimal number: ±`digits` / 10^`decimals`.
+/// A decimal number: ±`digits` / 10^`decimals`, cut after 19 digits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Number {
     negative: bool,
-    digits: u64,
+    pub(super) digits: u64,
     /// Negative for a number such as 1e5.
-    decimals: i32,
-    /// Whether a digit other than zero follows the digits in `digits`, which are 19 in that case.
-    more: bool,
+    pub(super) decimals: i32,
 }
 
 impl Number {
@@ -59,12 +46,9 @@ impl Number {
         let whole = field.split(|byte| *byte == b'.').next().unwrap_or_default();
         let mark = *whole.iter().find(|byte| THOUSANDS.contains(byte))?;
         let digits = whole.strip_prefix(b"-").or(whole.strip_prefix(b"+")).unwrap_or(whole);
-        if !are_thousands(digits, mark) {
-            return None;
-        }
         let bare: Vec<u8> = field.iter().copied().filter(|byte| *byte != mark).collect();
         let (number, length) = Self::parse_prefix(&bare)?;
-        (length == bare.len()).then_some(number)
+        (length == bare.len() && are_thousands(digits, mark)).then_some(number)
     }
 
     /// Reads the number at the head of `input`; also returns its length.
@@ -87,103 +71,62 @@ impl Number {
         if digit_count > SAFE_DIGITS || exponent_follows {
             return Self::parse_prefix_slowly(first == b'-', input, sign, end);
         }
-        let number = Self { negative: first == b'-', digits, decimals: decimals as i32, more: false };
-        Some((number, end))
+        Some((Self { negative: first == b'-', digits, decimals: decimals as i32 }, end))
     }
 
     /// Like [`parse_prefix`](Self::parse_prefix), for exponents and any number of digits at
     /// `begin..end`.
     #[cold]
     fn parse_prefix_slowly(negative: bool, input: &[u8], begin: usize, end: usize) -> Option<(Self, usize)> {
-        let (mut digits, mut decimals, mut more, mut behind_point) = (0_u64, 0_i32, false, false);
+        let (mut digits, mut decimals, mut is_fraction) = (0_u64, 0_i32, false);
         for &byte in &input[begin..end] {
             if byte == b'.' {
-                behind_point = true;
-            } else if digits < POWERS_OF_TEN[SAFE_DIGITS] {
+                is_fraction = true;
+            } else if digits < 10_u64.pow(SAFE_DIGITS as u32) {
                 digits = digits * 10 + u64::from(byte - b'0');
-                decimals += i32::from(behind_point);
+                decimals += i32::from(is_fraction);
             } else {
-                more |= byte != b'0';
-                decimals -= i32::from(!behind_point);
+                decimals -= i32::from(!is_fraction);
             }
         }
         let (exponent, end) = match input.get(end) {
             Some(b'e' | b'E') => parse_exponent(input, end + 1)?,
             _ => (0, end),
         };
-        let number = Self { negative, digits, decimals: decimals.saturating_sub(exponent), more };
-        Some((number, end))
+        Some((Self { negative, digits, decimals: decimals.saturating_sub(exponent) }, end))
     }
 
-    /// The number in units of 10^-`decimals`. Further digits are rounded, half to even, and cut
-    /// from the twentieth on; `None` beyond 64 bits.
+    /// The digits with their sign.
     #[inline]
-    pub(super) fn count(&self, decimals: u8) -> Option<i64> {
-        let magnitude =
-            if self.decimals == i32::from(decimals) && !self.more { self.digits } else { self.rescaled(decimals)? };
-        Some(i64::try_from(magnitude).ok()? * (1 - 2 * i64::from(self.negative)))
+    pub(super) fn signed_digits(&self) -> i64 {
+        (self.digits as i64).wrapping_mul(1 - 2 * i64::from(self.negative))
     }
 
     /// The number times `factor`, rounded, half away from zero; `None` beyond 64 bits.
     #[inline]
     pub(super) fn times(&self, factor: i64) -> Option<i64> {
-        const MOST_DECIMALS: i32 = 36;
+        // most stamps are whole nanoseconds
+        let power = u32::try_from(self.decimals).ok().and_then(|decimals| 10_i64.checked_pow(decimals));
+        if let Some(power) = power.filter(|power| factor % power == 0 && self.digits <= i64::MAX as u64) {
+            return self.signed_digits().checked_mul(factor / power);
+        }
         let product = i128::from(self.digits) * i128::from(factor);
-        let magnitude = match self.decimals {
-            0 => product,
-            decimals @ 1..=MOST_DECIMALS => {
-                let power = 10_i128.pow(decimals.unsigned_abs());
-                (product + power / 2) / power
-            }
-            decimals @ -18..0 => product.checked_mul(10_i128.pow(decimals.unsigned_abs()))?,
-            _ if self.digits == 0 || self.decimals > 0 => 0,
-            _ => return None,
+        let magnitude = match 10_i128.checked_pow(self.decimals.unsigned_abs()) {
+            Some(power) if self.decimals >= 0 => product.saturating_add(power / 2) / power,
+            None if self.digits == 0 || self.decimals > 0 => 0,
+            power => product.checked_mul(power?)?,
         };
         i64::try_from(if self.negative { -magnitude } else { magnitude }).ok()
     }
 
-    fn rescaled(&self, decimals: u8) -> Option<u64> {
-        let added = i32::from(decimals).saturating_sub(self.decimals);
-        let power = POWERS_OF_TEN.get(added.unsigned_abs() as usize);
-        if added >= 0 {
-            return match power {
-                _ if self.digits == 0 => Some(0),
-                Some(&power) => self.digits.checked_mul(power),
-                None => None,
-            };
-        }
-        let (quotient, remainder, half) = match power {
-            Some(&power) => (self.digits / power, self.digits % power, power / 2),
-            // less than a tenth of the last digit
-            None => (0, self.digits, u64::MAX),
-        };
-        let is_odd_count = quotient % 2 == 1;
-        // nothing is rounded if nothing remains
-        let up = remainder > half || remainder == half && (self.more || is_odd_count);
-        Some(quotient + u64::from(up))
-    }
-
-    /// Whether the number has more than `most` digits and is written without a point.
-    pub(super) const fn digits_beyond(&self, most: u64) -> bool {
-        self.more || self.digits >= most
-    }
-
-    /// The number of digits after the point, as if an exponent were written out.
-    pub(super) fn decimals(&self) -> u32 {
-        self.decimals.max(0).unsigned_abs()
-    }
-
-    /// Like [`decimals`](Self::decimals), but without trailing zeros.
+    /// The number of digits after the point, as if an exponent were written out, without trailing zeros.
     pub(super) fn significant_decimals(&self) -> u32 {
-        if self.digits == 0 {
-            return 0;
-        }
-        let (mut digits, mut decimals) = (self.digits, self.decimals());
+        let (mut digits, mut decimals) = (self.digits, self.decimals);
         while decimals > 0 && digits % 10 == 0 {
             digits /= 10;
-            decimals -= 1;
+            decimals -= if digits == 0 { decimals } else { 1 };
         }
-        decimals
+        decimals.max(0).unsigned_abs()
     }
 
     /// The decimal number with the fewest digits that is the same float: the number that a script
@@ -255,8 +198,9 @@ mod tests {
 
     use super::*;
 
-    fn count(field: &str, decimals: u8) -> Option<i64> {
-        Number::parse(field.as_bytes()).unwrap().count(decimals)
+    /// The number in units of 10^-`decimals`.
+    fn count(field: &str, decimals: u32) -> Option<i64> {
+        Number::parse(field.as_bytes()).unwrap().times(10_i64.pow(decimals))
     }
 
     #[test]
@@ -302,26 +246,6 @@ mod tests {
     }
 
     #[test]
-    fn surplus_digits_are_rounded() {
-        for (field, rounded) in [
-            ("0.1250", 12),
-            ("0.1350", 14),
-            ("0.1251", 13),
-            ("-0.1351", -14),
-            ("0.1200", 12),
-            ("1e-300", 0),
-            ("0.12500000000000000000001", 13),
-            ("0.12000000000000000000000", 12),
-        ] {
-            assert_eq!(count(field, 2), Some(rounded), "{field}");
-        }
-        for field in ["1e300", "99999999999999999999999", "9223372036854775808", "18446744073709551616"] {
-            assert_eq!(count(field, 0), None, "{field}");
-        }
-        assert_eq!(count("9223372036854775807", 0), Some(i64::MAX));
-    }
-
-    #[test]
     fn decimals_are_counted_as_printed_and_without_zeros() {
         for (field, printed, significant) in [
             ("0.500", 3, 1),
@@ -332,7 +256,7 @@ mod tests {
             ("1.234000000000000000e-03", 21, 6),
         ] {
             let number = Number::parse(field.as_bytes()).unwrap();
-            assert_eq!((number.decimals(), number.significant_decimals()), (printed, significant), "{field}");
+            assert_eq!((number.decimals.max(0), number.significant_decimals()), (printed, significant), "{field}");
         }
     }
 
@@ -348,18 +272,9 @@ mod tests {
         }
 
         #[test]
-        fn any_count_is_restored(count in -i64::MAX..=i64::MAX, decimals in 1_usize..=18) {
-            let magnitude = format!("{:0width$}", count.unsigned_abs(), width = decimals + 1);
-            let (whole, fraction) = magnitude.split_at(magnitude.len() - decimals);
-            let sign = if count < 0 { "-" } else { "" };
-            let number = Number::parse(format!("{sign}{whole}.{fraction}").as_bytes()).unwrap();
-            prop_assert_eq!(number.count(decimals as u8), Some(count));
-        }
-
-        #[test]
-        fn no_bytes_panic(field in proptest::collection::vec(any::<u8>(), 0..40), decimals in 0_u8..30) {
+        fn no_bytes_panic(field in proptest::collection::vec(any::<u8>(), 0..40)) {
             if let Some(number) = Number::parse(&field) {
-                let _ = (number.count(decimals), number.value(), number.shortest_of_float());
+                let _ = (number.times(i64::MAX), number.value(), number.shortest_of_float());
             }
         }
     }

@@ -37,8 +37,8 @@ enum Content {
 impl<R: Read> CsvReader<R> {
     /// Reads `reader` from the first byte of the file on.
     pub(crate) fn new(plan: CsvPlan, reader: R, options: ReadOptions) -> Self {
-        let content = match plan.layout() {
-            Some(layout) => Content::Values { layout: Arc::new(layout), open: Batch::default() },
+        let content = match &plan.layout {
+            Some(layout) => Content::Values { layout: Arc::clone(layout), open: Batch::default() },
             None => Content::Sentences(SampleReader::new(options)),
         };
         let lines = Lines::new(reader, plan.line_end);
@@ -95,10 +95,10 @@ impl Content {
             Self::Values { layout, open } => {
                 let from_row = open.counts.len() / layout.channels.len();
                 open.arrivals.extend(row.stamp_ns.map(|at_ns| Arrival { from_row, at_ns }));
-                open.device_ns.extend(row.cells.device_ns);
+                open.device_ns.extend(row.device_ns);
                 open.counts.extend_from_slice(&row.counts);
                 let cell = |&(channel, _): &(usize, Absence)| AbsentCell { row: from_row, channel };
-                open.absent.extend(row.cells.absent.iter().map(cell));
+                open.absent.extend(row.absent.iter().map(cell));
             }
             Self::Sentences(samples) => samples.push(&row.sentence, row.stamp_ns),
         }

@@ -1,7 +1,7 @@
 //! Counts of the lines of a CSV file: rows, rejected and skipped lines, absent values, bytes.
 
 use vn100_protocol::{
-    Tally,
+    Channel, Tally,
     stream::{AbsentValues, Batch, CsvReport, RejectedRow, RejectedRowCounts, RejectedRows},
 };
 
@@ -9,14 +9,11 @@ use super::{ColumnUse, CsvPlan, lines::CsvLine, shown};
 
 /// Counts lines by their kind.
 pub(super) struct RowCounts {
+    /// Its absences have an entry for each channel.
     pub(super) report: CsvReport,
     /// The bytes of all lines, line ends included, and the rejected rows.
     pub(super) tally: Tally,
     rejected: RejectedRowCounts,
-    /// The number of absences of each channel.
-    absences: Vec<AbsentValues>,
-    /// The channels with rounded digits that the head of the file does not have.
-    pub(super) late_rounded: Vec<bool>,
 }
 
 /// The reason why a row lacks a channel.
@@ -29,32 +26,26 @@ pub(super) enum Absence {
 
 impl RowCounts {
     pub(super) fn new(plan: &CsvPlan) -> Self {
-        let channels = plan.quantizers.len();
-        Self {
-            report: CsvReport {
-                ignored_columns: plan.ignored_columns.clone(),
-                left_out: plan.left_out.clone(),
-                times: plan.times.clone(),
-                other_stream_rows: plan.columns.contains(&ColumnUse::OtherStream).then_some(0),
-                ..CsvReport::default()
-            },
-            tally: Tally::default(),
-            rejected: RejectedRowCounts::default(),
-            absences: vec![AbsentValues::default(); channels],
-            late_rounded: vec![false; channels],
-        }
+        let channels = plan.layout.iter().flat_map(|layout| &*layout.channels).zip(&plan.quantizers);
+        let rounded = channels.clone().filter(|(_, quantizer)| quantizer.is_rounded);
+        let absent = |channel: &Channel| AbsentValues { channel: channel.name.to_string(), ..AbsentValues::default() };
+        let report = CsvReport {
+            ignored_columns: plan.ignored_columns.clone(),
+            left_out: plan.left_out.clone(),
+            times: plan.times.clone(),
+            other_stream_rows: plan.columns.contains(&ColumnUse::OtherStream).then_some(0),
+            rounded: rounded.map(|(channel, _)| channel.name.to_string()).collect(),
+            absent: channels.map(|(channel, _)| absent(channel)).collect(),
+            ..CsvReport::default()
+        };
+        Self { report, tally: Tally::default(), rejected: RejectedRowCounts::default() }
     }
 
     /// The counts of the lines so far.
-    pub(super) fn report(&self, plan: &CsvPlan) -> CsvReport {
-        let Some(layout) = plan.layout() else { return self.report.clone() };
-        let mut rounded = plan.rounded();
-        let late = layout.channels.iter().zip(&self.late_rounded).filter(|(_, late)| **late);
-        rounded.extend(late.map(|(channel, _)| channel.name.to_string()));
-        let absences = layout.channels.iter().zip(&self.absences).filter(|(_, absences)| absences.total() > 0);
-        let absent =
-            absences.map(|(channel, absences)| AbsentValues { channel: channel.name.to_string(), ..absences.clone() });
-        CsvReport { rounded, absent: absent.collect(), ..self.report.clone() }
+    pub(super) fn report(&self) -> CsvReport {
+        let mut report = self.report.clone();
+        report.absent.retain(|absences| absences.total() > 0);
+        report
     }
 
     /// Counts a line that is no row.
@@ -82,7 +73,7 @@ impl RowCounts {
     #[cold]
     fn count_absent(&mut self, line: u64, absent: &[(usize, Absence)]) {
         for &(channel, absence) in absent {
-            let absences = &mut self.absences[channel];
+            let absences = &mut self.report.absent[channel];
             if absences.total() == 0 {
                 absences.first_line = line;
             }

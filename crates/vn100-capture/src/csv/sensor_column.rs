@@ -1,6 +1,6 @@
 //! A column that names the sensor of each row, in tables whose rows alternate between sensors.
 
-use super::{HeadRows, header::Header};
+use super::{CsvError, HeadRows, header::Header, shown};
 
 /// Words in the name of such a column.
 const WORDS: [&str; 11] =
@@ -15,15 +15,22 @@ const MOST_SENSORS: usize = 16;
 /// The smallest fraction of the rows that are followed by a row of another sensor.
 const ALTERNATING: f64 = 0.05;
 
-/// The place of the column among the columns that are not `taken`, and the sensors in the order of
-/// their first rows; `None` if all rows are of one sensor.
-pub(super) fn several_sensors(
+/// Checks that all rows are of one sensor, by a column that is not `taken`.
+///
+/// # Errors
+/// [`CsvError`] with the sensors in the order of their first rows, and the command that keeps one.
+pub(super) fn check_one_sensor(
     header: &Header,
     rows: &HeadRows,
     taken: impl Fn(usize) -> bool,
-) -> Option<(usize, Vec<Vec<u8>>)> {
-    let named = (0..header.names.len()).filter(|&place| !taken(place) && is_named(&header.names[place]));
-    { named }.find_map(|place| Some((place, sensors(rows, place)?)))
+) -> Result<(), CsvError> {
+    let mut named = (0..header.names.len()).filter(|&place| !taken(place) && is_named(&header.names[place]));
+    let Some((place, sensors)) = named.find_map(|place| Some((place, sensors(rows, place)?))) else { return Ok(()) };
+    let (column, number, first) = (&header.names[place], place + 1, &sensors[0]);
+    Err(CsvError::certain(format!(
+        "the rows are of several sensors, by column {column:?}: {}; keep those of one, as awk -F, 'NR==1 || ${number}==\"{first}\"' does",
+        sensors.join(", ")
+    )))
 }
 
 fn is_named(name: &str) -> bool {
@@ -32,7 +39,7 @@ fn is_named(name: &str) -> bool {
     words.any(|word| WORDS.iter().any(|known| word.strip_suffix("id").unwrap_or(word) == *known || word == *known))
 }
 
-fn sensors(rows: &HeadRows, place: usize) -> Option<Vec<Vec<u8>>> {
+fn sensors(rows: &HeadRows, place: usize) -> Option<Vec<String>> {
     let mut sensors: Vec<(&[u8], u32)> = Vec::new();
     let mut changes = 0;
     let mut last: Option<&[u8]> = None;
@@ -47,26 +54,25 @@ fn sensors(rows: &HeadRows, place: usize) -> Option<Vec<Vec<u8>>> {
     let rows = rows.len() as f64;
     let is_one = |(sensor, count): &(&[u8], u32)| !sensor.is_empty() && f64::from(*count) >= SMALLEST_SHARE * rows;
     let are_several = sensors.len() > 1 && sensors.iter().all(is_one) && f64::from(changes) >= ALTERNATING * rows;
-    are_several.then(|| sensors.into_iter().map(|(sensor, _)| sensor.to_vec()).collect())
+    are_several.then(|| sensors.into_iter().map(|(sensor, _)| shown(sensor)).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn found(header: &str, rows: impl Iterator<Item = String>) -> Option<(usize, Vec<String>)> {
+    fn found(header: &str, rows: impl Iterator<Item = String>) -> Option<String> {
         let rows: Vec<Vec<Vec<u8>>> =
             rows.map(|row| row.split(',').map(|cell| cell.as_bytes().to_vec()).collect()).collect();
-        let text = |sensor: Vec<u8>| String::from_utf8(sensor).unwrap();
-        several_sensors(&Header::read(header.as_bytes(), b','), &rows, |place| place == 0)
-            .map(|(place, sensors)| (place, sensors.into_iter().map(text).collect()))
+        let checked = check_one_sensor(&Header::read(header.as_bytes(), b','), &rows, |place| place == 0);
+        checked.err().map(|error| error.to_string())
     }
 
     #[test]
     fn rows_that_alternate_between_sensors_are_of_several() {
-        let two = Some((1, vec!["B".to_owned(), "A".to_owned()]));
         for header in ["t,sensor", "t,Device ID", "t,imu_id", "t,sensorId", "t,frame_id"] {
-            assert_eq!(found(header, (0..100).map(|row| format!("{row},{}", ["B", "A"][row % 2]))), two, "{header}");
+            let refusal = found(header, (0..100).map(|row| format!("{row},{}", ["B", "A"][row % 2])));
+            assert!(refusal.is_some_and(|refusal| refusal.contains(": B, A; keep")), "{header}");
         }
         // one name, a name for every row, one sensor after the other, a glitch, another column, the column
         // that is read
@@ -83,7 +89,7 @@ mod tests {
     fn a_rig_has_sixteen_sensors_at_most() {
         for (sensors, are_several) in [(16, true), (17, false)] {
             let found = found("t,sensor", (0..10 * sensors).map(|row| format!("{row},{}", row % sensors)));
-            assert_eq!(found.map(|(_, sensors)| sensors.len()), are_several.then_some(sensors));
+            assert_eq!(found.is_some(), are_several);
         }
     }
 }

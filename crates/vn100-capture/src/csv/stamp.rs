@@ -21,23 +21,23 @@ const MOST_ROWS_TOGETHER: usize = 16;
 pub(super) struct StampUnit {
     /// Its name in a column map.
     pub(super) name: &'static str,
-    nanoseconds: i64,
+    pub(super) nanoseconds: i64,
 }
 
 impl StampUnit {
     /// The units that the size of a stamp, or the step from row to row, may show.
-    pub(super) const USUAL: [Self; 4] = [
-        Self { name: "s", nanoseconds: 1_000_000_000 },
-        Self { name: "ms", nanoseconds: 1_000_000 },
-        Self { name: "us", nanoseconds: 1000 },
-        Self { name: "ns", nanoseconds: 1 },
-    ];
+    pub(super) const USUAL: [Self; 4] =
+        [Self::new("s", 1_000_000_000), Self::new("ms", 1_000_000), Self::new("us", 1000), Self::new("ns", 1)];
     const SECONDS: Self = Self::USUAL[0];
     pub(super) const NANOSECONDS: Self = Self::USUAL[3];
     /// The ticks of a sensor of Xsens.
-    pub(super) const TICKS: Self = Self { name: "100us", nanoseconds: 100_000 };
+    pub(super) const TICKS: Self = Self::new("100us", 100_000);
     /// Days, as spreadsheets and MATLAB count them.
-    const DAYS: Self = Self { name: "d", nanoseconds: 86_400_000_000_000 };
+    const DAYS: Self = Self::new("d", 86_400_000_000_000);
+
+    const fn new(name: &'static str, nanoseconds: i64) -> Self {
+        Self { name, nanoseconds }
+    }
 
     pub(super) fn all() -> impl Iterator<Item = Self> {
         Self::USUAL.into_iter().chain([Self::TICKS, Self::DAYS])
@@ -46,16 +46,6 @@ impl StampUnit {
     /// The length of the unit in seconds.
     pub(super) fn seconds(self) -> f64 {
         self.nanoseconds as f64 / 1e9
-    }
-
-    /// The length of the unit in nanoseconds.
-    pub(super) const fn in_nanoseconds(self) -> i64 {
-        self.nanoseconds
-    }
-
-    /// `stamp` in nanoseconds; further digits are rounded. `None` beyond 292 years.
-    pub(super) fn nanoseconds(self, stamp: &Number) -> Option<i64> {
-        stamp.times(self.nanoseconds)
     }
 }
 
@@ -102,8 +92,8 @@ impl StampForm {
     pub(super) fn nanoseconds(self, stamp: &[u8]) -> Option<i64> {
         match self {
             Self::Unit(unit) => match Number::parse(stamp) {
-                Some(number) => unit.nanoseconds(&number),
-                None => with_unit(stamp).and_then(|(number, unit)| unit.nanoseconds(&number)),
+                Some(number) => number.times(unit.nanoseconds),
+                None => with_unit(stamp).and_then(|(number, unit)| number.times(unit.nanoseconds)),
             },
             Self::Date(form) => form.nanoseconds(stamp),
         }
@@ -120,7 +110,7 @@ pub(super) fn with_unit(stamp: &[u8]) -> Option<(Number, StampUnit)> {
 
 /// The time of the sensor in nanoseconds since it started.
 pub(super) fn device_ns(cell: &[u8]) -> Option<u64> {
-    StampUnit::NANOSECONDS.nanoseconds(&Number::parse(cell)?)?.try_into().ok()
+    Number::parse(cell)?.times(1)?.try_into().ok()
 }
 
 /// The properties of the stamps of the first rows.
@@ -131,19 +121,10 @@ pub(super) struct StampScan {
     decimals: bool,
 }
 
-/// The reason why the unit cannot be inferred from the stamps.
-#[derive(Debug, PartialEq)]
-pub(super) struct UnsureUnit {
-    /// The median step from row to row.
-    pub(super) step: f64,
-    /// The units in which that step fits an inertial sensor.
-    pub(super) units: Vec<&'static str>,
-}
-
 impl StampScan {
     pub(super) fn add(&mut self, stamp: &Number) {
         self.stamps.push(stamp.value());
-        self.decimals |= stamp.decimals() > 0;
+        self.decimals |= stamp.decimals > 0;
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -154,7 +135,10 @@ impl StampScan {
     /// them, or days if the step in seconds would be less than 0.02 ms. Otherwise seconds, if there
     /// are decimals; otherwise the unit in which the step from row to row is 1 ms to 1 s. A unit with
     /// a longer step is excluded.
-    pub(super) fn unit(&self) -> Result<StampUnit, UnsureUnit> {
+    ///
+    /// # Errors
+    /// The reason why the unit is ambiguous, in words.
+    pub(super) fn unit(&self) -> Result<StampUnit, String> {
         let step = self.step();
         let is_short = |unit: &StampUnit| step.is_none_or(|step| step * unit.seconds() <= LONGEST_STEP_S);
         let middle = median(self.stamps.clone()).unwrap_or_default();
@@ -171,10 +155,12 @@ impl StampScan {
         };
         let fits = |unit: &StampUnit| (SHORTEST_STEP_S..=LONGEST_STEP_S).contains(&(step * unit.seconds()));
         let fitting: Vec<_> = StampUnit::USUAL.into_iter().filter(fits).collect();
-        match fitting[..] {
-            [unit] => Ok(unit),
-            _ => Err(UnsureUnit { step, units: fitting.into_iter().map(|unit| unit.name).collect() }),
-        }
+        let may_be = match &fitting[..] {
+            [unit] => return Ok(*unit),
+            [] => "is not between 1 ms and 1 s in any unit".into(),
+            units => format!("may be {}", units.iter().map(|unit| unit.name).collect::<Vec<_>>().join(" or ")),
+        };
+        Err(format!("they step by {step} from row to row, which {may_be}"))
     }
 
     /// Whether the step from row to row fits an inertial sensor in this unit.
@@ -188,15 +174,6 @@ impl StampScan {
         let lag = (self.stamps.len() / 2).clamp(1, MOST_ROWS_TOGETHER);
         let later = self.stamps.iter().skip(lag);
         median(later.zip(&self.stamps).map(|(later, stamp)| (later - stamp) / lag as f64).collect())
-    }
-}
-
-/// The possible units of a step, in words.
-pub(super) fn may_be(units: &[&str]) -> String {
-    if units.is_empty() {
-        "is not between 1 ms and 1 s in any unit".into()
-    } else {
-        format!("may be {}", units.join(" or "))
     }
 }
 
@@ -216,7 +193,7 @@ mod tests {
     }
 
     fn nanoseconds(text: &str) -> Option<i64> {
-        scan([text]).unit().unwrap().nanoseconds(&Number::parse(text.as_bytes()).unwrap())
+        Number::parse(text.as_bytes()).unwrap().times(scan([text]).unit().unwrap().nanoseconds)
     }
 
     #[test]
@@ -278,7 +255,8 @@ mod tests {
             let unit = scan((0..50).map(|row| step * row)).unit();
             match units {
                 [_] => assert!(unit.is_ok()),
-                units => assert_eq!(unit, Err(UnsureUnit { step: step as f64, units: units.to_vec() })),
+                [] => assert!(unit.unwrap_err().ends_with("in any unit")),
+                units => assert!(unit.unwrap_err().ends_with(&units.join(" or "))),
             }
         }
     }

@@ -3,11 +3,12 @@
 
 use super::{
     HeadRows,
-    column_map::{STAMP, known},
+    channels::known,
+    column_map::STAMP,
     header::Header,
-    name::{Meaning, StatedUnit},
+    name::Meaning,
     numbers_at,
-    stamp_search::StampColumns,
+    time_columns::{StampColumns, argument},
 };
 
 /// Standard gravity in each unit of an acceleration, and the tolerance for the mean of a sensor at
@@ -65,7 +66,7 @@ pub(super) fn suggestion(header: &Header, stamps: Option<&StampColumns>, rows: &
         let part = |(channel, place)| format!("{}={}:{unit}", known(channel).name, header.argument(place));
         triple.channels.into_iter().zip(triple.places).map(part).collect::<Vec<_>>()
     });
-    let times = stamps.map(|stamps| format!("{STAMP}={}", stamps.named(header)));
+    let times = stamps.map(|stamps| format!("{STAMP}={}", argument(stamps, header)));
     Some(parts.chain(times).collect::<Vec<_>>().join(","))
 }
 
@@ -74,21 +75,17 @@ fn triple(header: &Header, sensor: &str, rows: &HeadRows) -> Option<Triple> {
     let named = (0..header.names.len()).filter_map(|place| Some((place, Meaning::of(&header.described(place), None)?)));
     let is_of = |(place, meaning): &(usize, Meaning)| {
         known(meaning.channel).name.starts_with(sensor)
-            && !matches!(meaning.unit, StatedUnit::Unknown(_))
+            && !matches!(meaning.unit, Some(Err(_)))
             && numbers_at(rows, *place).next().is_some()
     };
     let mut found: Vec<(usize, Meaning)> = named.filter(is_of).collect();
     found.sort_by_key(|(_, meaning)| meaning.channel);
-    let [x, y, z] = found.try_into().ok()?;
-    let unit = |(_, meaning): &(usize, Meaning)| match meaning.unit {
-        StatedUnit::Known(unit) => Some(&*unit.name),
-        StatedUnit::None | StatedUnit::Unknown(_) => None,
-    };
-    let channels = [x.1.channel, y.1.channel, z.1.channel];
-    let are_axes =
-        channels[0] < channels[1] && channels[1] < channels[2] && unit(&x) == unit(&y) && unit(&y) == unit(&z);
-    let of_one_group = x.1.group == y.1.group && y.1.group == z.1.group;
-    (are_axes && of_one_group).then(|| Triple { places: [x.0, y.0, z.0], channels, stated: unit(&x) })
+    let [(_, x), (_, y), (_, z)] = &found[..] else { return None };
+    let channels = [x.channel, y.channel, z.channel];
+    let are_axes = channels.is_sorted_by(|a, b| a < b) && x.unit == y.unit && y.unit == z.unit;
+    let stated = x.unit.as_ref().and_then(|unit| unit.as_ref().ok()).map(|unit| &*unit.name);
+    let places = [found[0].0, found[1].0, found[2].0];
+    (are_axes && x.group == y.group && y.group == z.group).then_some(Triple { places, channels, stated })
 }
 
 /// The length of the mean of three columns.

@@ -54,7 +54,11 @@ fn plan(text: impl AsRef<[u8]>, map: Option<&str>) -> Result<Option<CsvPlan>, Cs
 
 /// The layout, without the columns.
 fn layout(plan: &CsvPlan) -> Layout {
-    Layout { columns: None, ..plan.layout().unwrap() }
+    Layout { columns: None, ..Layout::clone(plan.layout.as_ref().unwrap()) }
+}
+
+fn rounded(plan: &CsvPlan) -> Vec<String> {
+    row_counts::RowCounts::new(plan).report.rounded
 }
 
 /// The plan of a file that has one.
@@ -75,7 +79,7 @@ fn read(plan: CsvPlan, reader: impl Read) -> Whole {
                     whole.counts.extend(&parser.counts);
                     whole.sentences.extend(Some(parser.sentence.clone()).filter(|sentence| !sentence.is_empty()));
                     whole.stamps_ns.extend(parser.stamp_ns);
-                    whole.device_ns.extend(parser.cells.device_ns);
+                    whole.device_ns.extend(parser.device_ns);
                     count += 1;
                 }
                 Some(Err(reason)) => whole.rejected.push((count, reason)),

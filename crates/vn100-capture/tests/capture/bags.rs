@@ -115,13 +115,18 @@ fn every_form_and_compression_gives_the_numbers_written() {
     for (name, form, unpacked_bytes) in FORMS {
         let capture = Capture::open(path(name), &CaptureOptions::default()).unwrap();
         assert_eq!((capture.format, capture.topic.as_deref()), (Format::Bag(form), Some("/imu/data")));
-        let read = Read::of(capture);
+        let mut read = Read::of(capture);
+        if name == "mcap_swapped" {
+            let mut rows: Vec<_> = read.times_ns.iter().copied().zip(read.rows).collect();
+            assert!(!rows.is_sorted_by_key(|(at_ns, _)| *at_ns));
+            rows.sort_by_key(|(at_ns, _)| *at_ns);
+            (read.times_ns, read.rows) = rows.into_iter().unzip();
+        }
         assert_written(&read, name);
         let report = read.report();
-        assert_eq!((report.messages, report.used, report.late), (60, 60, 0), "{name}");
+        assert_eq!((report.messages, report.used), (60, 60), "{name}");
         assert_eq!(report.stamps, StampSource::Field("header.stamp".into()));
         assert_eq!(report.unpacked_bytes, unpacked_bytes, "{name}");
-        assert_eq!(report.reordered, if name == "mcap_swapped" { 8 } else { 0 });
         assert!(read.end.error.is_none());
         let tally = read.last.unwrap().link.tally;
         assert_eq!(tally.samples, 60);
@@ -183,7 +188,7 @@ fn sentences_and_numbers_inside_of_other_messages_are_found() {
         assert_eq!((read.names.len(), read.rows.len()), (12, 40));
         let mapped = "gyro_x=imu.angular_velocity.x:rad/s,accel_z=imu.linear_acceleration.z:m/s^2";
         let numbers = Read::of(Capture::open(path(name), &options(None, Some(mapped))).unwrap());
-        assert_eq!(numbers.report().stamps, StampSource::RecordedAsZero);
+        assert_eq!(numbers.report().stamps, StampSource::Recorded);
         assert_eq!(numbers.names, ["accel_z", "gyro_x"]);
         for (numbers, sentence) in numbers.rows.iter().zip(&read.rows) {
             assert!((numbers[0] - sentence[8]).abs() < 1e-6 && (numbers[1] - sentence[9]).abs() < 1e-7);

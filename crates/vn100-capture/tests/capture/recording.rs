@@ -374,7 +374,7 @@ fn another_programs_file_is_refused_by_its_topics() {
     other.finish().unwrap();
     let opened = Capture::from_reader(Cursor::new(other.into_inner().into_inner()), &CaptureOptions::default());
     let Some(error) = opened.err() else { panic!("opened") };
-    assert!(matches!(&error, OpenError::Bag { problem, .. } if matches!(**problem, BagError::Files(_))));
+    assert!(matches!(&error, OpenError::Bag { problem, .. } if matches!(**problem, BagError::Unusable(_))));
     let text = error.to_string();
     assert!(text.contains("without a message") && text.contains("/imu/data") && text.contains("/tf"), "{text}");
 }

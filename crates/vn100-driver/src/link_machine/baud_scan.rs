@@ -86,7 +86,6 @@ pub(super) struct BaudScan {
     until: Duration,
     listening_since: Duration,
     is_first: bool,
-    has_asked: bool,
     is_found: bool,
     /// Whether bytes may be delayed by a stalled adapter.
     may_be_stalled: bool,
@@ -115,7 +114,6 @@ impl BaudScan {
             until: now,
             listening_since: now,
             is_first: true,
-            has_asked: false,
             is_found: false,
             may_be_stalled: false,
             began: now,
@@ -150,7 +148,7 @@ impl BaudScan {
         match self.stage {
             AttemptStage::Switching | AttemptStage::Settling => {}
             _ if pending.has_sensor() => return self.finish_attempt(context, now),
-            AttemptStage::Listening | AttemptStage::Asking if self.is_doubtful(context) => {
+            AttemptStage::Listening | AttemptStage::Asking if !pending.other_sentences.is_empty() => {
                 context.requests.handle_link_down();
                 (self.stage, self.until) = (AttemptStage::Doubting, now + DOUBT + self.line_time());
             }
@@ -190,19 +188,15 @@ impl BaudScan {
                 self.begin_attempt(context, now);
             }
             AttemptStage::Listening if !self.only_listens(context) => {
-                self.has_asked = true;
                 context.requests.submit_for_phase(QUESTION);
                 context.requests.expect_spurious_errors();
                 (self.stage, self.until) = (AttemptStage::Asking, now + ANSWER + self.line_time());
             }
             AttemptStage::Listening | AttemptStage::Asking => return self.finish_attempt(context, now),
-            AttemptStage::Doubting => match context.pending.other_device.output() {
-                Some(output) => {
-                    let (port, baud) = (context.given_name.clone(), self.attempt.baud);
-                    return Err(LinkError::OtherDevice { port, baud, output });
-                }
-                None => return self.finish_attempt(context, now),
-            },
+            AttemptStage::Doubting => {
+                let (port, baud) = (context.given_name.clone(), self.attempt.baud);
+                return Err(LinkError::OtherDevice { port, baud, sentences: context.pending.other_sentences.clone() });
+            }
         }
         Ok(())
     }
@@ -231,13 +225,6 @@ impl BaudScan {
         let sends_by_itself = unframed > STRAY_BYTES || self.unsolicited > GLITCH_BYTES;
         let may_be_other = sends_by_itself && !context.was_connected && !context.attempts.is_multiple_of(2);
         context.options.listen_only || may_be_other
-    }
-
-    /// Whether another device may be sending. A text alone may be the banner of a server or of an
-    /// adapter, so the one question is sent nevertheless.
-    fn is_doubtful(&self, context: &LinkContext) -> bool {
-        let (other, echoes) = (&context.pending.other_device, context.pending.echoes);
-        other.has_frames() || other.has_text(echoes) && (self.has_asked || self.only_listens(context))
     }
 
     /// The transmission time of the bytes before the answer, and of the answer.

@@ -48,7 +48,7 @@ impl Silence {
         let mut is_ended = false;
         self.scanner.scan(&chunk.bytes, |frame| {
             is_ended |= match frame {
-                Frame::Sentence(sentence) => Reply::parse(&sentence).is_err(),
+                Frame::Sentence(sentence) => Reply::parse(&sentence).is_none(),
                 Frame::Packet(_) => true,
                 Frame::Rejected(_) => false,
             };

@@ -4,13 +4,12 @@ use std::{collections::VecDeque, mem, time::Duration};
 
 use vn100_capture::Event as StreamEvent;
 use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, SampleReader, StreamInput};
-use vn100_protocol::{Frame, Framer, Options, Register, RegisterContents, Reply};
+use vn100_protocol::{Check, Frame, Framer, Options, Register, RegisterContents, Reply, Sentence};
 
 use super::{LinkOutput, OpenPort, PortAction, requests::Requests};
 use crate::{
     link::{LinkOptions, LinkState},
     link_error::LinkError,
-    other_device::OtherDevice,
     output_plan::Change,
 };
 
@@ -219,6 +218,17 @@ impl FrameScanner {
     }
 }
 
+/// The number of sentences of another device that are named.
+const NAMED_SENTENCES: usize = 3;
+
+/// The name of a sentence of another device: one with a checksum and a name of capital letters and
+/// digits, which does not result from damaged bytes.
+fn name_of_other(sentence: &Sentence<'_>) -> Option<String> {
+    let name = sentence.header();
+    let is_name = (3..=8).contains(&name.len()) && name.iter().all(|b| matches!(b, b'A'..=b'Z' | b'0'..=b'9'));
+    (is_name && sentence.check != Check::None).then(|| String::from_utf8_lossy(name).into_owned())
+}
+
 /// The inputs in the order of their arrival, and the meaning of their frames.
 pub(super) struct PendingInputs {
     pub(super) options: Options,
@@ -228,8 +238,8 @@ pub(super) struct PendingInputs {
     sensor_at: Option<u64>,
     /// Copies of the question of a baud scan that arrived before that frame: an echo is no sensor.
     pub(super) echoes: u64,
-    /// Evidence that another device sends.
-    pub(super) other_device: OtherDevice,
+    /// The names of the first few sentences of another device.
+    pub(super) other_sentences: Vec<String>,
 }
 
 impl PendingInputs {
@@ -240,7 +250,7 @@ impl PendingInputs {
             scanner: FrameScanner::new(options),
             sensor_at: None,
             echoes: 0,
-            other_device: OtherDevice::default(),
+            other_sentences: Vec::new(),
         }
     }
 
@@ -248,14 +258,17 @@ impl PendingInputs {
     pub(super) fn push(&mut self, input: StreamInput) -> Vec<Reply> {
         let mut replies = Vec::new();
         if let StreamInput::Chunk(chunk) = &input {
-            self.other_device.push(&chunk.bytes);
             self.scanner.scan(&chunk.bytes, |frame| {
                 let (reply, offset) = match frame {
                     Frame::Sentence(sentence) if sentence.header().starts_with(b"VN") => {
-                        (Reply::parse(&sentence).ok(), sentence.offset)
+                        (Reply::parse(&sentence), sentence.offset)
                     }
                     Frame::Packet(packet) => (None, packet.offset),
-                    Frame::Sentence(sentence) => return self.other_device.push_sentence(&sentence),
+                    Frame::Sentence(sentence) => {
+                        let name = name_of_other(&sentence).filter(|name| !self.other_sentences.contains(name));
+                        self.other_sentences.extend(name);
+                        return self.other_sentences.truncate(NAMED_SENTENCES);
+                    }
                     Frame::Rejected(_) => return,
                 };
                 if reply == Some(Reply::Question(Register::MODEL)) {
@@ -316,7 +329,6 @@ mod tests {
     use bytes::Bytes;
 
     use super::*;
-    use crate::other_device::OtherOutput;
 
     fn chunk(text: &'static str) -> StreamInput {
         Chunk { bytes: Bytes::from_static(text.as_bytes()), at_ns: None }.into()
@@ -357,7 +369,7 @@ mod tests {
         let gpgll = "$GPGLL,4916.45,N,12311.12,W,225444,A,*1D\r\n";
         let receiver = pending(&[gpgll, "$VNYPR,+010.071,+000.278,-002.026*61\r\n", gpgll, "$*00\r\n$a,b*4F\r\n"]);
         assert!(!receiver.has_sensor());
-        assert_eq!(receiver.other_device.output(), Some(OtherOutput::Sentences(vec!["GPGLL".into()])));
+        assert_eq!(receiver.other_sentences, ["GPGLL"]);
         assert!(pending(&["$VNYPR,-129.867,-000.355,-000.296*61\r\n"]).has_sensor());
     }
 

@@ -146,8 +146,8 @@ fn the_highest_rates_are_those_of_the_sheet() {
             if rate_hz <= expected {
                 assert!(result.is_ok(), "{rate_hz} Hz at {baud}");
             } else {
-                let Err(PlanError::DoesNotFit { highest, .. }) = result else { panic!("{rate_hz} Hz at {baud}") };
-                assert_eq!(highest, AsyncRate::new(expected));
+                let error = result.unwrap_err().to_string();
+                assert!(error.contains(&format!("at most {expected} Hz fit")), "{error}");
             }
         }
     }
@@ -199,7 +199,7 @@ fn impossible_settings_report_the_possible_ones() {
     assert_eq!(error(&without(Register::IMU_FILTER), &window), text);
     assert!(error(&without(Register::SYNC_CONTROL), &count(true)).contains("lacks register 32"));
     let damaged = with(factory.clone(), &[(Register::SYNC_CONTROL, "3,0,0")]);
-    assert!(error(&damaged, &count(true)).starts_with("register 32 lacks the field "));
+    assert!(error(&damaged, &count(true)).starts_with("register 32"));
     // they are ignored if they do not matter
     for passable in [without(Register::SYNC_CONTROL), without(Register::IMU_FILTER), damaged] {
         assert_eq!(planned(&passable, &rate(50)), ["07,50"]);

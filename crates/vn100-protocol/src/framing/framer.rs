@@ -77,7 +77,6 @@ enum Start {
 
 impl Framer {
     /// A framer at the beginning of a stream.
-    #[must_use]
     pub fn new(options: Options) -> Self {
         Self {
             options,
@@ -97,7 +96,6 @@ impl Framer {
     /// With `end_of_input` no more bytes follow: an incomplete frame is classified as it is, and
     /// without a frame all bytes are consumed.
     #[inline]
-    #[must_use]
     pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Frame<'a>>) {
         let mut at = self.take_line_end(input);
         while let Some(skipped) = memchr3(b'$', packet::START, packet::SPLIT_START, &input[at..]) {

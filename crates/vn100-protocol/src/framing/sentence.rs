@@ -34,7 +34,6 @@ pub struct Sentence<'a> {
 
 impl<'a> Sentence<'a> {
     /// The text before the first comma, such as `VNRRG`.
-    #[must_use]
     pub fn header(&self) -> &'a [u8] {
         let end = self.body.iter().position(|&byte| byte == b',').unwrap_or(self.body.len());
         &self.body[..end]
@@ -42,7 +41,6 @@ impl<'a> Sentence<'a> {
 
     /// Whether the header can be the name of a message: `VN` and three letters; or, for other
     /// devices, a letter and at least two letters or digits.
-    #[must_use]
     pub fn has_name(&self) -> bool {
         match self.header() {
             [b'V', b'N', name @ ..] => name.len() == 3 && name.iter().all(u8::is_ascii_alphabetic),
@@ -52,7 +50,6 @@ impl<'a> Sentence<'a> {
     }
 
     /// Whether this is the reply of a VN-100 to a command: the command's own name, or `VNERR`.
-    #[must_use]
     pub fn is_reply(&self) -> bool {
         #[rustfmt::skip]
         const REPLIES: [&[u8]; 16] = [

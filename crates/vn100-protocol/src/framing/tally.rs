@@ -69,7 +69,6 @@ pub struct RejectedCounts {
 
 impl Tally {
     /// All bytes received.
-    #[must_use]
     pub fn bytes(&self) -> u64 {
         self.valid_sentence_bytes
             + self.rejected_sentence_bytes
@@ -87,7 +86,6 @@ impl Tally {
     }
 
     /// Samples, replies and other valid sentences.
-    #[must_use]
     pub fn valid_sentences(&self) -> u64 {
         self.samples + self.replies + self.other
     }
@@ -95,7 +93,6 @@ impl Tally {
 
 impl RejectedCounts {
     /// Rejected sentences of any reason.
-    #[must_use]
     pub fn total(&self) -> u64 {
         self.checksum + self.unchecked + self.grammar + self.range + self.truncated + self.too_long
     }

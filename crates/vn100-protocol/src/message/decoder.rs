@@ -18,23 +18,6 @@ use crate::{
 /// The items depend only on the bytes, not on their division into pieces. [`push`](Self::push)
 /// takes pieces of any size and keeps incomplete frames; with [`next`](Self::next) the caller keeps
 /// them.
-///
-/// ```
-/// use vn100_protocol::{Decoder, Item, Options};
-///
-/// let mut decoder = Decoder::new(Options::default());
-/// let mut rates = Vec::new();
-/// for piece in b"noise$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,\
-///                +00.000040,-00.000301,-00.000391*63\r\n".chunks(7) {
-///     decoder.push(piece, |item| {
-///         if let Item::Sample(sample) = item {
-///             rates.extend(sample.values().skip(9));
-///         }
-///     });
-/// }
-/// assert_eq!(rates, [0.00004, -0.000301, -0.000391]);
-/// assert_eq!(decoder.tally().skipped_bytes, 5);
-/// ```
 #[derive(Debug, Clone)]
 pub struct Decoder {
     framer: Framer,
@@ -64,7 +47,6 @@ pub enum Item<'a> {
 
 impl Decoder {
     /// A decoder at the beginning of a stream.
-    #[must_use]
     pub fn new(options: Options) -> Self {
         Self { framer: Framer::new(options), carry: [0; CARRY], carried: 0 }
     }
@@ -105,13 +87,11 @@ impl Decoder {
     /// needed; with `end_of_input`, when no more follow, it means that all are consumed. Must not
     /// be mixed with [`push`](Self::push) on one stream.
     #[inline]
-    #[must_use]
     pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Item<'a>>) {
         self.framer.next_item(input, end_of_input)
     }
 
     /// The counts of the stream so far.
-    #[must_use]
     pub fn tally(&self) -> Tally {
         Tally { buffered_bytes: self.carried as u64, ..self.framer.tally }
     }

@@ -38,7 +38,6 @@ pub struct ColumnRead {
 impl ColumnsRead {
     /// The column map that reads `channels` again in the same way, except for units that `unit`
     /// gives in place of the channel's own.
-    #[must_use]
     pub fn map(&self, channels: &[Channel], unit: impl Fn(&Channel) -> Option<&'static str>) -> String {
         let column = |(channel, column): (&Channel, &ColumnRead)| {
             alloc::format!("{}={}:{}", channel.name, column.name, unit(channel).unwrap_or(&column.unit))
@@ -120,7 +119,6 @@ impl Layout {
 
 impl Quantity {
     /// Whether it is an attitude, which only a filter determines.
-    #[must_use]
     pub fn is_attitude(self) -> bool {
         matches!(self, Self::Angle | Self::Quaternion)
     }
@@ -129,14 +127,12 @@ impl Quantity {
 impl Channel {
     /// The value of `count` in [`unit`](Self::unit): with a scale of 1 the float nearest to the
     /// printed decimal, for up to 22 decimals.
-    #[must_use]
     pub fn value(&self, count: i32) -> f64 {
         self.in_unit(count.into())
     }
 
     /// The number of rows at `rate_hz` from one new measurement of the sensor to the next, rounded
     /// up to a power of two.
-    #[must_use]
     pub fn stride(&self, rate_hz: f64) -> u64 {
         let rows = self.refresh_hz.map_or(1.0, |refresh_hz| rate_hz / f64::from(refresh_hz));
         // in integers, because rounding needs the standard library
@@ -146,7 +142,6 @@ impl Channel {
 
     /// A mean, a deviation or a difference of counts in [`unit`](Self::unit): divided once by a
     /// power of ten, which is exact up to 22 decimals, and multiplied once by the scale.
-    #[must_use]
     pub fn in_unit(&self, counts: f64) -> f64 {
         counts / (0..self.decimals).fold(1.0, |power, _| power * 10.0) * self.scale
     }
@@ -175,7 +170,6 @@ pub enum PrintFormat {
 
 impl PrintFormat {
     /// The decimals printed for `channel`.
-    #[must_use]
     pub const fn decimals(self, channel: &Channel) -> u8 {
         match (self, channel.quantity) {
             (Self::Old, Quantity::Angle) => 2,

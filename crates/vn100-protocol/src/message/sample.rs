@@ -60,7 +60,6 @@ impl Sample {
     /// The exact values in the order of the wire, in units of the last decimal of each channel, for
     /// every print format.
     #[inline]
-    #[must_use]
     pub fn counts(&self) -> &[i32] {
         &self.counts[..self.layout.channels.len()]
     }
@@ -85,8 +84,7 @@ pub(super) fn read_fields(fields: &[u8], layout: &'static Layout) -> Result<Samp
             return Err(field_count().into());
         };
         let end = behind.iter().position(|&byte| byte == b',').unwrap_or(behind.len());
-        *number =
-            Decimal::parse(&behind[..end]).map_err(|error| GrammarError::Number { channel: &channel.name, error })?;
+        *number = Decimal::parse(&behind[..end]).ok_or(GrammarError::Number { channel: &channel.name })?;
         rest = &behind[end..];
     }
     let suffix = match rest {

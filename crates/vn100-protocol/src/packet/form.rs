@@ -29,7 +29,6 @@ pub struct PacketHeader([u8; MAX_HEADER]);
 impl PacketHeader {
     /// The header of packets with these groups and a word of fields for each, as in registers 75 to
     /// 77; further words than four are ignored.
-    #[must_use]
     pub fn new(groups: u8, words: &[u16]) -> Self {
         let mut header = [0; MAX_HEADER];
         (header[0], header[1]) = (crate::framing::packet::START, groups);
@@ -46,7 +45,6 @@ impl PacketHeader {
     }
 
     /// The header of a packet.
-    #[must_use]
     pub fn of(packet: &Packet<'_>) -> Self {
         let mut header = [0; MAX_HEADER];
         let groups = packet.raw.get(1).map_or(0, |groups| groups.count_ones() as usize);
@@ -71,22 +69,14 @@ impl fmt::Display for PacketHeader {
 /// each once: uncompensated is preferred to compensated, and increments are used only if there is
 /// no other source. The attitude is that of the angles if a packet has them, else the quaternion.
 ///
-/// | quantity | unit | a count | limit |
-/// |---|---|---|---:|
-/// | yaw, pitch, roll | deg | 2^-21 | 180 |
-/// | quaternion, scalar last | 1 | 2^-29 | 2 |
-/// | magnetic field | gauss | 2^-27 | 10 |
-/// | acceleration | m/s² | 2^-23 | 200 |
-/// | angular rate | rad/s | 2^-25 | 40 |
-/// | temperature | °C | 2^-23 | 200 |
-/// | pressure | kPa | 2^-23 | 200 |
-///
-/// A count is the float rounded to the nearest multiple of this, ties to even.
+/// A count is the float rounded to the nearest multiple of its size, ties to even: 2^-21 deg, 2^-29
+/// of a quaternion, 2^-27 gauss, 2^-23 m/s², °C and kPa, 2^-25 rad/s.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PacketForm {
     header: [u8; MAX_HEADER],
     header_length: usize,
-    layout: Arc<Layout>,
+    /// The channels that are measured.
+    pub layout: Arc<Layout>,
     runs: Vec<Run>,
     device_time_at: Option<usize>,
     saturation_at: Option<usize>,
@@ -129,7 +119,6 @@ struct Found {
 impl PacketForm {
     /// The form of a packet; `None` if it has neither angular rate nor acceleration, so it is not
     /// measured.
-    #[must_use]
     pub fn of(packet: &Packet<'_>) -> Option<Self> {
         let groups = *packet.raw.get(1)?;
         let header_length = 2 + 2 * groups.count_ones() as usize;
@@ -141,7 +130,6 @@ impl PacketForm {
     /// The form of packets with these groups and a word of fields for each, as in registers 75 to
     /// 77; `None` if it has neither angular rate nor acceleration, if a field is unknown, or if the
     /// numbers of groups and words differ.
-    #[must_use]
     pub fn new(groups: u8, words: &[u16]) -> Option<Self> {
         crate::framing::packet::length(groups, words)?;
         let PacketHeader(header) = PacketHeader::new(groups, words);
@@ -220,20 +208,12 @@ impl PacketForm {
     }
 
     /// The header of its packets.
-    #[must_use]
     pub const fn header(&self) -> PacketHeader {
         PacketHeader(self.header)
     }
 
-    /// Whether it has angular rates and accelerations.
-    pub(crate) fn is_complete(&self) -> bool {
-        let has = |quantity| self.layout.channels.iter().any(|channel| channel.quantity == quantity);
-        has(Quantity::AngularRate) && has(Quantity::Acceleration)
-    }
-
     /// Whether the packet has this form.
     #[inline]
-    #[must_use]
     pub fn is_of(&self, packet: &Packet<'_>) -> bool {
         // a comparison of two numbers if there are enough bytes, as nearly always
         match (packet.raw.first_chunk(), self.header.first_chunk()) {
@@ -244,12 +224,6 @@ impl PacketForm {
             }
             _ => packet.raw.starts_with(&self.header[..self.header_length]),
         }
-    }
-
-    /// The channels that are measured.
-    #[must_use]
-    pub const fn layout(&self) -> &Arc<Layout> {
-        &self.layout
     }
 
     /// Appends the counts of a packet of this form, one for each channel of the layout.
@@ -303,7 +277,6 @@ impl PacketForm {
     /// The time of the measurement in nanoseconds since the sensor started; `None` if the packet
     /// does not contain it.
     #[inline]
-    #[must_use]
     pub fn device_ns(&self, packet: &Packet<'_>) -> Option<u64> {
         let bytes = packet.raw[self.device_time_at?..].first_chunk()?;
         Some(u64::from_le_bytes(*bytes))
@@ -312,7 +285,6 @@ impl PacketForm {
     /// The axes that were at the end of their range: bits 0 to 2 magnetic field x y z, 3 to 5
     /// acceleration, 6 to 8 angular rate, 9 pressure; 0 if the packet does not tell.
     #[inline]
-    #[must_use]
     pub fn saturation(&self, packet: &Packet<'_>) -> u16 {
         let bytes = self.saturation_at.and_then(|at| packet.raw[at..].first_chunk());
         bytes.map_or(0, |bytes| u16::from_le_bytes(*bytes))

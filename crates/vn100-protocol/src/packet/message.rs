@@ -41,14 +41,12 @@ pub const MEASUREMENTS_PER_S: u32 = 800;
 
 impl PacketMessage {
     /// The choice with this name, in upper or lower case.
-    #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         PACKET_MESSAGES.into_iter().find(|message| message.name.eq_ignore_ascii_case(name))
     }
 
     /// The setting that sends it `rate_hz` times a second to the ports of `async_mode`; `None` if
     /// the sensor has no such rate.
-    #[must_use]
     pub fn output(&self, async_mode: u16, rate_hz: u32) -> Option<BinaryOutput> {
         let rate_divisor = u16::try_from(MEASUREMENTS_PER_S.checked_div(rate_hz)?).ok()?;
         let is_whole = MEASUREMENTS_PER_S.is_multiple_of(rate_hz);
@@ -62,26 +60,22 @@ impl PacketMessage {
 
     /// The highest rate in hertz that fits `baud_rate` without other output; `None` if not even 1
     /// Hz does.
-    #[must_use]
     pub fn highest_rate_hz(&self, baud_rate: BaudRate) -> Option<u32> {
         let load = |hz: u32| LinkLoad::of_packets(&self.output(1, hz)?);
         (1..=MEASUREMENTS_PER_S).rev().find(|hz| load(*hz).is_some_and(|load| load.fits(baud_rate)))
     }
 
     /// Whether `output` requests these fields.
-    #[must_use]
     pub fn is_of(&self, output: &BinaryOutput) -> bool {
         (output.groups, &*output.field_words) == (self.groups, self.words)
     }
 
     /// The channels that are measured.
-    #[must_use]
     pub fn layout(&self) -> Option<Arc<Layout>> {
-        PacketForm::new(self.groups, self.words).map(|form| Arc::clone(form.layout()))
+        PacketForm::new(self.groups, self.words).map(|form| form.layout)
     }
 
     /// The length of a packet in bytes.
-    #[must_use]
     pub fn packet_length(&self) -> usize {
         crate::framing::packet::length(self.groups, self.words).unwrap_or_default()
     }
@@ -95,7 +89,7 @@ mod tests {
     fn every_message_is_measured_with_its_device_time() {
         for message in PACKET_MESSAGES {
             let form = PacketForm::new(message.groups, message.words).unwrap();
-            assert_eq!(form.layout().compensated, Some(false));
+            assert_eq!(form.layout.compensated, Some(false));
             assert_eq!(PacketMessage::named(&message.name.to_lowercase()), Some(message));
         }
         assert_eq!(PACKET_MESSAGES.map(|message| message.packet_length()), [44, 60]);

@@ -1,6 +1,6 @@
 //! The fields of a register in the form of the wire, and a reader for them in sequence.
 
-use alloc::{borrow::ToOwned, string::String};
+use alloc::{format, string::String};
 use core::{
     fmt,
     str::{FromStr, Split},
@@ -12,14 +12,6 @@ use super::{Register, RegisterContents, RegisterValue, ValueError};
 
 /// The fields of a register: text separated by commas, as after the register number of a read or a
 /// write.
-///
-/// ```
-/// use vn100_protocol::RegisterFields;
-///
-/// let window = RegisterFields::new("0,20,20,4,0,0,3,3,3,0")?;
-/// assert_eq!(window.iter().nth(2), Some("20"));
-/// # Ok::<_, vn100_protocol::RegisterFieldsError>(())
-/// ```
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct RegisterFields(String);
 
@@ -62,7 +54,6 @@ impl RegisterFields {
     }
 
     /// The text, including its commas.
-    #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
     }
@@ -120,7 +111,8 @@ pub struct FieldReader<'a> {
 impl<'a> FieldReader<'a> {
     pub(super) fn of<T: RegisterValue>(contents: &'a RegisterContents) -> Result<Self, ValueError> {
         if !T::REGISTERS.contains(&contents.register) {
-            return Err(ValueError::Register { expected: T::REGISTERS, found: contents.register });
+            let problem = format!("it does not have this value; register {} does", T::REGISTERS[0]);
+            return Err(ValueError { register: contents.register, problem });
         }
         Ok(Self { register: contents.register, fields: contents.fields.iter() })
     }
@@ -132,9 +124,9 @@ impl<'a> FieldReader<'a> {
         expected: &'static str,
         read: impl FnOnce(&str) -> Option<T>,
     ) -> Result<T, ValueError> {
-        let register = self.register;
-        let text = self.fields.next().ok_or(ValueError::Missing { register, name })?;
-        read(text).ok_or_else(|| ValueError::Field { register, name, text: text.to_owned(), expected })
+        let error = |problem| ValueError { register: self.register, problem };
+        let text = self.fields.next().ok_or_else(|| error(format!("the {name} is missing")))?;
+        read(text).ok_or_else(|| error(format!("{name} is {text:?}, expected {expected}")))
     }
 
     pub(super) fn integer<T: FromStr>(&mut self, name: &'static str) -> Result<T, ValueError> {
@@ -165,14 +157,17 @@ impl<'a> FieldReader<'a> {
 
     pub(super) fn end(mut self) -> Result<(), ValueError> {
         match self.fields.next() {
-            Some(text) => Err(ValueError::Surplus { register: self.register, text: text.to_owned() }),
+            Some(text) => {
+                let problem = format!("more fields than are known, from {text:?} on");
+                Err(ValueError { register: self.register, problem })
+            }
             None => Ok(()),
         }
     }
 }
 
 /// A text of digits only: the standard library would accept a sign as well.
-pub(super) fn integer<T: FromStr>(text: &str) -> Option<T> {
+pub(crate) fn integer<T: FromStr>(text: &str) -> Option<T> {
     text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok())?
 }
 

@@ -32,19 +32,16 @@ impl BaudRate {
     pub const DEFAULT: Self = Self(115_200);
 
     /// The baud rate of this many bit/s; `None` if the sensor does not have it.
-    #[must_use]
     pub fn new(bits_per_s: u32) -> Option<Self> {
         Some(Self(bits_per_s)).filter(|rate| Self::ALL.contains(rate))
     }
 
     /// The rate in bit/s.
-    #[must_use]
     pub fn bits_per_s(self) -> u32 {
         self.0
     }
 
     /// The rate in bytes per second, of ten bits each, rounded down.
-    #[must_use]
     pub fn bytes_per_s(self) -> u32 {
         self.0 / 10
     }
@@ -117,20 +114,17 @@ impl AsyncType {
     pub const OFF: Self = Self(0);
 
     /// The message with this header, such as `VNYPR`; `None` for a header without a constant here.
-    #[must_use]
     pub fn from_header(header: &[u8]) -> Option<Self> {
         MESSAGES.iter().find(|message| message.header.as_bytes() == header).map(|message| message.code)
     }
 
     /// The header of the sentences, without the `$`; `None` for [`OFF`](Self::OFF) and for a code
     /// without a constant.
-    #[must_use]
     pub fn header(self) -> Option<&'static str> {
         self.message().map(|message| message.header)
     }
 
     /// The content of the message, in words; `None` in the same cases as [`header`](Self::header).
-    #[must_use]
     pub fn description(self) -> Option<&'static str> {
         self.message().map(|message| message.description)
     }
@@ -138,7 +132,6 @@ impl AsyncType {
     /// The usual length of a sentence in bytes with an 8-bit checksum, CR and LF, without suffix; 0
     /// for [`OFF`](Self::OFF), `None` if it is not known. A value beyond its usual width makes a
     /// sentence longer.
-    #[must_use]
     pub fn usual_length(self) -> Option<u32> {
         if self == Self::OFF { Some(0) } else { self.message()?.usual_length }
     }
@@ -165,13 +158,11 @@ pub struct AsyncRate(u32);
 
 impl AsyncRate {
     /// The rate of this many hertz; `None` if the sensor does not have it.
-    #[must_use]
     pub fn new(hz: u32) -> Option<Self> {
         (hz == 0 || OUTPUT_RATES_HZ.contains(&hz)).then_some(Self(hz))
     }
 
     /// The rate in hertz.
-    #[must_use]
     pub fn hz(self) -> u32 {
         self.0
     }

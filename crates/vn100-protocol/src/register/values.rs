@@ -75,7 +75,6 @@ whole_numbers! {
 
 impl ProtocolControl {
     /// The check of the sentences of the sensor; `None` for a number that is not known.
-    #[must_use]
     pub fn check(&self) -> Option<Check> {
         match self.serial_checksum {
             1 => Some(Check::Xor8),
@@ -233,13 +232,11 @@ pub struct BinaryOutput {
 impl BinaryOutput {
     /// Packets per second on the ports in [`async_mode`](Self::async_mode), in hertz; 0 if none are
     /// sent.
-    #[must_use]
     pub fn rate_hz(&self) -> f64 {
         if self.async_mode == 0 || self.rate_divisor == 0 { 0.0 } else { 800.0 / f64::from(self.rate_divisor) }
     }
 
     /// The header of the packets: their groups and fields.
-    #[must_use]
     pub fn header(&self) -> PacketHeader {
         PacketHeader::new(self.groups, &self.field_words)
     }
@@ -251,7 +248,6 @@ impl BinaryOutput {
 
     /// Length of a packet in bytes; `None` if a group or a field is not known, or if the numbers of
     /// groups and words differ.
-    #[must_use]
     pub fn packet_length(&self) -> Option<usize> {
         packet::length(self.groups, &self.field_words)
     }

@@ -12,12 +12,6 @@ use crate::{
 
 /// A command to the sensor.
 ///
-/// ```
-/// use vn100_protocol::{AsyncType, Check, SensorCommand};
-///
-/// assert_eq!(SensorCommand::write(&AsyncType::YMR).sentence(Check::Xor8), "$VNWRG,06,14*59\r\n");
-/// ```
-///
 /// Commands that leave the protocol (firmware update, the prompt for people) are not among them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
@@ -60,14 +54,12 @@ const BOOT_TIME: Duration = Duration::from_millis(1250);
 
 impl SensorCommand {
     /// The command that writes `setting` to its register.
-    #[must_use]
     pub fn write(setting: &impl WritableValue) -> Self {
         Self::WriteRegister { register: setting.register(), fields: setting.fields() }
     }
 
     /// The sentence from `$` to LF. The sensor accepts either check; it rejects a sentence with
     /// [`Check::None`].
-    #[must_use]
     pub fn sentence(&self, check: Check) -> String {
         check.sentence(&self.body())
     }
@@ -77,7 +69,6 @@ impl SensorCommand {
     ///
     /// The fields in the reply to a write are not compared. A device error does not name the
     /// command that it answers, and does not confirm any.
-    #[must_use]
     pub fn is_answered_by(&self, reply: &Reply) -> bool {
         match (self, reply) {
             (Self::ReadRegister(register), Reply::Register(contents))
@@ -88,13 +79,11 @@ impl SensorCommand {
     }
 
     /// Whether sending the command twice has the same effect as sending it once.
-    #[must_use]
     pub fn is_repeatable(&self) -> bool {
         matches!(self, Self::ReadRegister(_) | Self::WriteRegister { .. } | Self::Async(_))
     }
 
     /// The wait for the answer: 500 ms; 1.2 s for saving, 2.5 s for a restart.
-    #[must_use]
     pub fn answer_time(&self) -> Duration {
         match self {
             Self::WriteSettings => SAVE_TIME,
@@ -105,7 +94,6 @@ impl SensorCommand {
 
     /// The time after its answer in which the sensor receives no other command: 1.25 s while it
     /// restarts, half a second while it saves.
-    #[must_use]
     pub fn busy_time(&self) -> Duration {
         match self {
             Self::WriteSettings => ANSWER_TIME,

@@ -20,7 +20,6 @@ macro_rules! device_errors {
             pub(crate) const KNOWN: [Self; [$($code),*].len()] = [$(Self::$name),*];
 
             /// The error with this code.
-            #[must_use]
             pub fn from_code(code: u8) -> Self {
                 match code {
                     $($code => Self::$name,)*
@@ -29,7 +28,6 @@ macro_rules! device_errors {
             }
 
             /// The code of the error.
-            #[must_use]
             pub fn code(self) -> u8 {
                 match self {
                     $(Self::$name => $code,)*
@@ -38,7 +36,6 @@ macro_rules! device_errors {
             }
 
             /// The meaning, in a few words.
-            #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self {
                     $(Self::$name => $meaning,)*
@@ -68,7 +65,6 @@ device_errors! {
 impl DeviceError {
     /// Whether the sensor reports this error by itself; all other errors answer a command, as far
     /// as known.
-    #[must_use]
     pub fn is_unsolicited(self) -> bool {
         matches!(self, Self::HardFault | Self::WatchdogReset | Self::OutputBufferOverflow | Self::ErrorBufferOverflow)
     }
@@ -80,7 +76,6 @@ impl DeviceError {
     }
 
     /// The possible remedy for the user, in words.
-    #[must_use]
     pub fn advice(self) -> &'static str {
         match self {
             Self::HardFault | Self::WatchdogReset => {

@@ -166,7 +166,6 @@ impl RequestQueue {
 
     /// A queue whose sentences have `check`. The sensor always accepts XOR-8 and CRC-16, and never
     /// a sentence with [`Check::None`].
-    #[must_use]
     pub fn new(check: Check) -> Self {
         Self { check, ..Self::default() }
     }
@@ -273,7 +272,6 @@ impl RequestQueue {
     }
 
     /// The sentence to send now, if there is one; the wait for its answer begins.
-    #[must_use]
     pub fn poll_transmit(&mut self, now: Duration) -> Option<Vec<u8>> {
         if self.current.is_none() && now >= self.ready_at() {
             self.current = self.queue.pop_front().map(|(id, command)| Current::new(id, command));
@@ -293,7 +291,6 @@ impl RequestQueue {
     /// The time for the next call of [`handle_timeout`](Self::handle_timeout) and
     /// [`poll_transmit`](Self::poll_transmit) , after the latter gives nothing more; `None` if only
     /// a reply or a request can have an effect.
-    #[must_use]
     pub fn poll_timeout(&self) -> Option<Duration> {
         match &self.current {
             Some(current) => current.deadline,
@@ -303,13 +300,11 @@ impl RequestQueue {
     }
 
     /// The next request that has ended, with its result, in the order of their ends.
-    #[must_use]
     pub fn poll_completion(&mut self) -> Option<(RequestId, Result<Response, RequestFailure>)> {
         self.completions.pop_front()
     }
 
     /// The next device error that answers no request, in the order of arrival.
-    #[must_use]
     pub fn poll_notice(&mut self) -> Option<DeviceError> {
         self.notices.pop_front()
     }

@@ -2,11 +2,9 @@
 
 use alloc::{borrow::ToOwned, string::String};
 
-use thiserror::Error;
-
 use crate::{
     framing::sentence::Sentence,
-    register::fields::RegisterFields,
+    register::fields::{RegisterFields, integer},
     register::{Register, RegisterContents},
     request::device_error::DeviceError,
 };
@@ -27,58 +25,32 @@ pub enum Reply {
     Question(Register),
 }
 
-/// The reason why a sentence is no reply.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-pub enum ReplyError {
-    /// The header is that of a measurement, or unknown.
-    #[error("the sentence is not a reply to a command")]
-    NotAReply,
-    /// No register number follows `VNRRG` or `VNWRG`.
-    #[error("the reply does not begin with a register number from 0 to 255")]
-    RegisterNumber,
-    /// No field follows the register number of a write.
-    #[error("the reply has no value behind the register number")]
-    NoValue,
-    /// `VNERR` is followed by no code, or by more than one.
-    #[error("the error code is not one or two hexadecimal digits")]
-    ErrorCode,
-}
-
 impl Reply {
-    /// Reads a sentence. A register number may be padded with zeros.
-    ///
-    /// # Errors
-    /// [`ReplyError`] for a sentence that is no reply.
-    pub fn parse(sentence: &Sentence<'_>) -> Result<Self, ReplyError> {
-        if !sentence.is_reply() {
-            return Err(ReplyError::NotAReply);
-        }
-        let body = str::from_utf8(sentence.body).map_err(|_| ReplyError::NotAReply)?;
+    /// Reads a sentence, whose register number may be padded with zeros; `None` if it is no reply, or
+    /// a malformed one.
+    pub fn parse(sentence: &Sentence<'_>) -> Option<Self> {
+        let body = str::from_utf8(sentence.body).ok().filter(|_| sentence.is_reply())?;
         let (header, fields) = body.split_once(',').unwrap_or((body, ""));
         match header {
             "VNRRG" if !fields.contains(',') => register(fields).map(Self::Question),
             "VNRRG" => contents(fields).map(Self::Register),
             "VNWRG" => contents(fields).map(Self::Written),
             "VNERR" => error_code(fields).map(|code| Self::Error(DeviceError::from_code(code))),
-            _ => Ok(Self::Echo(body.to_owned())),
+            _ => Some(Self::Echo(body.to_owned())),
         }
     }
 }
 
-fn contents(fields: &str) -> Result<RegisterContents, ReplyError> {
-    let (number, fields) = fields.split_once(',').map_or((fields, None), |(number, value)| (number, Some(value)));
-    let register = register(number)?;
-    let fields = RegisterFields::trusted(fields.ok_or(ReplyError::NoValue)?.to_owned());
-    Ok(RegisterContents { register, fields })
+fn contents(fields: &str) -> Option<RegisterContents> {
+    let (number, fields) = fields.split_once(',')?;
+    Some(RegisterContents { register: register(number)?, fields: RegisterFields::trusted(fields.to_owned()) })
 }
 
-fn register(number: &str) -> Result<Register, ReplyError> {
-    // the standard library would accept a sign
-    let is_number = number.bytes().all(|byte| byte.is_ascii_digit());
-    number.parse().ok().filter(|_| is_number).map(Register).ok_or(ReplyError::RegisterNumber)
+fn register(number: &str) -> Option<Register> {
+    integer(number).map(Register)
 }
 
-fn error_code(field: &str) -> Result<u8, ReplyError> {
+fn error_code(field: &str) -> Option<u8> {
     let is_code = field.len() <= 2 && field.bytes().all(|byte| byte.is_ascii_hexdigit());
-    u8::from_str_radix(field, 16).ok().filter(|_| is_code).ok_or(ReplyError::ErrorCode)
+    u8::from_str_radix(field, 16).ok().filter(|_| is_code)
 }

@@ -33,12 +33,6 @@ pub struct BagReport {
     pub unreadable: u64,
     /// The numbers that are absent in messages that are used, by channel.
     pub absent: Vec<AbsentValues>,
-    /// The numbers of a sensor that are not read, because its first messages do not have them.
-    pub unread: Vec<UnreadNumbers>,
-    /// Messages that came after one of a later time, and were put in their place.
-    pub reordered: u64,
-    /// Messages that came too late to be moved to their place.
-    pub late: u64,
     /// Messages of other topics.
     pub other_messages: u64,
     /// Bytes unpacked to a temporary file, if the bag is compressed or comes from a stream.
@@ -54,7 +48,6 @@ pub struct BagReport {
 
 impl BagReport {
     /// The report of a topic before its first message.
-    #[must_use]
     pub fn of(topic: impl Into<String>, type_name: impl Into<String>, stamps: StampSource) -> Self {
         Self {
             topic: topic.into(),
@@ -64,38 +57,11 @@ impl BagReport {
             without_sample: 0,
             unreadable: 0,
             absent: Vec::new(),
-            unread: Vec::new(),
-            reordered: 0,
-            late: 0,
             other_messages: 0,
             unpacked_bytes: 0,
             recorded_ns: None,
             stamps,
         }
-    }
-}
-
-/// Numbers of a standard message that are zero in the first messages, as for a sensor that does not
-/// measure them.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
-pub struct UnreadNumbers {
-    /// Their path, such as `linear_acceleration`.
-    pub path: String,
-    /// The number of first messages in which they are zero.
-    pub zero_messages: usize,
-    /// The number of messages in which they are not zero after all.
-    pub nonzero_messages: u64,
-}
-
-impl fmt::Display for UnreadNumbers {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { path, zero_messages, nonzero_messages } = self;
-        write!(f, "{path}: zero in the first {zero_messages} messages, not read")?;
-        if *nonzero_messages > 0 {
-            write!(f, "; not zero in {nonzero_messages} later ones")?;
-        }
-        Ok(())
     }
 }
 
@@ -106,26 +72,16 @@ impl fmt::Display for UnreadNumbers {
 pub enum StampSource {
     /// The times in the messages, in the field with this path.
     Field(String),
-    /// The times of the recorder, for sentences and for messages without times.
+    /// The times of the recorder: for sentences, and if the messages have no times that increase.
     Recorded,
-    /// The times of the recorder, because those in the messages are all zero.
-    RecordedAsZero,
-    /// The times of the recorder, because those in the messages are all the same.
-    RecordedAsConstant,
-    /// The times of the recorder, because those in the messages decrease.
-    RecordedAsBackwards,
 }
 
 impl StampSource {
     /// Its code in results.
-    #[must_use]
     pub const fn code(&self) -> &'static str {
         match self {
             Self::Field(_) => "field",
             Self::Recorded => "recorded",
-            Self::RecordedAsZero => "recorded-as-zero",
-            Self::RecordedAsConstant => "recorded-as-constant",
-            Self::RecordedAsBackwards => "recorded-as-backwards",
         }
     }
 }
@@ -135,13 +91,6 @@ impl fmt::Display for StampSource {
         match self {
             Self::Field(path) => write!(f, "by {path} in the messages"),
             Self::Recorded => f.write_str("by the time of recording"),
-            Self::RecordedAsZero => f.write_str("by the time of recording, because those in the messages are zero"),
-            Self::RecordedAsConstant => {
-                f.write_str("by the time of recording, because those in the messages do not change")
-            }
-            Self::RecordedAsBackwards => {
-                f.write_str("by the time of recording, because those in the messages run backwards")
-            }
         }
     }
 }

@@ -49,20 +49,17 @@ impl Batch {
     }
 
     /// The number of samples.
-    #[must_use]
     pub fn row_count(&self) -> usize {
         self.rows().len()
     }
 
     /// Whether the row lacks the channel at this place of the layout.
-    #[must_use]
     pub fn is_absent(&self, row: usize, channel: usize) -> bool {
         self.absent.binary_search_by_key(&(row, channel), |cell| (cell.row, cell.channel)).is_ok()
     }
 
     /// Its rows, each as a batch of its own if there are [`tallies`](Self::tallies) of each; else
     /// all in one batch.
-    #[must_use]
     pub fn lines(mut self) -> SingleRows {
         let line = match self.tallies.is_empty() {
             true => Self::default(),

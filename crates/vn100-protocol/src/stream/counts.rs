@@ -43,31 +43,26 @@ pub struct StreamCounts {
 
 impl StreamCounts {
     /// Samples in batches.
-    #[must_use]
     pub fn samples(&self) -> u64 {
         self.tally.samples - self.foreign_samples + self.tally.measured_packets.samples
     }
 
     /// Bytes received.
-    #[must_use]
     pub fn bytes(&self) -> u64 {
         self.tally.bytes() + self.baud_scan_bytes
     }
 
     /// Bytes without a frame, and bytes that were not searched.
-    #[must_use]
     pub fn skipped_bytes(&self) -> u64 {
         self.tally.skipped_bytes + self.baud_scan_bytes
     }
 
     /// Replies to commands, and device errors.
-    #[must_use]
     pub fn answers(&self) -> u64 {
         self.tally.replies - self.echoes
     }
 
     /// Valid sentences that are neither samples of this stream nor replies.
-    #[must_use]
     pub fn other_messages(&self) -> u64 {
         self.tally.other + self.foreign_samples
     }
@@ -82,7 +77,6 @@ pub struct MessageName {
 
 impl MessageName {
     /// The name in the header of a sentence.
-    #[must_use]
     pub fn new(header: &[u8]) -> Self {
         let mut bytes = [b' '; 8];
         bytes.iter_mut().zip(header).for_each(|(to, from)| *to = *from);

@@ -116,7 +116,6 @@ pub struct AbsentValues {
 
 impl AbsentValues {
     /// The number of absences for any reason.
-    #[must_use]
     pub const fn total(&self) -> u64 {
         self.empty + self.not_a_number + self.out_of_range
     }
@@ -155,7 +154,6 @@ impl RejectedRowCounts {
     }
 
     /// Rows for any reason.
-    #[must_use]
     pub fn total(&self) -> u64 {
         self.counts.iter().sum()
     }

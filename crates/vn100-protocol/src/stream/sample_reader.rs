@@ -6,13 +6,12 @@ use core::mem;
 use super::{
     Arrival, Batch, Diagnostic, LinkEvent, LinkEventKind, Mark, MarkKind, MessageName, RowCounter, StreamCounts,
     StreamInput,
-    packet_choice::{Chosen, PacketChoice},
     packet_reader::{PacketOutcome, PacketReader},
 };
 use crate::{
-    AsyncType, BINARY, Channel, Decoder, Item, Layout, Options, Packet, PacketHeader, PrintFormat, Quantity, Register,
-    RegisterContents, RejectedCounts, Reply, Sample, Sentence, Tally, VNIMU, framing::packet::PacketRun,
-    message::decoder::Sink,
+    AsyncType, BINARY, Channel, Decoder, Item, Layout, Options, Packet, PacketForm, PacketHeader, PrintFormat,
+    Quantity, Register, RegisterContents, RejectedCounts, Reply, Sample, Sentence, Tally, VNIMU,
+    framing::packet::PacketRun, message::decoder::Sink,
 };
 
 /// Sentences with a position or a velocity, which require a satellite receiver (VN-200 and VN-300
@@ -72,7 +71,6 @@ struct Stream {
     measured: MeasuredFrames,
     layout: Option<Arc<Layout>>,
     packets: PacketReader,
-    packet_choice: PacketChoice,
     at_ns: Option<i64>,
     printed: Option<PrintFormat>,
     /// The counts except the tally, which the decoder keeps except for the measured packets.
@@ -139,8 +137,7 @@ impl SampleReader {
     /// Frames that the sensor has sent by itself so far, by their kind.
     pub fn frames(&self) -> impl Iterator<Item = (FrameKind, u64)> {
         let sentences = self.lines().map(|(code, count)| (FrameKind::Sentence(AsyncType(code)), count));
-        let waiting = self.stream.packet_choice.headers().map(|header| (header, 1));
-        let packets = self.stream.packets.packets().chain(waiting);
+        let packets = self.stream.packets.packets();
         sentences.chain(packets.map(|(header, packets)| (FrameKind::Packet(header), packets)))
     }
 
@@ -195,7 +192,6 @@ impl SampleReader {
         } else {
             self.decoder.finish_to(&mut self.stream);
         }
-        self.stream.choose_packets();
     }
 
     /// Marks a row that the source has rejected, and counted by its reason.
@@ -217,10 +213,6 @@ impl SampleReader {
             if self.stream.row() > rows {
                 let tally = self.tally();
                 self.stream.open.tallies.push(tally);
-            }
-            // they waited for this item, and are known at once
-            if self.stream.row() > rows + 1 {
-                self.stream.seal_rows();
             }
         }
         self.stream.seal_rows();
@@ -285,7 +277,7 @@ impl Stream {
     fn put_reply(&mut self, sentence: &Sentence<'_>) {
         self.diagnose(|| Diagnostic::Reply(sentence.raw.trim_ascii_end().into()));
         // a reply that cannot be parsed is counted in the tally
-        let Ok(reply) = Reply::parse(sentence) else { return };
+        let Some(reply) = Reply::parse(sentence) else { return };
         if let Reply::Register(contents) = &reply {
             self.mark_temperature(contents);
         }
@@ -315,8 +307,7 @@ impl Stream {
     fn put_sample(&mut self, sample: &Sample) {
         let (layout, printed) = (sample.layout, sample.print_format);
         if self.layout.is_none() && self.measured != MeasuredFrames::Packets {
-            self.choose_packets();
-            self.layout.get_or_insert_with(|| Arc::new(layout.clone()));
+            self.layout = Some(Arc::new(layout.clone()));
         }
         if self.layout.as_ref().is_none_or(|chosen| chosen.message != layout.message) {
             self.link.foreign_samples += 1;
@@ -327,7 +318,7 @@ impl Stream {
             self.printed = Some(printed);
             self.mark(MarkKind::Printed(printed));
         }
-        self.note_arrival();
+        self.note_arrival_of(self.open.counts.len());
         if let Some(count) = sample.suffix.count {
             self.open.counters.push(RowCounter { row: self.row(), count });
         }
@@ -336,12 +327,12 @@ impl Stream {
 
     #[inline]
     fn put_packet(&mut self, packet: &Packet<'_>) {
-        if self.layout.is_none() && self.measured != MeasuredFrames::Sentences {
-            match self.packet_choice.push(packet, self.at_ns) {
-                Chosen::Now => self.choose_packets(),
-                Chosen::NotYet => return,
-                Chosen::NotMeasured => {}
-            }
+        if self.layout.is_none()
+            && self.measured != MeasuredFrames::Sentences
+            && let Some(form) = PacketForm::of(packet)
+        {
+            self.layout = Some(Arc::clone(&form.layout));
+            self.packets.form = Some(form);
         }
         let before = self.open.counts.len();
         match self.packets.read(packet, &mut self.open.counts) {
@@ -365,28 +356,8 @@ impl Stream {
         }
     }
 
-    /// Measures the packets of the best form so far, if there is one, beginning with the pending
-    /// ones.
-    fn choose_packets(&mut self) {
-        let (form, held) = self.packet_choice.take();
-        let Some(form) = form else { return };
-        self.layout = Some(Arc::clone(form.layout()));
-        self.packets.form = Some(form);
-        let now = self.at_ns;
-        for held in held {
-            self.at_ns = held.at_ns;
-            self.put_packet(&held.packet());
-        }
-        self.at_ns = now;
-    }
-
-    #[inline]
-    fn note_arrival(&mut self) {
-        self.note_arrival_of(self.open.counts.len());
-    }
-
-    /// Notes the arrival of the row whose counts begin at this place. The number of the row is
-    /// calculated only if needed, because it takes a division.
+    /// Notes the arrival of the row whose counts begin at this place, whose number is calculated only
+    /// if needed, because it takes a division.
     #[inline]
     fn note_arrival_of(&mut self, place: usize) {
         if let Some(at_ns) = self.at_ns
@@ -419,10 +390,6 @@ impl Stream {
     }
 
     fn mark(&mut self, kind: MarkKind) {
-        // its place is after the pending rows
-        if kind == MarkKind::Rejected && self.layout.is_none() {
-            self.choose_packets();
-        }
         self.open.marks.push(Mark { before_row: self.row(), kind });
     }
 

@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use vn100_protocol::{
-    DecimalError, Decoder, Frame, GrammarError, Item, Layout, Options, PrintFormat, RejectReason, Sample, Suffix,
-    VNIMU, VNMAR, VNQMR, VNYMR, crc16, xor8,
+    Decoder, Frame, GrammarError, Item, Layout, Options, PrintFormat, RejectReason, Sample, Suffix, VNIMU, VNMAR,
+    VNQMR, VNYMR, crc16, xor8,
 };
 
 use crate::support::{body, counts, frames, sentence};
@@ -279,18 +279,8 @@ fn the_grammar_rejects_lines_that_pass_the_checksum() {
     assert_eq!(grammar(&with_suffix(",T")), Suffix);
     assert_eq!(grammar(&with_suffix(",T1,T2")), Suffix);
     assert_eq!(grammar(&with_suffix(",S00ff")), Suffix);
-    let number = |error| Number { channel: "pitch", error };
-    for (field, error) in [
-        ("nan", DecimalError::NoSign { found: b'n' }),
-        (" +074.972", DecimalError::NoSign { found: b' ' }),
-        ("+1e3", DecimalError::Unexpected { found: b'e' }),
-        ("+.972", DecimalError::NoWholeDigits),
-        ("+074.", DecimalError::NoDecimals),
-        ("+074", DecimalError::NoPoint),
-        ("", DecimalError::Empty),
-        ("+74972000000.000", DecimalError::Overflow),
-    ] {
-        assert_eq!(grammar(&usual.replace("+074.972", field)), number(error), "{field}");
+    for field in ["nan", " +074.972", "+1e3", "+.972", "+074.", "+074", "", "+74972000000.000"] {
+        assert_eq!(grammar(&usual.replace("+074.972", field)), Number { channel: "pitch" }, "{field}");
     }
     let too_fine = Decimals { channel: "pitch", expected: 3, found: 4 };
     assert_eq!(grammar(&usual.replace("+074.972", "+074.9720")), too_fine);
@@ -300,7 +290,7 @@ fn the_grammar_rejects_lines_that_pass_the_checksum() {
     // 24 spaces are an even number of equal bytes, which XOR-8 does not detect
     let spaced = usual.replace(',', ",  ");
     assert_eq!(xor8(spaced.as_bytes()), 0x63);
-    assert!(matches!(grammar(&spaced), Number { channel: "yaw", error: DecimalError::NoSign { found: b' ' } }));
+    assert!(matches!(grammar(&spaced), Number { channel: "yaw" }));
 }
 
 #[test]

@@ -165,7 +165,7 @@ fn attitude_and_field_do_not_make_rates_compensated() {
         (0x04, &[0x0244], None),
     ] {
         let form = PacketForm::new(groups, words).unwrap();
-        assert_eq!(form.layout().compensated, compensated, "{groups:02X} {words:04X?}");
+        assert_eq!(form.layout.compensated, compensated, "{groups:02X} {words:04X?}");
     }
 }
 
@@ -327,6 +327,14 @@ fn a_dollar_in_a_damaged_packet_is_no_line() {
 }
 
 /// The number of damaged packets that a decoder counts, for every division of the stream.
+fn acceleration(ms: u64) -> Vec<u8> {
+    let mut packet = bytes("FA0501000400");
+    packet.extend((ms * 1_000_000).to_le_bytes());
+    [0.25_f32, -0.5, -9.75].iter().for_each(|value| packet.extend(value.to_le_bytes()));
+    packet.extend([0, 0]);
+    sealed(packet)
+}
+
 fn damaged_packets(stream: &[u8]) -> u64 {
     let counts =
         [1, 7, stream.len()].map(|size| decode_in_pieces(stream, &[size], Options::default()).1.damaged_packets);
@@ -423,72 +431,6 @@ fn packets_of_another_form_are_counted_only() {
     assert_eq!((batch.link.tally.packets, batch.link.samples()), (3, 2));
 }
 
-/// Only device time and acceleration, this many milliseconds after the start.
-fn acceleration(ms: u64) -> Vec<u8> {
-    let mut packet = bytes("FA0501000400");
-    packet.extend((ms * 1_000_000).to_le_bytes());
-    [0.25_f32, -0.5, -9.75].iter().for_each(|value| packet.extend(value.to_le_bytes()));
-    packet.extend([0, 0]);
-    sealed(packet)
-}
-
-#[test]
-fn the_output_with_rates_and_accelerations_is_measured_in_any_order() {
-    let imu: Vec<Vec<u8>> = EXACT.iter().map(|hex| bytes(hex)).collect();
-    let stream = [acceleration(1), acceleration(2), imu[0].clone(), acceleration(3), imu[1].clone()].concat();
-    let batch = whole(MeasuredFrames::First, &stream);
-    assert_eq!((batch.row_count(), batch.link.samples(), batch.link.tally.packets), (2, 2, 5));
-    assert_eq!(batch.layout.unwrap().channels.len(), 7);
-    // alone it is measured, from its first packet on
-    let alone: Vec<u8> = (0..30).flat_map(|i| acceleration(20 * i)).collect();
-    let batch = whole(MeasuredFrames::First, &alone);
-    assert_eq!((batch.row_count(), batch.device_ns[0]), (30, 0));
-    // an output that starts after more than a second is too late
-    let late = [(0..=61).flat_map(|i| acceleration(20 * i)).collect(), imu[0].clone(), acceleration(1240)].concat();
-    let batch = whole(MeasuredFrames::First, &late);
-    assert_eq!((batch.row_count(), batch.layout.unwrap().channels.len()), (63, 3));
-    // a damaged packet has its place among the pending ones
-    let mut impossible = acceleration(40);
-    impossible[14..18].copy_from_slice(&f32::NAN.to_le_bytes());
-    let batch = whole(MeasuredFrames::First, &[acceleration(0), acceleration(20), sealed(impossible)].concat());
-    assert_eq!((batch.row_count(), batch.marks[0].before_row), (2, 2));
-    // later sentences do not replace them
-    let batch = whole(MeasuredFrames::First, &[&acceleration(0), YMR.as_bytes(), &acceleration(20)].concat());
-    assert_eq!((batch.row_count(), batch.link.foreign_samples), (2, 1));
-}
-
-#[test]
-fn packets_that_waited_keep_their_times_of_arrival_and_are_counted_meanwhile() {
-    for line_by_line in [false, true] {
-        let mut reader = SampleReader::new(ReadOptions { line_by_line, ..ReadOptions::default() });
-        for i in 0..70 {
-            let (bytes, at_ns) = (acceleration(20 * i + 3).into(), Some(20_000_000 * i as i64 + 5));
-            reader.take_input(StreamInput::Chunk(Chunk { bytes, at_ns }));
-            // one may wait for the bytes after it
-            assert!(reader.frames().map(|(_, count)| count).sum::<u64>() >= i);
-        }
-        let batches = [reader.take_batches(), reader.finish()].concat();
-        let arrivals: Vec<i64> =
-            batches.iter().flat_map(|batch| &batch.arrivals).map(|arrival| arrival.at_ns).collect();
-        assert_eq!(arrivals, (0..70).map(|i| 20_000_000 * i + 5).collect::<Vec<_>>());
-        assert_eq!(batches.iter().map(Batch::row_count).sum::<usize>(), 70);
-        let right = |batch: &Batch| batch.tallies.is_empty() || batch.tallies.len() == batch.row_count();
-        assert!(batches.iter().all(right));
-    }
-}
-
-/// The packet after 1.2 s ends the wait.
-#[test]
-fn line_by_line_pending_packets_are_known_together_and_later_ones_individually() {
-    let mut reader = SampleReader::new(ReadOptions { line_by_line: true, ..ReadOptions::default() });
-    let stream: Vec<u8> = (0..70).flat_map(|i| acceleration(20 * i)).collect();
-    reader.push(&stream, None);
-    let batches = [reader.take_batches(), reader.finish()].concat();
-    let rows: Vec<_> =
-        batches.iter().map(|batch| (batch.row_count(), batch.tallies.len())).filter(|rows| rows.0 > 0).collect();
-    assert_eq!(rows, [(61, 0), (9, 9)]);
-}
-
 #[test]
 fn registers_and_packets_have_one_form() {
     let form = PacketForm::new(0x05, &[0x0001, 0x081C]).unwrap();
@@ -497,7 +439,7 @@ fn registers_and_packets_have_one_form() {
         let Item::Packet(packet) = item else { panic!("no packet") };
         assert_eq!(PacketForm::of(&packet).as_ref(), Some(&form));
     });
-    let quantities: Vec<_> = form.layout().channels.iter().map(|channel| channel.quantity).collect();
+    let quantities: Vec<_> = form.layout.channels.iter().map(|channel| channel.quantity).collect();
     assert_eq!(quantities[0], Quantity::Acceleration);
     let logged = BinaryOutput { async_mode: 1, rate_divisor: 80, groups: 0x14, field_words: vec![0x003E, 0x003A] };
     let names: Vec<_> = logged.field_names().collect();
@@ -639,7 +581,7 @@ fn quantities_measured_less_often_are_used_less_often() {
     let form = PacketForm::new(0x05, &[0x0001, 0x003E]).unwrap();
     let strides = |rate_hz| {
         let channels = ["mag_x", "accel_x", "gyro_x", "temperature", "pressure"]
-            .map(|name| form.layout().channels.iter().find(|channel| channel.name == name).unwrap());
+            .map(|name| form.layout.channels.iter().find(|channel| channel.name == name).unwrap());
         channels.map(|channel| channel.stride(rate_hz))
     };
     for (rate_hz, expected) in [

@@ -43,7 +43,9 @@ class Analyzer:
 
     ``compensated`` says whether a filter has removed the bias of the angular rates
     (``True`` or ``"yes"``, ``False`` or ``"no"``): with ``True``, B, K and R of a
-    gyroscope are not measurable.
+    gyroscope are not measurable. ``taus`` are the averaging times of the curves:
+    ``"octave"``, or with ``estimator="full"``, which keeps all samples, ``"decade"`` or a list of
+    seconds. The noise model takes the octaves in any case.
 
     Raises :exc:`ValueError` and :exc:`TypeError` for options that do not exist.
     """
@@ -60,6 +62,7 @@ class Analyzer:
         deviation: str = "allan",
         confidence: float = 0.95,
         compensated: bool | Literal["yes", "no"] | None = None,
+        taus: Literal["octave", "decade"] | Sequence[float] | None = None,
     ) -> None:
         names = [channels] if isinstance(channels, str) else list(channels)
         found, self._factors = quantities(names, units or {}, quantity)
@@ -74,7 +77,8 @@ class Analyzer:
         if rate is not None and (isinstance(rate, bool) or not isinstance(rate, Real)):
             raise TypeError(f"rate: {rate!r} is no number of hertz")
         self._rate: float | None = None if rate is None else float(rate)
-        self._options = (estimator, deviation, confidence, compensated)
+        times = taus if taus is None or isinstance(taus, str) else [float(tau) for tau in numbers(taus, "taus").ravel()]
+        self._options = (estimator, deviation, confidence, compensated, times)
         self._channels: list[tuple[str, str]] = [*zip(names, found, strict=True)]
         # the first rows; nothing once they have decided
         self._pending: list[_Rows | int | None] = []

@@ -99,10 +99,34 @@ def totdev(
     return _finished(hz, len(values), data_type, factors, np.sqrt(np.array(squares) / 2) / factors, [inner] * len(factors))
 
 
+def gradev(
+    data: ArrayLike, rate: float = 1.0, data_type: Literal["phase", "freq"] = "phase", taus: Taus = None
+) -> Four:
+    """Overlapping Allan deviation of a record with gaps (NaN), of the windows in which nothing
+    is missing; as :func:`oadev`, in floats as allantools. There rates end at their first gap, and
+    ``errors`` are bounds by a type of noise; here rates after a gap count too."""
+    hz, values, factors = _prepared(data, rate, data_type, taus)
+    missing = np.isnan(values)
+    mean = float(np.mean(values[~missing])) if not missing.all() else 0.0
+    phase = _phase(np.where(missing, mean, values), data_type)
+    lost = np.zeros(len(phase), np.int64)
+    if data_type == "phase":
+        phase = np.where(missing, np.nan, phase)
+    elif len(phase):
+        lost[1:] = np.cumsum(missing)
+    squares, windows = [], []
+    for m in factors:
+        terms = (phase[2 * m :] - 2 * phase[m:-m] + phase[: -2 * m])[lost[2 * m :] == lost[: -2 * m]]
+        terms = terms[~np.isnan(terms)]
+        squares.append(np.sum(terms * terms) / max(len(terms), 1))
+        windows.append(len(terms))
+    return _finished(hz, len(values), data_type, factors, np.sqrt(np.array(squares) / 2) / factors, windows)
+
+
 def _phase(values: NDArray[np.float64], data_type: str) -> NDArray[np.float64]:
     """In samples, of rates without their mean."""
     if not np.isfinite(values).all():
-        raise ValueError("the data have a gap (NaN), or an infinite value: use Analyzer, which takes gaps")
+        raise ValueError("the data have a gap (NaN), or an infinite value: gradev and Analyzer take gaps")
     largest = float(np.abs(values).max(initial=0.0))
     if largest and not 1e-150 < largest < 1e150:
         raise ValueError("the data leave the range of floats when they are summed or divided: scale them")

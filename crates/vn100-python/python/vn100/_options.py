@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal, TypedDict
 
 
@@ -25,4 +26,5 @@ class ReplayOptions(ReadingOptions, total=False):
     quantization: bool | None
     rate: float | None
     skip: float | None
+    taus: Literal["octave", "decade"] | Sequence[float] | None
     window: int | None

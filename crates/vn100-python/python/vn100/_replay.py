@@ -64,7 +64,8 @@ def replay(source: Source, *parts: str | os.PathLike[str], **options: Unpack[Rep
     one. Options have the names of ``vn100 replay`` with ``_`` for ``-``: ``rate``,
     ``estimator``, ``deviation``, ``confidence``, ``skip`` and ``duration`` (seconds, both
     from the first sample, so that ``duration`` includes what ``skip`` excludes),
-    ``quantization``, ``window``, ``compensated``, ``columns``, ``topic``,
+    ``quantization``, ``taus`` (``"octave"``, or with ``estimator="full"`` ``"decade"`` or a
+    list of seconds), ``window``, ``compensated``, ``columns``, ``topic``,
     ``accept_unchecked``, ``measure``. A given ``rate`` is taken even if the times of a
     capture show another, but not for ``BINARY`` packets, whose rate is that of the clock in
     them. Other threads run meanwhile, and Ctrl-C ends it.

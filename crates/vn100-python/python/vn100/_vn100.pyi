@@ -8,7 +8,7 @@ from typing_extensions import Self, Unpack
 
 from ._options import ReadingOptions, ReplayOptions
 
-__all__ = ["CaptureError", "Measured", "Rows", "Sums", "archive_rows", "captures", "deviations", "replay"]
+__all__ = ["CaptureError", "Measured", "Rows", "Sums", "archive_rows", "captures", "deviations", "replay", "simulated"]
 
 class CaptureError(Exception): ...
 
@@ -25,6 +25,9 @@ def deviations(
     overlapping: bool,
     factors: list[int],
 ) -> tuple[list[float], list[int]]: ...
+def simulated(
+    channels: list[tuple[float, ...]], rate: int, samples: int, seed: int
+) -> list[NDArray[np.float64]]: ...
 
 @final
 class Rows(Iterator[tuple[NDArray[np.int64], NDArray[np.float64]]]):
@@ -56,6 +59,7 @@ class Sums:
         deviation: str,
         confidence: float,
         compensated: bool | str | None,
+        taus: str | list[float] | None,
     ) -> Self: ...
     def push(self, rows: NDArray[np.float64], gaps: list[tuple[int, int]]) -> None: ...
     def gap(self, missing: int | None) -> None: ...

@@ -6,50 +6,9 @@ use vn100_analysis::noise::{Claim, Term};
 use vn100_analysis::{ChannelResult, Completion, SourceResult};
 
 use crate::{
-    codes::{code_of_verdict, term_name},
+    codes::{name_of, term_name},
     printable::json_line,
 };
-
-/// The columns of every row, in their order.
-const COLUMNS: [&str; 34] = [
-    "file",
-    "bytes",
-    "modified_ns",
-    "options",
-    "rows",
-    "name",
-    "serial",
-    "model",
-    "message",
-    "started_ns",
-    "rate_hz",
-    "duration_s",
-    "samples",
-    "missing",
-    "complete",
-    "channel",
-    "unit",
-    "mean",
-    "std",
-    "min",
-    "max",
-    "white_status",
-    "white",
-    "white_lower",
-    "white_upper",
-    "bias_instability_status",
-    "bias_instability",
-    "bias_instability_lower",
-    "bias_instability_upper",
-    "rate_random_walk_status",
-    "rate_random_walk",
-    "rate_random_walk_lower",
-    "rate_random_walk_upper",
-    "verdicts",
-];
-
-/// The columns after those of the channel.
-const LAST_COLUMNS: [&str; 2] = ["warnings", "error"];
 
 /// A file of an archive, as it was when it was measured.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -68,8 +27,8 @@ pub struct ArchivedFile {
 /// magnetic field in gauss.
 #[derive(Debug, Clone)]
 pub struct ArchiveRow {
-    /// A value for each column.
-    cells: Vec<Value>,
+    /// The columns, each with its value.
+    cells: Vec<(&'static str, Value)>,
 }
 
 impl ArchiveRow {
@@ -77,46 +36,44 @@ impl ArchiveRow {
     /// whose rows were not all written is recognised.
     #[must_use]
     pub fn of_file(file: &ArchivedFile, recordings: &[SourceResult]) -> Vec<Self> {
-        let mut rows: Vec<Self> = recordings.iter().flat_map(|result| of_recording(file, result)).collect();
-        let count = rows.len();
-        rows.iter_mut().for_each(|row| row.cells[4] = json!(count));
-        rows
+        let channels = |result: &SourceResult| result.channels.len().max(1);
+        let count = recordings.iter().map(channels).sum();
+        let of_channel = |result, channel| Self { cells: cells(file, count, Some(result), channel) };
+        let rows = recordings.iter().flat_map(|result| match &result.channels[..] {
+            [] => vec![of_channel(result, None)],
+            channels => channels.iter().map(|channel| of_channel(result, Some(channel))).collect(),
+        });
+        rows.collect()
     }
 
     /// The row of a file that could not be measured.
     #[must_use]
     pub fn of_error(file: &ArchivedFile, error: &str) -> Self {
-        let cells = columns().map(|column| match column {
-            "file" | "name" => json!(file.path),
-            "bytes" => json!(file.bytes),
-            "modified_ns" => json!(file.modified_ns),
-            "options" => json!(file.options),
-            "rows" => json!(1),
-            "error" => json!(error),
-            _ => Value::Null,
-        });
-        Self { cells: cells.collect() }
+        let mut cells = cells(file, 1, None, None);
+        for (column, value) in [("name", &file.path), ("error", &error.to_owned())] {
+            cells.iter_mut().filter(|(name, _)| *name == column).for_each(|(_, cell)| *cell = json!(value));
+        }
+        Self { cells }
     }
 
     /// The row as a line of JSON: an object with every column.
     #[must_use]
     pub fn json_line(&self) -> String {
-        let fields: Vec<String> =
-            columns().zip(&self.cells).map(|(column, cell)| format!("\"{column}\":{cell}")).collect();
+        let fields: Vec<String> = self.cells.iter().map(|(column, cell)| format!("\"{column}\":{cell}")).collect();
         json_line(&format!("{{{}}}", fields.join(",")))
     }
 
     /// The row as a line of a table, under [`table_header`](Self::table_header).
     #[must_use]
     pub fn table_line(&self) -> String {
-        let cells: Vec<String> = self.cells.iter().map(cell_text).collect();
+        let cells: Vec<String> = self.cells.iter().map(|(_, cell)| cell_text(cell)).collect();
         cells.join(",") + "\n"
     }
 
     /// The first line of a table.
     #[must_use]
     pub fn table_header() -> String {
-        columns().collect::<Vec<_>>().join(",") + "\n"
+        columns().join(",") + "\n"
     }
 
     /// The file and the number of rows of it, as a line of JSON or of a table says; `None` for a
@@ -124,7 +81,9 @@ impl ArchiveRow {
     #[must_use]
     pub fn file_of_line(line: &str) -> Option<(ArchivedFile, usize)> {
         let cells: Vec<String> = match serde_json::from_str::<Value>(line) {
-            Ok(Value::Object(row)) => columns().map(|column| row.get(column).map_or_else(String::new, text)).collect(),
+            Ok(Value::Object(row)) => {
+                columns().into_iter().map(|column| row.get(column).map_or_else(String::new, text)).collect()
+            }
             _ => table_cells(line)?,
         };
         let [path, bytes, modified_ns, options, rows, ..] = &cells[..] else { return None };
@@ -134,12 +93,14 @@ impl ArchiveRow {
             modified_ns: modified_ns.parse().ok()?,
             options: options.clone(),
         };
-        (cells.len() == columns().count()).then_some((file, rows.parse().ok()?))
+        (cells.len() == columns().len()).then_some((file, rows.parse().ok()?))
     }
 }
 
-fn columns() -> impl Iterator<Item = &'static str> {
-    COLUMNS.into_iter().chain(LAST_COLUMNS)
+/// The columns of every row, in their order.
+fn columns() -> Vec<&'static str> {
+    let file = ArchivedFile { path: String::new(), bytes: 0, modified_ns: 0, options: String::new() };
+    cells(&file, 0, None, None).into_iter().map(|(column, _)| column).collect()
 }
 
 /// Whether a table with this first line, or a line of JSON that begins like it, is of an archive.
@@ -148,67 +109,80 @@ pub(super) fn is_first_line(line: &str) -> bool {
         || line.starts_with("{\"file\":") && line.contains(",\"modified_ns\":")
 }
 
-fn of_recording(file: &ArchivedFile, result: &SourceResult) -> Vec<ArchiveRow> {
-    let channels: Vec<Option<&ChannelResult>> = match result.channels.is_empty() {
-        true => vec![None],
-        false => result.channels.iter().map(Some).collect(),
-    };
-    channels.into_iter().map(|channel| ArchiveRow { cells: cells(file, result, channel) }).collect()
-}
-
-fn cells(file: &ArchivedFile, result: &SourceResult, channel: Option<&ChannelResult>) -> Vec<Value> {
-    let (source, timing) = (&result.source, &result.timing);
-    let device = source.device.as_ref();
+/// The columns with their values, of a file without a recording only those of the file.
+fn cells(
+    file: &ArchivedFile,
+    rows: usize,
+    result: Option<&SourceResult>,
+    channel: Option<&ChannelResult>,
+) -> Vec<(&'static str, Value)> {
+    let (source, timing) = (result.map(|result| &result.source), result.map(|result| &result.timing));
+    let device = source.and_then(|source| source.device.as_ref());
+    let recording = source.and_then(|source| source.recording.as_ref());
     let statistics = channel.map(|channel| &channel.statistics);
     let mut cells = vec![
-        json!(file.path),
-        json!(file.bytes),
-        json!(file.modified_ns),
-        json!(file.options),
-        Value::Null,
-        json!(source.name),
-        json!(device.map(|device| &device.serial_number)),
-        json!(device.map(|device| &device.model)),
-        json!(source.message),
-        json!(source.recording.as_ref().and_then(|recording| recording.started_ns)),
-        json!(timing.rate_hz),
-        json!(timing.duration_s),
-        json!(timing.samples),
-        json!(timing.missing),
-        json!(result.completion == Completion::Complete),
-        json!(channel.map(|channel| &channel.name)),
-        json!(channel.map(|channel| &channel.unit)),
-        json!(statistics.and_then(|statistics| statistics.mean)),
-        json!(statistics.and_then(|statistics| statistics.std)),
-        json!(statistics.and_then(|statistics| statistics.min)),
-        json!(statistics.and_then(|statistics| statistics.max)),
+        ("file", json!(file.path)),
+        ("bytes", json!(file.bytes)),
+        ("modified_ns", json!(file.modified_ns)),
+        ("options", json!(file.options)),
+        ("rows", json!(rows)),
+        ("name", json!(source.map(|source| &source.name))),
+        ("serial", json!(device.map(|device| &device.serial_number))),
+        ("model", json!(device.map(|device| &device.model))),
+        ("message", json!(source.map(|source| &source.message))),
+        ("started_ns", json!(recording.and_then(|recording| recording.started_ns))),
+        ("rate_hz", json!(timing.and_then(|timing| timing.rate_hz))),
+        ("duration_s", json!(timing.map(|timing| timing.duration_s))),
+        ("samples", json!(timing.map(|timing| timing.samples))),
+        ("missing", json!(timing.and_then(|timing| timing.missing))),
+        ("complete", json!(result.map(|result| result.completion == Completion::Complete))),
+        ("channel", json!(channel.map(|channel| &channel.name))),
+        ("unit", json!(channel.map(|channel| &channel.unit))),
+        ("mean", json!(statistics.and_then(|statistics| statistics.mean))),
+        ("std", json!(statistics.and_then(|statistics| statistics.std))),
+        ("min", json!(statistics.and_then(|statistics| statistics.min))),
+        ("max", json!(statistics.and_then(|statistics| statistics.max))),
     ];
-    for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
+    for (term, columns) in PARAMETERS {
         let noise = channel.and_then(|channel| channel.noise.as_ref());
         let found = noise.and_then(|noise| noise.parameter(term));
-        cells.extend([
+        let values = [
             json!(found.map(|found| found.status)),
             json!(found.map(|found| found.value)),
             json!(found.map(|found| found.lower)),
             json!(found.map(|found| found.upper)),
-        ]);
+        ];
+        cells.extend(columns.into_iter().zip(values));
     }
     let judged = channel.map_or(&[][..], ChannelResult::verdicts);
     let verdicts = judged.iter().filter_map(|judged| {
-        let (figure, verdict) = (&judged.figure, code_of_verdict(judged.verdict?).code);
+        let (figure, verdict) = (&judged.figure, name_of(judged.verdict?));
         let claim = match figure.claim {
             Claim::Limit(_) => "limit",
             Claim::Typical { .. } => "typical",
         };
         Some(format!("{} {claim} {verdict}", term_name(figure.term)))
     });
-    cells.push(joined(verdicts));
+    cells.push(("verdicts", joined(verdicts)));
     let mut named = BTreeSet::new();
-    let kinds = result.warnings.iter().map(|warning| warning.kind.name());
-    cells.push(joined(kinds.filter(|kind| named.insert(*kind)).map(str::to_owned)));
-    cells.push(json!(source.error));
+    let kinds = result.iter().flat_map(|result| &result.warnings).map(|warning| warning.kind.name());
+    cells.push(("warnings", joined(kinds.filter(|kind| named.insert(*kind)).map(str::to_owned))));
+    cells.push(("error", json!(source.and_then(|source| source.error.as_ref()))));
     cells
 }
+
+/// The columns of status, value and interval of each parameter.
+const PARAMETERS: [(Term, [&str; 4]); 3] = [
+    (Term::White, ["white_status", "white", "white_lower", "white_upper"]),
+    (
+        Term::BiasInstability,
+        ["bias_instability_status", "bias_instability", "bias_instability_lower", "bias_instability_upper"],
+    ),
+    (
+        Term::RateRandomWalk,
+        ["rate_random_walk_status", "rate_random_walk", "rate_random_walk_lower", "rate_random_walk_upper"],
+    ),
+];
 
 /// One text; no value of none.
 fn joined(texts: impl Iterator<Item = String>) -> Value {

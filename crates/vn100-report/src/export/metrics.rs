@@ -6,7 +6,7 @@ use vn100_analysis::noise::Term;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelResult, Device, LinkStatus, SourceResult};
 
-use crate::{codes::code_of_missing, health::line_load, printable::printable, units::si_unit};
+use crate::{codes::name_of, health::line_load, printable::printable, units::si_unit};
 
 /// The format of metrics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -151,7 +151,8 @@ fn of_source(out: &mut Families, source: &MeasuredSource<'_>) {
     out.gauge("vn100_link_up", "Whether the sensor's output is received.", of_port, f64::from(u8::from(is_up)));
     out.count("vn100_samples", "Samples measured.", of_port, timing.samples);
     if let Some(missing) = timing.missing {
-        let from = [port, ("from", code_of_missing(timing.missing_from).code)];
+        let detected_by = name_of(timing.missing_from);
+        let from = [port, ("from", detected_by.as_str())];
         out.count("vn100_missing_samples", "Missing samples, and what detects them.", &from, missing);
     }
     for (kind, count) in [

@@ -10,7 +10,7 @@ use vn100_analysis::{
 
 use crate::warnings::{details, headline};
 use crate::{
-    codes::{code_of_verdict, name_of, term_name},
+    codes::{name_of, term_name},
     graphical::GRAPHICAL,
     names::sentence,
     units::si_unit,
@@ -21,25 +21,38 @@ use crate::{
 pub struct CsvTable {
     /// The ending of the name of its file.
     pub ending: &'static str,
-    /// Writes the table: a header, and a row for each channel and point. Remedies are put into the
-    /// given words.
-    pub text: fn(&SourceResult, RemedyWords) -> String,
+    header: &'static str,
+    rows: fn(&mut Table, &SourceResult, RemedyWords),
 }
 
 impl CsvTable {
     /// All tables.
     pub const ALL: [Self; 10] = [
-        Self { ending: ".metadata.csv", text: |record, _| metadata(record) },
-        Self { ending: ".allan.csv", text: |record, _| allan(record) },
-        Self { ending: ".statistics.csv", text: |record, _| statistics(record) },
-        Self { ending: ".parameters.csv", text: |record, _| parameters(record) },
-        Self { ending: ".fit.csv", text: |record, _| fit(record) },
-        Self { ending: ".verdicts.csv", text: |record, _| verdicts(record) },
-        Self { ending: ".warnings.csv", text: warnings },
-        Self { ending: ".spectrum.csv", text: |record, _| spectrum(record) },
-        Self { ending: ".segments.csv", text: |record, _| segments(record) },
-        Self { ending: ".histogram.csv", text: |record, _| histogram(record) },
+        Self { ending: ".metadata.csv", header: METADATA, rows: |table, record, _| metadata(table, record) },
+        Self { ending: ".allan.csv", header: ALLAN, rows: |table, record, _| allan(table, record) },
+        Self { ending: ".statistics.csv", header: STATISTICS, rows: |table, record, _| statistics(table, record) },
+        Self { ending: ".parameters.csv", header: PARAMETERS, rows: |table, record, _| parameters(table, record) },
+        Self { ending: ".fit.csv", header: FIT, rows: |table, record, _| fit(table, record) },
+        Self { ending: ".verdicts.csv", header: VERDICTS, rows: |table, record, _| verdicts(table, record) },
+        Self { ending: ".warnings.csv", header: WARNINGS, rows: warnings },
+        Self { ending: ".spectrum.csv", header: SPECTRUM, rows: |table, record, _| spectrum(table, record) },
+        Self { ending: ".segments.csv", header: SEGMENTS, rows: |table, record, _| segments(table, record) },
+        Self { ending: ".histogram.csv", header: HISTOGRAM, rows: |table, record, _| histogram(table, record) },
     ];
+
+    /// The table: a header, and a row for each channel and point. Remedies are put into the given
+    /// words.
+    #[must_use]
+    pub fn text(&self, record: &SourceResult, words: RemedyWords) -> String {
+        let mut table = Table(format!("{}\n", self.header));
+        (self.rows)(&mut table, record, words);
+        table.0
+    }
+}
+
+/// Whether that is the first line of one of the tables.
+pub(super) fn is_header(line: &str) -> bool {
+    CsvTable::ALL.iter().any(|table| table.header == line)
 }
 
 const ALLAN: &str = "channel,unit,m,tau_s,deviation,lower,upper,edf,terms,alpha,fitted";
@@ -55,18 +68,10 @@ const SPECTRUM: &str = "channel,unit,frequency_hz,psd_one_sided";
 const SEGMENTS: &str = "channel,unit,start_s,duration_s,count,mean,std,min,max";
 const HISTOGRAM: &str = "channel,unit,from,to,count";
 
-/// Of all tables.
-pub(super) const HEADERS: [&str; 10] =
-    [ALLAN, STATISTICS, PARAMETERS, FIT, VERDICTS, WARNINGS, METADATA, SPECTRUM, SEGMENTS, HISTOGRAM];
-
-pub(super) struct Table(pub(super) String);
+struct Table(String);
 
 impl Table {
-    pub(super) fn new(header: &str) -> Self {
-        Self(format!("{header}\n"))
-    }
-
-    pub(super) fn row(&mut self, cells: &[&str]) {
+    fn row(&mut self, cells: &[&str]) {
         let quoted = |cell: &&str| {
             if cell.contains([',', '"', '\n', '\r']) {
                 format!("\"{}\"", cell.replace('"', "\"\""))
@@ -88,7 +93,7 @@ impl Table {
 }
 
 /// The shortest decimal that reads back as the same number.
-pub(super) fn number(value: Option<f64>) -> String {
+fn number(value: Option<f64>) -> String {
     match value {
         Some(value) if value == 0.0 || (1e-4..1e15).contains(&value.abs()) => value.to_string(),
         Some(value) => format!("{value:e}"),
@@ -96,8 +101,7 @@ pub(super) fn number(value: Option<f64>) -> String {
     }
 }
 
-fn allan(record: &SourceResult) -> String {
-    let mut table = Table::new(ALLAN);
+fn allan(table: &mut Table, record: &SourceResult) {
     for channel in &record.channels {
         for &Point { m, tau_s, deviation, lower, upper, edf, terms, alpha, fitted } in &channel.allan.points {
             let (m, terms, alpha) = (Some(m as f64), Some(terms as f64), alpha.map(f64::from));
@@ -105,11 +109,9 @@ fn allan(record: &SourceResult) -> String {
             table.numbers(&channel.name, &channel.unit, &values);
         }
     }
-    table.0
 }
 
-fn statistics(record: &SourceResult) -> String {
-    let mut table = Table::new(STATISTICS);
+fn statistics(table: &mut Table, record: &SourceResult) {
     for channel in &record.channels {
         let Statistics { mean, std, min, max, skewness, excess_kurtosis, .. } = channel.statistics;
         let (count, resolution) = (Some(channel.statistics.count as f64), Some(channel.statistics.resolution));
@@ -120,16 +122,14 @@ fn statistics(record: &SourceResult) -> String {
         let values = [Some(norm.count as f64), norm.mean, norm.std, norm.min, norm.max, None, None, None];
         table.numbers(&norm.name, &norm.unit, &values);
     }
-    table.0
 }
 
 /// Each parameter in every unit in use, the SI unit first; then what the graphical slope method reads.
-fn parameters(record: &SourceResult) -> String {
-    let mut table = Table::new(PARAMETERS);
+fn parameters(table: &mut Table, record: &SourceResult) {
     for channel in &record.channels {
         let Some(noise) = &channel.noise else { continue };
         for term in Term::ALL {
-            in_units(&mut table, &channel.name, term_name(term), noise.parameter_in_units(term));
+            in_units(table, &channel.name, term_name(term), noise.parameter_in_units(term));
         }
         if let Some(TemperatureResult { parameter, unit, conventions, .. }) = &noise.temperature {
             let found = ParameterResult {
@@ -139,9 +139,9 @@ fn parameters(record: &SourceResult) -> String {
                 discrete: None,
                 budget: None,
             };
-            in_units(&mut table, &channel.name, "temperature_coefficient", Some(&found));
+            in_units(table, &channel.name, "temperature_coefficient", Some(&found));
         }
-        in_units(&mut table, &channel.name, "curve_minimum", noise.curve_minimum.as_ref());
+        in_units(table, &channel.name, "curve_minimum", noise.curve_minimum.as_ref());
         for (term, _) in GRAPHICAL {
             let read = noise.classical.of(term);
             let (name, status) =
@@ -154,7 +154,6 @@ fn parameters(record: &SourceResult) -> String {
             }
         }
     }
-    table.0
 }
 
 /// A row for each unit of a parameter; none without the parameter.
@@ -170,8 +169,7 @@ fn in_units(table: &mut Table, channel: &str, name: &str, found: Option<&Paramet
     }
 }
 
-fn fit(record: &SourceResult) -> String {
-    let mut table = Table::new(FIT);
+fn fit(table: &mut Table, record: &SourceResult) {
     for channel in &record.channels {
         let Some(quality) = channel.noise.as_ref().and_then(|noise| noise.fit) else { continue };
         let values = [quality.tau_min_s, quality.tau_max_s, quality.chi2, quality.dof as f64, quality.p];
@@ -179,11 +177,9 @@ fn fit(record: &SourceResult) -> String {
         let cells: Vec<&str> = [&channel.name].into_iter().chain(&values).map(String::as_str).collect();
         table.row(&cells);
     }
-    table.0
 }
 
-fn verdicts(record: &SourceResult) -> String {
-    let mut table = Table::new(VERDICTS);
+fn verdicts(table: &mut Table, record: &SourceResult) {
     let datasheet = record.datasheet.as_ref().map_or("", |sheet| &sheet.name);
     for channel in &record.channels {
         let Some(noise) = &channel.noise else { continue };
@@ -198,7 +194,7 @@ fn verdicts(record: &SourceResult) -> String {
             table.row(&[
                 &channel.name,
                 term_name(verdict.figure.term),
-                verdict.verdict.map_or("", |verdict| code_of_verdict(verdict).code),
+                &verdict.verdict.map_or_else(String::new, name_of),
                 datasheet,
                 &verdict.figure.printed,
                 claim,
@@ -212,16 +208,13 @@ fn verdicts(record: &SourceResult) -> String {
             ]);
         }
     }
-    table.0
 }
 
-fn warnings(record: &SourceResult, words: RemedyWords) -> String {
-    let mut table = Table::new(WARNINGS);
+fn warnings(table: &mut Table, record: &SourceResult, words: RemedyWords) {
     for warning in &record.warnings {
         let (channels, details) = (warning.channels.join(" "), details(warning, words));
         table.row(&[warning.kind.name(), warning.severity.name(), &channels, &headline(warning), &details]);
     }
-    table.0
 }
 
 /// The identity of a record, by name; empty if a part is not known.
@@ -251,25 +244,20 @@ fn identity(record: &SourceResult) -> Vec<(&'static str, String)> {
     cells
 }
 
-fn metadata(record: &SourceResult) -> String {
-    let mut table = Table::new(METADATA);
+fn metadata(table: &mut Table, record: &SourceResult) {
     identity(record).iter().for_each(|(name, value)| table.row(&[name, value]));
-    table.0
 }
 
-fn spectrum(record: &SourceResult) -> String {
-    let mut table = Table::new(SPECTRUM);
+fn spectrum(table: &mut Table, record: &SourceResult) {
     for channel in &record.channels {
         let unit = format!("({})^2/Hz", channel.unit);
         for (frequency_hz, density) in channel.spectrum.iter().flat_map(|spectrum| spectrum.points()) {
             table.numbers(&channel.name, &unit, &[Some(frequency_hz), Some(density)]);
         }
     }
-    table.0
 }
 
-fn segments(record: &SourceResult) -> String {
-    let mut table = Table::new(SEGMENTS);
+fn segments(table: &mut Table, record: &SourceResult) {
     for channel in &record.channels {
         for block in channel.blocks() {
             let BlockValues { start_s, duration_s, count, mean, std, min, max } = *block;
@@ -279,11 +267,9 @@ fn segments(record: &SourceResult) -> String {
             table.numbers(&channel.name, &channel.unit, &values);
         }
     }
-    table.0
 }
 
-fn histogram(record: &SourceResult) -> String {
-    let mut table = Table::new(HISTOGRAM);
+fn histogram(table: &mut Table, record: &SourceResult) {
     for channel in &record.channels {
         let Some(bars) = &channel.statistics.histogram else { continue };
         for (index, count) in bars.counts.iter().enumerate() {
@@ -291,7 +277,6 @@ fn histogram(record: &SourceResult) -> String {
             table.numbers(&channel.name, &channel.unit, &[edge(index), edge(index + 1), Some(*count as f64)]);
         }
     }
-    table.0
 }
 
 #[cfg(test)]
@@ -300,9 +285,9 @@ mod tests {
 
     #[test]
     fn cells_are_quoted_where_they_must_be_and_numbers_read_back() {
-        let mut table = Table::new("a,b");
+        let mut table = Table(String::new());
         table.row(&["x,\"y\"", "z"]);
-        assert_eq!(table.0, "a,b\n\"x,\"\"y\"\"\",z\n");
+        assert_eq!(table.0, "\"x,\"\"y\"\"\",z\n");
         for value in [0.0, 1.5, -9.887_886_4, 7.67e-6, 1e20] {
             assert_eq!(number(Some(value)).parse::<f64>().unwrap(), value);
         }

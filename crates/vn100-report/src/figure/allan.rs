@@ -9,7 +9,7 @@ use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelResult, FigureVerdict, Point};
 
 use super::{
-    Anchor, Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, Stroke,
+    Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, Stroke,
     axes::Scale,
     fitted_model::{FLAT, FittedModel},
     quiet, solid,
@@ -205,7 +205,6 @@ fn together(
         let marks = curve(&plot, index, &channel.allan.points);
         plot.draw(index, marks);
     }
-    draw_slopes(&mut plot, channels.len());
     for (index, (model, (name, _))) in models.iter().zip(&curves).enumerate() {
         if let Some(model) = model {
             model.draw_among(&mut plot, index, name);
@@ -219,25 +218,6 @@ fn together(
     }
     let series = curves.iter().map(|(name, channel)| series(name.clone(), &channel.allan.points)).collect();
     Some(Figure { units: units_of(channels[0], sheet.is_empty()), ..plot.done(series) })
-}
-
-/// A fan of the slopes of white noise, flicker and random walk in a corner that is free, over a
-/// decade or a quarter of the axis.
-fn draw_slopes(plot: &mut Plot, series: usize) {
-    let Scale { from, to, .. } = plot.place.x;
-    let Scale { from: low, to: high, .. } = plot.place.y;
-    let is_upper = plot.is_free([0.7, 0.98], [0.02, 0.36]) || !plot.is_free([0.02, 0.3], [0.64, 0.98]);
-    let (along, up) = if is_upper { (0.72, 0.82) } else { (0.04, 0.18) };
-    let (x, y) = (from * (to / from).powf(along), low * (high / low).powf(up));
-    let length = (to / from).powf(0.16).min(10.0);
-    let mut marks = Vec::new();
-    for (slope, text) in [(-0.5, "−½"), (0.0, "0"), (0.5, "+½")] {
-        let end = (x * length, y * length.powf(slope));
-        marks.push(plot.line([(x, y), end], quiet(0.9, Dash::Solid)));
-        let (left, top) = plot.place.of(end.0, end.1);
-        marks.push(Primitive::text((left + 4.0, top + 4.0), text, Anchor::Start));
-    }
-    plot.draw(series, marks);
 }
 
 /// The units to choose from where a curve is drawn in the first of them.

@@ -39,7 +39,7 @@ fn room((x, baseline): At, anchor: Anchor, width: f64) -> Rectangle {
 }
 
 /// The first place beside one of `beside` at which a text of that width lies within `area` and
-/// touches nothing of the data layers, or else the one at which it touches least; `None` where it
+/// touches nothing of the data layers, or else the one at which it touches least; `None` if it
 /// fits nowhere within the area. `width_of`: of the texts that are drawn.
 pub(super) fn free_place(
     drawing: &Drawing,
@@ -50,46 +50,22 @@ pub(super) fn free_place(
 ) -> Option<(At, Anchor)> {
     let data = drawing.layers.iter().filter(|layer| matches!(layer.kind, LayerKind::Data { .. }));
     let marks: Vec<&Primitive> = data.flat_map(|layer| &layer.marks).collect();
-    let is_inside = |room: &Rectangle| {
+    let is_inside = |(at, anchor): &(At, Anchor)| {
+        let room = room(*at, *anchor, width);
         room.left >= area.left
             && room.top >= area.top
             && room.left + room.width <= area.left + area.width
             && room.top + room.height <= area.top + area.height
     };
-    // a line between a label and its place makes it look like that of the line
-    let harm = |room: &Rectangle, place: At| -> (usize, usize) {
-        let touched = |mark: &&&Primitive| touches(mark, room, &width_of);
+    let harm = |(at, anchor): &(At, Anchor)| -> usize {
+        let room = room(*at, *anchor, width);
+        let touched = marks.iter().filter(|mark| touches(mark, &room, &width_of));
         // two texts in one place cannot be read
-        let texts = marks.iter().filter(|mark| matches!(mark, Primitive::Text { .. })).filter(touched).count();
-        let one = |mark: &&Primitive| match (touches(mark, room, &width_of), mark) {
-            (true, _) => 3,
-            (false, Primitive::Line { points, .. }) => usize::from(separates(points, place, room)),
-            _ => 0,
-        };
-        (texts, marks.iter().map(one).sum())
+        touched.map(|mark| if matches!(mark, Primitive::Text { .. }) { 1000 } else { 1 }).sum()
     };
-    let mut best: Option<((usize, usize), (At, Anchor))> = None;
-    let near = |offset| {
-        beside.iter().flat_map(move |place| candidates(*place, offset, width).map(|candidate| (*place, candidate)))
-    };
-    for (place, (at, anchor)) in OFFSETS.into_iter().flat_map(near) {
-        let room = room(at, anchor, width);
-        if !is_inside(&room) {
-            continue;
-        }
-        match harm(&room, place) {
-            (0, 0) => return Some((at, anchor)),
-            harm if best.is_none_or(|(least, _)| harm < least) => best = Some((harm, (at, anchor))),
-            _ => {}
-        }
-    }
-    best.map(|(_, place)| place)
-}
-
-/// Whether nothing of the data layers lies in that part of a drawing.
-pub(super) fn is_free(drawing: &Drawing, part: &Rectangle, width_of: impl Fn(&str) -> f64) -> bool {
-    let data = drawing.layers.iter().filter(|layer| matches!(layer.kind, LayerKind::Data { .. }));
-    !data.flat_map(|layer| &layer.marks).any(|mark| touches(mark, part, &width_of))
+    let near = |offset| beside.iter().flat_map(move |place| candidates(*place, offset, width));
+    let places = || OFFSETS.into_iter().flat_map(near).filter(is_inside);
+    places().find(|place| harm(place) == 0).or_else(|| places().min_by_key(harm))
 }
 
 fn touches(mark: &Primitive, part: &Rectangle, width_of: &impl Fn(&str) -> f64) -> bool {
@@ -103,16 +79,6 @@ fn touches(mark: &Primitive, part: &Rectangle, width_of: &impl Fn(&str) -> f64) 
         // what lies on a tinted area can be read
         Primitive::Area { .. } => false,
     }
-}
-
-/// Whether a line crosses the way from a little beside a place to the nearest of a rectangle.
-fn separates(points: &[At], (x, y): At, part: &Rectangle) -> bool {
-    let to = (x.clamp(part.left, part.left + part.width), y.clamp(part.top, part.top + part.height));
-    let from = (x + 0.3 * (to.0 - x), y + 0.3 * (to.1 - y));
-    let side = |a: At, b: At, c: At| (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0) > 0.0;
-    points.windows(2).any(|ends| {
-        side(from, to, ends[0]) != side(from, to, ends[1]) && side(ends[0], ends[1], from) != side(ends[0], ends[1], to)
-    })
 }
 
 /// Whether a part of the straight line lies in the rectangle (Liang and Barsky).
@@ -172,20 +138,12 @@ mod tests {
         let width = |text: &str| 7.0 * text.len() as f64;
         for _ in 0..3 {
             let (at, anchor) = free_place(&drawing, &AREA, &beside, width("a label"), width).unwrap();
-            assert!(is_free(&drawing, &room(at, anchor, width("a label")), width), "{at:?}");
+            let room = room(at, anchor, width("a label"));
+            assert!(!drawing.layers[0].marks.iter().any(|mark| touches(mark, &room, &width)), "{at:?}");
             drawing.layers[0].marks.push(Primitive::text(at, "a label", anchor));
         }
         assert_eq!(free_place(&drawing, &AREA, &beside, 400.0, width), None);
         assert_eq!(free_place(&drawing, &AREA, &[], 10.0, width), None);
-    }
-
-    #[test]
-    fn no_line_comes_between_a_label_and_its_place() {
-        // at the lower edge, with room beyond the other line alone; and below a text, with room farther off
-        let mut drawing = drawing_of(&[[(0.0, 196.0), (300.0, 196.0)], [(0.0, 192.0), (300.0, 192.0)]]);
-        drawing.layers[0].marks.push(Primitive::text((180.0, 105.0), "a text", Anchor::Start));
-        let place = free_place(&drawing, &AREA, &[(100.0, 196.0), (200.0, 100.0)], 50.0, |_| 60.0);
-        assert_eq!(place.map(|(at, _)| at), Some((216.0, 88.0)));
     }
 
     #[test]

@@ -9,8 +9,7 @@ use vn100_analysis::{History, HistoryColumn};
 
 /// The range and the mean of the recent samples of the channel `name`, in its `unit`, over the time
 /// until the last one. `None` without a sample in these minutes.
-#[must_use]
-pub fn last_minutes(name: &str, unit: &str, history: &History) -> Option<Figure> {
+pub(super) fn last_minutes(name: &str, unit: &str, history: &History) -> Option<Figure> {
     let History { columns, column_s } = history;
     let known = || columns.iter().flatten();
     known().next()?;

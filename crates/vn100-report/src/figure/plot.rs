@@ -4,8 +4,7 @@ use super::{
     Figure, PlotAxis, PlottedSeries,
     axes::{Place, frame, square_decades},
     drawing::{self, Anchor, Colour, Dash, Drawing, LETTERS, Layer, LayerKind, Marker, Primitive, Rectangle, Stroke},
-    labels::{self, free_place},
-    text_width::text_width,
+    labels::free_place,
 };
 
 const WIDTH: f64 = 480.0;
@@ -121,33 +120,6 @@ impl Plot {
         Primitive::Symbol { at: self.place.of(x, y), shape, colour }
     }
 
-    /// A short text above and right of a place, or left of it near the right edge.
-    pub(super) fn note(&self, x: f64, y: f64, text: impl Into<String>) -> Primitive {
-        let (at, anchor) = self.note_place(x, y);
-        Primitive::text(at, text, anchor)
-    }
-
-    fn note_place(&self, x: f64, y: f64) -> (drawing::At, Anchor) {
-        let (left, top) = self.place.of(x, y);
-        let near_edge = self.place.x.share(x) > 0.7;
-        let (off, anchor) = if near_edge { (-6.0, Anchor::End) } else { (6.0, Anchor::Start) };
-        ((left + off, top - 5.0), anchor)
-    }
-
-    /// What such a text covers, and some space beside it.
-    pub(super) fn note_room(&self, x: f64, y: f64, text: &str) -> Rectangle {
-        let ((left, bottom), anchor) = self.note_place(x, y);
-        let width = LETTERS * (0.6 * text.chars().count() as f64) + 4.0;
-        let left = if anchor == Anchor::End { left - width } else { left };
-        Rectangle { left, top: bottom - LETTERS, width, height: LETTERS + 2.0 }
-    }
-
-    /// What a symbol covers.
-    pub(super) fn symbol_room(&self, x: f64, y: f64) -> Rectangle {
-        let (left, top) = self.place.of(x, y);
-        Rectangle { left: left - 3.0, top: top - 3.0, width: 6.0, height: 6.0 }
-    }
-
     /// Places along a curve that lie in the plot, from its left end.
     pub(super) fn along(&self, curve: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
         const PLACES: usize = 48;
@@ -167,19 +139,6 @@ impl Plot {
         }
     }
 
-    /// Whether nothing is drawn in that part of the plot, from and to shares of its width and
-    /// height, from its upper left corner.
-    pub(super) fn is_free(&self, [from_x, to_x]: [f64; 2], [from_y, to_y]: [f64; 2]) -> bool {
-        let Rectangle { left, top, width, height } = self.place.area;
-        let part = Rectangle {
-            left: left + from_x * width,
-            top: top + from_y * height,
-            width: (to_x - from_x) * width,
-            height: (to_y - from_y) * height,
-        };
-        labels::is_free(&self.figure.drawing, &part, width_of)
-    }
-
     pub(super) fn done(self, series: Vec<PlottedSeries>) -> Figure {
         Figure { series, ..self.figure }
     }
@@ -192,9 +151,13 @@ fn left_of(y: &PlotAxis) -> f64 {
     widths.fold(0.0, f64::max) + LETTERS + 16.0
 }
 
+/// The width of a letter over its height: that of most letters of DejaVu Sans, the font that an SVG
+/// names first.
+const PER_LETTER: f64 = 0.64;
+
 /// Of a text in letters of the usual size.
 fn width_of(text: &str) -> f64 {
-    LETTERS * text_width(text)
+    LETTERS * PER_LETTER * text.chars().count() as f64
 }
 
 impl LegendSample {

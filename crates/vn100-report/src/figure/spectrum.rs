@@ -1,6 +1,6 @@
 //! The amplitude spectral density of the axes of one sensor, and its peaks.
 
-use super::{Colour, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, Rectangle, axes::Scale, solid};
+use super::{Colour, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, axes::Scale, solid};
 use crate::units::pretty_unit;
 use vn100_analysis::ChannelResult;
 
@@ -35,26 +35,22 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelResult]) -> Op
     let mut peaks: Vec<Peak> =
         curves.iter().enumerate().flat_map(|(series, (channel, points))| peaks_of(series, channel, points)).collect();
     peaks.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-    let symbols: Vec<Rectangle> = peaks.iter().map(|peak| plot.symbol_room(peak.frequency, peak.amplitude)).collect();
-    let mut labelled: Vec<(f64, Rectangle)> = Vec::new();
-    for peak in &mut peaks {
-        // at its highest, and not again on another axis nor over another number or symbol
-        let room = plot.note_room(peak.frequency, peak.amplitude, &peak.label());
-        if symbols.iter().any(|symbol| room.overlaps(symbol)) {
-            continue;
-        }
-        let is_free = |(hz, other): &(f64, Rectangle)| (hz / peak.hz).ln().abs() > SAME && !room.overlaps(other);
-        peak.is_labelled = labelled.len() < MOST_LABELS && labelled.iter().all(is_free);
-        labelled.extend(peak.is_labelled.then_some((peak.hz, room)));
-    }
     for (index, (_, points)) in curves.iter().enumerate() {
-        let mut marks = vec![plot.line(points.iter().copied(), solid(index, 1.1))];
-        for peak in peaks.iter().filter(|peak| peak.series == index) {
-            let (frequency, amplitude) = (peak.frequency, peak.amplitude);
-            marks.push(plot.symbol(frequency, amplitude, Marker::of_series(index), Colour::Series(index)));
-            marks.extend(peak.is_labelled.then(|| plot.note(frequency, amplitude, peak.label())));
-        }
+        let of_curve = peaks.iter().filter(|peak| peak.series == index);
+        let symbol =
+            |peak: &Peak| plot.symbol(peak.frequency, peak.amplitude, Marker::of_series(index), Colour::Series(index));
+        let marks =
+            [plot.line(points.iter().copied(), solid(index, 1.1))].into_iter().chain(of_curve.map(symbol)).collect();
         plot.draw(index, marks);
+    }
+    let mut labelled: Vec<f64> = Vec::new();
+    for peak in &peaks {
+        // at its highest, and not again on another axis
+        let is_new = labelled.iter().all(|hz| (hz / peak.hz).ln().abs() > SAME);
+        if labelled.len() < MOST_LABELS && is_new {
+            labelled.push(peak.hz);
+            plot.label(peak.series, &[(peak.frequency, peak.amplitude)], &format!("{:.1} Hz", peak.hz));
+        }
     }
     let series = curves.iter().map(|(channel, points)| PlottedSeries::of(&channel.name, points));
     Some(plot.done(series.collect()))
@@ -66,13 +62,6 @@ struct Peak {
     /// Of the nearby point of the curve that is highest.
     frequency: f64,
     amplitude: f64,
-    is_labelled: bool,
-}
-
-impl Peak {
-    fn label(&self) -> String {
-        format!("{:.1} Hz", self.hz)
-    }
 }
 
 fn peaks_of(series: usize, channel: &ChannelResult, points: &[(f64, f64)]) -> Vec<Peak> {
@@ -80,7 +69,7 @@ fn peaks_of(series: usize, channel: &ChannelResult, points: &[(f64, f64)]) -> Ve
     let peak = |(hz, _): (f64, f64)| {
         let near = points.iter().copied().filter(|(frequency, _)| (frequency / hz).ln().abs() < SAME);
         let (frequency, amplitude) = near.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some(Peak { series, hz, frequency, amplitude, is_labelled: false })
+        Some(Peak { series, hz, frequency, amplitude })
     };
     lines.into_iter().filter_map(peak).collect()
 }

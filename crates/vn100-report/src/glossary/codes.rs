@@ -56,6 +56,7 @@ fn words(code: &Code) -> (&'static str, &'static str, &'static str, &'static [Re
         ("decided_by", "window") => (DECIDES, "", &[Remedy::GiveWindow]),
         ("decided_by", "longer-record") => (DECIDES, "", &[Remedy::Plan]),
         ("decided_by", "unaliased") => (DECIDES, "Set the averaging window of a VN-100 to 800/rate.", &[]),
+        ("decided_by", "nothing") => (DECIDES, "Take the parameter as one that lies at the limit.", &[]),
         ("decided_by", _) => (DECIDES, "Set the key density of the sheet.", &[]),
         ("grade", _) => (
             "A rough class for choosing sensors: the worse of the classes by B and by N.",

@@ -2,8 +2,10 @@
 
 use vn100_analysis::{Remedy, axes_name, letter};
 
-use super::Explanation;
+use super::{Explanation, entry};
 use crate::{Consumer, DATASHEETS, parse_datasheet};
+
+const PROGRAMS: &str = "Programs that take N and K";
 
 pub(super) fn explanations() -> Vec<Explanation> {
     let programs = Consumer::ALL.iter().map(of_program);
@@ -12,58 +14,58 @@ pub(super) fn explanations() -> Vec<Explanation> {
 }
 
 fn discrete() -> Explanation {
-    Explanation {
-        group: "Programs that take N and K",
-        code: "discrete",
-        aliases: vec!["continuous", "discrete noise", "sigma of a sample"],
-        title: "N and K in continuous time, and by sample".into(),
-        meaning: "N and K are continuous densities, which do not depend on the rate. At a rate f the white noise of one sample has the standard \
-                  deviation N sqrt(f), and the bias walks by K/sqrt(f) from sample to sample. The variance of the angle or velocity is N^2 t, \
-                  and that of the bias K^2 t, in either form."
-            .into(),
-        why: "A number in the form that a program does not expect is wrong by sqrt(f), often ten times or more. What a program calls its noise \
-              depends on its recursion: VINS takes N sqrt(2 f) and K sqrt(f), FAST-LIO N^2 f and K^2 f. The gyr_w and acc_w of imu_utils are \
-              the bias instability, and no walk.",
-        advice: "Take the file that is written for the program. Explain its name for the formula and the lines of its code.",
-        remedies: &[],
-        source: "",
-    }
+    entry(
+        PROGRAMS,
+        ("discrete", &["continuous", "discrete noise", "sigma of a sample"]),
+        "N and K in continuous time, and by sample",
+        [
+            "N and K are continuous densities, which do not depend on the rate. At a rate f the white noise of one sample has the standard \
+             deviation N sqrt(f), and the bias walks by K/sqrt(f) from sample to sample. The variance of the angle or velocity is N^2 t, \
+             and that of the bias K^2 t, in either form.",
+            "A number in the form that a program does not expect is wrong by sqrt(f), often ten times or more. What a program calls its noise \
+             depends on its recursion: VINS takes N sqrt(2 f) and K sqrt(f), FAST-LIO N^2 f and K^2 f. The gyr_w and acc_w of imu_utils are \
+             the bias instability, and no walk.",
+            "Take the file that is written for the program. Explain its name for the formula and the lines of its code.",
+        ],
+        &[],
+        "",
+    )
 }
 
 fn drift() -> Explanation {
-    Explanation {
-        group: "Programs that take N and K",
-        code: "drift",
-        aliases: vec!["coasting", "dead reckoning"],
-        title: "drift while coasting".into(),
-        meaning: "How far angle, velocity and position run away while the sensor coasts, after a rest over which its mean was taken for its bias. \
-                  If the rest is as long as the coast T, the variance of the angle or velocity is 2 T^2 times the Allan variance at T, with no \
-                  model. A tilt error times gravity is part of velocity and position: most of it as a rule."
-            .into(),
-        why: "It is what the noise costs. One drift lies within the given limit with the level of the intervals (95 %), the uncertainty of the \
-              standard deviation included; the interval of the standard deviation stands apart.",
-        advice: "It holds at rest, at constant temperature, for a level start, without an error of the scale factor. A compensated message shows \
-                 the tracker of the filter, not the sensor: record an uncompensated one. A coast of ten minutes needs a record of an hour or more.",
-        remedies: &[Remedy::Plan],
-        source: "IEEE Std 952-1997, annex C; NIST SP 1065; Farrell et al., IEEE Control Systems Magazine 42(6), 2022",
-    }
+    entry(
+        PROGRAMS,
+        ("drift", &["coasting", "dead reckoning"]),
+        "drift while coasting",
+        [
+            "How far angle, velocity and position run away while the sensor coasts, after a rest over which its mean was taken for its bias. \
+             If the rest is as long as the coast T, the variance of the angle or velocity is 2 T^2 times the Allan variance at T, with no \
+             model. A tilt error times gravity is part of velocity and position: most of it as a rule.",
+            "It is what the noise costs. One drift lies within the given limit with the level of the intervals (95 %), the uncertainty of the \
+             standard deviation included; the interval of the standard deviation stands apart.",
+            "It holds at rest, at constant temperature, for a level start, without an error of the scale factor. A compensated message shows \
+             the tracker of the filter, not the sensor: record an uncompensated one. A coast of ten minutes needs a record of an hour or more.",
+        ],
+        &[Remedy::Plan],
+        "IEEE Std 952-1997, annex C; NIST SP 1065; Farrell et al., IEEE Control Systems Magazine 42(6), 2022",
+    )
 }
 
 fn inflation() -> Explanation {
-    Explanation {
-        group: "Programs that take N and K",
-        code: "inflation",
-        aliases: vec!["inflate", "lower bound of inflation"],
-        title: "lower bound of what a filter is given".into(),
-        meaning: "The smallest N and K together whose density N^2 + K^2/(2 pi f)^2 lies above the measured one, with the upper end of its interval, \
-                  at all frequencies from that of a minute of use on; over the estimates, the least factors of inflation."
-            .into(),
-        why: "White noise and a walk alone lie below the density where flicker, correlated noise or vibration add to it, and a filter is then too sure.",
-        advice: "Do not go below it. A record at rest knows nothing of scale factor, vibration in motion, timing and linearisation, for which people \
-                 multiply by ten.",
-        remedies: &[],
-        source: "IEEE Std 952-1997, annex C, for the densities of the terms; NIST SP 1065 for the intervals",
-    }
+    entry(
+        PROGRAMS,
+        ("inflation", &["inflate", "lower bound of inflation"]),
+        "lower bound of what a filter is given",
+        [
+            "The smallest N and K together whose density N^2 + K^2/(2 pi f)^2 lies above the measured one, with the upper end of its interval, \
+             at all frequencies from that of a minute of use on; over the estimates, the least factors of inflation.",
+            "White noise and a walk alone lie below the density where flicker, correlated noise or vibration add to it, and a filter is then too sure.",
+            "Do not go below it. A record at rest knows nothing of scale factor, vibration in motion, timing and linearisation, for which people \
+             multiply by ten.",
+        ],
+        &[],
+        "IEEE Std 952-1997, annex C, for the densities of the terms; NIST SP 1065 for the intervals",
+    )
 }
 
 fn of_program(consumer: &'static Consumer) -> Explanation {
@@ -76,15 +78,14 @@ fn of_program(consumer: &'static Consumer) -> Explanation {
         None => "it has no place for K".into(),
     };
     Explanation {
-        group: "Programs that take N and K",
+        group: PROGRAMS,
         code: consumer.name,
-        aliases: Vec::new(),
         title: consumer.title.into(),
         meaning: format!("{white}, {walk}. Note: {}.", consumer.remark),
         why: "With these numbers its own recursion gives the variances N^2 t and K^2 t.",
         advice: "A record at rest knows nothing of scale factor, vibration rectification, timing and linearisation: its values are lower bounds.",
-        remedies: &[],
         source: consumer.code,
+        ..Explanation::default()
     }
 }
 
@@ -98,12 +99,10 @@ fn of_sheet(name: &'static str, text: &str) -> Option<Explanation> {
     Some(Explanation {
         group: "Data sheets",
         code: name,
-        aliases: Vec::new(),
         title: sheet.name + &note,
         meaning: figures.collect::<Vec<_>>().join(" "),
         why: "A data sheet prints no random walk, and often not which frequencies its densities count.",
-        advice: "",
         remedies: &[Remedy::GiveDatasheet],
-        source: "",
+        ..Explanation::default()
     })
 }

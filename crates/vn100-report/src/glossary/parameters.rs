@@ -3,7 +3,7 @@
 use vn100_analysis::Remedy;
 use vn100_analysis::noise::{Sensor, Term};
 
-use super::Explanation;
+use super::{Explanation, entry};
 use crate::names::{ParameterNames, parameter_names};
 
 const PARAMETERS: &str = "Parameters";
@@ -81,28 +81,9 @@ fn of_term(term: Term, names: [ParameterNames; 3]) -> Explanation {
     }
 }
 
-fn term(
-    (code, aliases): (&'static str, &[&'static str]),
-    title: &str,
-    [meaning, why, advice]: [&'static str; 3],
-    remedies: &'static [Remedy],
-    source: &'static str,
-) -> Explanation {
-    Explanation {
-        group: TERMS,
-        code,
-        aliases: aliases.to_vec(),
-        title: title.into(),
-        meaning: meaning.into(),
-        why,
-        advice,
-        remedies,
-        source,
-    }
-}
-
 fn edf() -> Explanation {
-    term(
+    entry(
+        TERMS,
         ("edf", &["degrees of freedom"]),
         "equivalent degrees of freedom",
         [
@@ -118,7 +99,8 @@ fn edf() -> Explanation {
 }
 
 fn interval() -> Explanation {
-    term(
+    entry(
+        TERMS,
         ("confidence interval", &["pointwise", "interval"]),
         "confidence interval",
         [
@@ -133,7 +115,8 @@ fn interval() -> Explanation {
 }
 
 fn tau() -> Explanation {
-    term(
+    entry(
+        TERMS,
         ("tau", &["averaging time", "m", "averaging factor"]),
         "averaging time tau = m / rate",
         [
@@ -147,7 +130,8 @@ fn tau() -> Explanation {
 }
 
 fn aliasing() -> Explanation {
-    term(
+    entry(
+        TERMS,
         ("aliasing", &["decimation", "averaging window", "register 85", "sensor's own N"]),
         "aliasing of the sensor's own sampling",
         [
@@ -163,7 +147,8 @@ fn aliasing() -> Explanation {
 }
 
 fn allan() -> Explanation {
-    term(
+    entry(
+        TERMS,
         ("Allan deviation", &["ADEV", "OADEV", "allan", "hadamard"]),
         "Allan deviation",
         [
@@ -178,7 +163,8 @@ fn allan() -> Explanation {
 }
 
 fn minimum() -> Explanation {
-    term(
+    entry(
+        TERMS,
         ("minimum of the curve", &["minimum", "lowest deviation", "in-run bias stability"]),
         "minimum of the Allan deviation, or in-run bias stability",
         [

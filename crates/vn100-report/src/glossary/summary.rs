@@ -3,7 +3,7 @@
 use vn100_analysis::Remedy;
 use vn100_analysis::protocol::{AsyncType, MESSAGES, PACKET_MESSAGES};
 
-use super::Explanation;
+use super::{Explanation, entry};
 use crate::summary::status::StatusWord;
 
 pub(super) fn explanations() -> Vec<Explanation> {
@@ -64,17 +64,7 @@ fn of_word(status: StatusWord) -> Explanation {
             &[],
         ),
     };
-    Explanation {
-        group: "Words of the summary",
-        code: status.word(),
-        aliases: also.to_vec(),
-        title: status.word().into(),
-        meaning: meaning.into(),
-        why,
-        advice,
-        remedies,
-        source: "",
-    }
+    entry("Words of the summary", (status.word(), also), status.word(), [meaning, why, advice], remedies, "")
 }
 
 fn of_message(name: &'static str, form: &str, about: &str, compensated: Option<bool>) -> Explanation {
@@ -82,7 +72,6 @@ fn of_message(name: &'static str, form: &str, about: &str, compensated: Option<b
     Explanation {
         group: "Messages",
         code: name,
-        aliases: Vec::new(),
         title: format!("a {form} of the VN-100"),
         meaning: format!("It carries {about}."),
         why: match (compensated, is_packet) {
@@ -97,12 +86,12 @@ fn of_message(name: &'static str, form: &str, about: &str, compensated: Option<b
                 "Uncompensated, up to 800 Hz, and with the time of the sensor, which shows rate and dropped samples exactly."
             }
         },
-        advice: "",
         remedies: &[Remedy::Plan],
         source: if is_packet {
             "VectorNav VN-100 User Manual, register 75"
         } else {
             "VectorNav VN-100 User Manual, register 6"
         },
+        ..Explanation::default()
     }
 }

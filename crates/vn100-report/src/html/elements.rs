@@ -1,12 +1,7 @@
-//! What all pages are made of: their style sheet and script, tables, and text that is safe to show.
+//! What all pages are made of: tables, and text that is safe to show.
 
 use crate::steers_terminal;
 use maud::{Markup, Render, html};
-
-/// The style sheet of all pages.
-pub(crate) const STYLE: &str = include_str!("../../assets/style.css");
-/// Makes figures and tables alive, on every page.
-pub(crate) const FIGURES_SCRIPT: &str = include_str!("../../assets/figures.js");
 
 /// The text of a page, with a replacement mark for each character of a name or note that steers a
 /// terminal, is an error in HTML, or makes one name look like another.

@@ -104,9 +104,7 @@ fn capture(record: &SourceResult, program: Program<'_>) -> Vec<Row> {
             fact("Topic", bag.topic.clone()),
             fact("Messages", format!("{} of {}, {} used", grouped(bag.messages), bag.type_name, grouped(bag.used))),
             fact("Time stamps", bag.stamps.to_string()),
-            fact("Out of order", format!("{} reordered, {} too late for that", bag.reordered, bag.late)),
         ]);
-        rows.extend(bag.unread.iter().map(|unread| fact("Not read", unread.to_string())));
     }
     rows
 }

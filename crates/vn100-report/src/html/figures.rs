@@ -1,13 +1,13 @@
 //! The figures, each with what it shows in words, and their numbers.
 
 use crate::{
-    figure::{Figure, Figures, PlotAxis, PlottedSeries, Rectangle, Scale},
+    figure::{Figure, Figures, PlotAxis, PlottedSeries, PlottedValue, Rectangle, Scale},
     names::{QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, trimmed},
     units::pretty_unit,
 };
 use maud::{Markup, PreEscaped, html};
-use serde::Serialize;
+use serde_json::json;
 use vn100_analysis::noise::Deviation;
 use vn100_analysis::{ChannelResult, Point, SourceResult};
 
@@ -71,6 +71,7 @@ fn one(figure: &Figure, captions: &Captions) -> Markup {
         figure id={ "figure-" (figure.id) } {
             (PreEscaped(figure.svg_element()))
             (captions.figure(&figure.title))
+            script type="application/json" { (PreEscaped(readout(figure))) }
         }
     }
 }
@@ -117,72 +118,30 @@ fn value(point: &Point) -> String {
     }
 }
 
-/// What can be read off a figure, for the script of the page: numbers to six digits.
-#[derive(Serialize)]
-struct FigureReadout<'a> {
-    id: &'a str,
-    /// Of the plot: left, top, width, height.
-    area: [f64; 4],
-    x: Side<'a>,
-    y: Side<'a>,
-    #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    units: &'a [(String, f64)],
-    series: Vec<CurveReadout<'a>>,
-}
-
-#[derive(Serialize)]
-struct Side<'a> {
-    name: &'a str,
-    unit: &'a str,
-    log: bool,
-    from: f64,
-    to: f64,
-}
-
-#[derive(Serialize)]
-struct CurveReadout<'a> {
-    name: &'a str,
-    x: Vec<f64>,
-    y: Vec<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    reach: Option<Vec<Option<[f64; 2]>>>,
-}
-
-/// A JSON array that is safe in a script element.
-pub(crate) fn readings<'a>(figures: impl Iterator<Item = &'a Figure>) -> serde_json::Result<String> {
-    let readings: Vec<FigureReadout<'_>> = figures.map(reading).collect();
-    Ok(serde_json::to_string(&readings)?.replace('<', "\\u003c"))
-}
-
-fn reading(figure: &Figure) -> FigureReadout<'_> {
+/// What can be read off a figure, for the script of the page: JSON that is safe in a script element.
+fn readout(figure: &Figure) -> String {
     let Rectangle { left, top, width, height } = figure.area;
-    FigureReadout {
-        id: &figure.id,
-        area: [left, top, width, height].map(six_digits),
-        x: side(&figure.x),
-        y: side(&figure.y),
-        units: &figure.units,
-        series: figure.series.iter().map(curve).collect(),
-    }
-}
-
-fn curve(series: &PlottedSeries) -> CurveReadout<'_> {
-    let values = &series.values;
-    let reach = || values.iter().map(|value| value.reach.map(|(low, high)| [low, high].map(six_digits))).collect();
-    CurveReadout {
-        name: &series.name,
-        x: values.iter().map(|value| six_digits(value.x)).collect(),
-        y: values.iter().map(|value| six_digits(value.y)).collect(),
-        reach: values.iter().any(|value| value.reach.is_some()).then(reach),
-    }
-}
-
-fn side(axis: &PlotAxis) -> Side<'_> {
-    let Scale { from, to, log } = axis.scale;
-    Side { name: &axis.name, unit: &axis.unit, log, from: six_digits(from), to: six_digits(to) }
+    let area = [left, top, width, height].map(five_digits);
+    let side = |PlotAxis { name, unit, scale: Scale { from, to, log } }: &PlotAxis| json!({ "name": name, "unit": unit, "log": log, "from": five_digits(*from), "to": five_digits(*to) });
+    let curve = |PlottedSeries { name, values }: &PlottedSeries| {
+        let all = |of: fn(&PlottedValue) -> f64| values.iter().map(|value| five_digits(of(value))).collect::<Vec<_>>();
+        let reach = |value: &PlottedValue| value.reach.map(|(low, high)| [low, high].map(five_digits));
+        let reaches: Vec<_> = values.iter().map(reach).collect();
+        let has_reach = reaches.iter().any(Option::is_some);
+        json!({ "name": name, "x": all(|value| value.x), "y": all(|value| value.y), "reach": has_reach.then_some(reaches) })
+    };
+    let readout = json!({
+        "id": figure.id,
+        "area": area,
+        "x": side(&figure.x),
+        "y": side(&figure.y),
+        "units": (!figure.units.is_empty()).then_some(&figure.units),
+        "series": figure.series.iter().map(curve).collect::<Vec<_>>(),
+    });
+    readout.to_string().replace('<', "\\u003c")
 }
 
 /// Rounded in decimals, so that the shortest form of the number is short.
-fn six_digits(value: f64) -> f64 {
-    format!("{value:.5e}").parse().unwrap_or(f64::NAN)
+fn five_digits(value: f64) -> f64 {
+    format!("{value:.4e}").parse().unwrap_or(f64::NAN)
 }

@@ -1,25 +1,18 @@
-//! The beginning of a page: which sensor and record, the verdict on each sensor, and the noise
-//! parameters in one table each.
+//! The beginning of a page: which sensor and record, how far it can be trusted, and the noise
+//! parameters in one table for each sensor.
 
 use crate::{
-    names::names_of,
     numbers::{NOTHING, duration, grouped, with_powers},
-    summary::{AXES, AspectStatus, ParameterRow, SensorTable, StatisticsRow, Summary, VerdictWord, rate_text},
+    summary::{AXES, AspectStatus, ParameterRow, SensorTable, Summary, VerdictWord, rate_text},
     units::pretty_unit,
 };
 use maud::{Markup, html};
-use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{Device, Severity, SourceResult};
 
 use crate::html::caption::Captions;
 
 /// Digits of a checksum that name a file beyond doubt for people.
 const SHORT_SHA256: usize = 12;
-
-/// What was measured, with what, when and by whom; what is not known is not there.
-pub(crate) fn identity(record: &SourceResult) -> Markup {
-    rows(identity_rows(record))
-}
 
 /// Names and values side by side; what is not known is not there.
 pub(crate) fn rows<'a>(rows: impl IntoIterator<Item = (&'a str, Option<String>)>) -> Markup {
@@ -28,15 +21,16 @@ pub(crate) fn rows<'a>(rows: impl IntoIterator<Item = (&'a str, Option<String>)>
     }
 }
 
-pub(crate) fn identity_rows(record: &SourceResult) -> [(&'static str, Option<String>); 12] {
+/// What was measured, with what, when and by whom.
+pub(crate) fn identity(record: &SourceResult) -> Markup {
     let (source, timing) = (&record.source, &record.timing);
     let device = |part: fn(&Device) -> &Option<String>| source.device.as_ref().and_then(|device| part(device).clone());
     let meta = |name: &str| source.meta.as_ref().and_then(|meta| meta.get(name)).cloned();
-    [
+    rows([
         ("Sensor", device(|device| &device.model)),
         ("Serial number", device(|device| &device.serial_number)),
         ("Firmware", device(|device| &device.firmware)),
-        ("Capture", Some(source.name.clone())),
+        ("Source", Some(source.name.clone())),
         ("Stream", source.stream.clone()),
         ("Message", source.message.clone()),
         ("Sample rate", Some(rate_text(timing))),
@@ -48,18 +42,15 @@ pub(crate) fn identity_rows(record: &SourceResult) -> [(&'static str, Option<Str
             "SHA-256",
             source.file.as_ref().map(|file| format!("{}…", &file.sha256[..SHORT_SHA256.min(file.sha256.len())])),
         ),
-    ]
+    ])
 }
 
-/// How far the record can be trusted, and a tile for each sensor.
-pub(crate) fn verdicts(summary: &Summary) -> Markup {
+/// How far the record can be trusted.
+pub(crate) fn statuses(summary: &Summary) -> Markup {
     html! {
-        section.verdicts-at-a-glance {
-            ul.statuses { @for status in &summary.statuses { (status_line(status)) } }
-            @if summary.sensors.is_empty() && !summary.statistics.is_empty() {
-                p.problem { b { "No noise figures are given." } " The reason is given above." }
-            }
-            div.tiles { @for table in &summary.sensors { (tile(table, &summary.statistics)) } }
+        ul.statuses { @for status in &summary.statuses { (status_line(status)) } }
+        @if summary.sensors.is_empty() && !summary.statistics.is_empty() {
+            p.problem { b { "No noise figures are given." } " The reason is given above." }
         }
     }
 }
@@ -84,48 +75,12 @@ pub(crate) const fn severity_class(severity: Option<Severity>) -> &'static str {
     }
 }
 
-fn tile(table: &SensorTable, statistics: &[StatisticsRow]) -> Markup {
-    // the field around it hides all but its white noise; its mean says where it was
-    let magnetometer = names_of(Quantity::MagneticField);
-    let field = statistics.iter().find(|row| table.title == magnetometer.title && row.label == magnetometer.short);
-    html! {
-        div.tile {
-            h2 { (table.title) }
-            @for row in table.rows.iter().filter(|row| !row.is_detail || row.figure.is_some() && !row.label.is_empty()) {
-                div.parameter {
-                    span.label { (row.label) }
-                    span.value { (with_whole_units(&across(row))) }
-                    @if let Some((figure, verdict)) = &row.figure {
-                        span.figure { (figure) }
-                        b class={ "badge " (verdict_class(verdict)) } { (verdict.word) }
-                    }
-                }
-            }
-            @if let Some(row) = field {
-                div.parameter { span.label { "Bias Instability B, Random Walk K" } span.value { "n/a (ambient field dominates)" } }
-                div.parameter {
-                    span.label { "Mean field" }
-                    span.value { (row.means.join(" · ").replace('-', "−")) " " (row.unit) }
-                    span.figure { (row.remark) }
-                }
-            }
-        }
-    }
-}
-
 fn verdict_class(verdict: &VerdictWord) -> &'static str {
     match verdict.word.split(' ').next() {
         _ if verdict.is_failed => "problem",
         Some("pass") => "fine",
         _ => "note",
     }
-}
-
-/// The values of all axes in one line.
-fn across(row: &ParameterRow) -> String {
-    let cells: Vec<String> = row.cells.iter().map(|cell| as_written(cell)).collect();
-    let unit = if cells.len() == 1 { "" } else { row.unit };
-    format!("{} {}", cells.join(" · "), pretty_unit(unit)).trim_end().to_owned()
 }
 
 /// A cell of the summary as the page writes numbers: `≤ 7.2e-3` as `≤ 7.2·10⁻³`.

@@ -106,7 +106,7 @@ fn fitted(parameter: Option<Parameter>, factor: f64) -> String {
         (Some(value), Some(lower), Some(upper)) => with_interval(value * factor, lower * factor, upper * factor),
         (Some(value), ..) => four_digits(value * factor),
         (None, _, Some(upper)) => format!("≤ {}", four_digits(upper * factor)),
-        (None, ..) => in_words(status).into(),
+        (None, ..) => in_words(status),
     }
 }
 

@@ -3,7 +3,6 @@
 
 use crate::html::glance;
 use crate::{
-    graphical::GRAPHICAL,
     names::{
         QUANTITIES, TERMS, budget_rows, decided_by, in_words, motion_text, names_of, parameter_names, verdict_name,
     },
@@ -12,12 +11,10 @@ use crate::{
         plain::{digits_trimmed, short},
         trimmed, with_interval,
     },
-    units::{laboratory_unit, parameter_unit, pretty_unit},
+    units::{parameter_unit, pretty_unit},
 };
 use maud::{Markup, html};
-use vn100_analysis::noise::{
-    Convention, Deviation, Parameter, Sensor, Sides, Term, conventions, temperature_conventions,
-};
+use vn100_analysis::noise::{Convention, Parameter, Sensor, Sides, Term, conventions, temperature_conventions};
 use vn100_analysis::{
     ChannelResult, DatasheetFigure, DecidedBy, DetectableRrw, FigureVerdict, LongTauValidity, NoiseResult, Remedy,
     RemedyWords, SENSORS, SourceResult, TemperatureResult, letter,
@@ -39,8 +36,8 @@ pub(crate) fn parameters(record: &SourceResult, captions: &Captions) -> Markup {
             @let channels = record.of(quantity);
             @let axes: Vec<AxisNoise<'_>> = channels.into_iter().filter_map(|channel| Some((channel, channel.noise.as_ref()?))).collect();
             @if let Some((_, first)) = axes.first() {
-                @let caption = captions.table(&format!("{}: noise parameters in all units, fit quality and graphical readings", names_of(quantity).title));
-                (sensor_table(&axes, sensor, record.deviation(), &caption))
+                @let caption = captions.table(&format!("{}: noise parameters in all units, and fit quality", names_of(quantity).title));
+                (sensor_table(&axes, sensor, &caption))
                 (budget(first, record.timing.rate_hz))
                 @if let Some(reason) = long_taus_reason(first.long_taus) { p { (reason) } }
             }
@@ -48,7 +45,7 @@ pub(crate) fn parameters(record: &SourceResult, captions: &Captions) -> Markup {
     }
 }
 
-fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation, caption: &Markup) -> Markup {
+fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, caption: &Markup) -> Markup {
     let given = |term: Term| axes.iter().any(|(_, noise)| noise.parameter(term).is_some());
     html! {
         div.scroll {
@@ -88,17 +85,11 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation, ca
                     (row(axes, "fitted τ range", "s", |noise| noise.fit.map(|fit| format!("{} to {}", trimmed(fit.tau_min_s, 3), trimmed(fit.tau_max_s, 1)))))
                     (row(axes, "χ² / degrees of freedom", "", |noise| noise.fit.map(|fit| format!("{:.1} / {}", fit.chi2, fit.dof))))
                     (row(axes, "goodness of fit, p", "", |noise| noise.fit.map(|fit| format!("{:.2}", fit.p))))
-                    @for (a, b, name) in [(Term::White, Term::BiasInstability, "N² and B²"), (Term::White, Term::RateRandomWalk, "N² and K²"), (Term::BiasInstability, Term::RateRandomWalk, "B² and K²")] {
-                        @if axes.iter().any(|(_, noise)| shown(noise, a, b)) {
-                            (row(axes, &format!("correlation of {name}"), "", |noise| noise.correlation(a, b).filter(|_| shown(noise, a, b)).map(|value| format!("{value:.2}").replace('-', "−"))))
-                        }
-                    }
                     @if axes.iter().any(|(_, noise)| noise.rate_random_walk_seen_later.is_some()) {
                         @let name = format!("K detectable with {} more", duration(DetectableRrw::MORE_S));
                         (row(axes, &name, &pretty_unit(conventions(sensor, Term::RateRandomWalk)[0].unit), |noise| noise.rate_random_walk_seen_later.map(|later| format!("≥ {}", digits(later.at_least, 2)))))
                     }
                 }
-                @if sensor != Sensor::Magnetometer && deviation == Deviation::Allan { (read_by_rule(axes, sensor)) }
             }
         }
     }
@@ -185,34 +176,10 @@ fn budget(noise: &NoiseResult, nominal_hz: Option<f64>) -> Markup {
     }
 }
 
-/// For comparison with older reports.
-fn read_by_rule(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
-    let read =
-        |noise: &NoiseResult, term, factor| noise.classical.of(term).ok().map(|line| four_digits(line.value * factor));
-    html! {
-        tbody {
-            tr { th colspan=(axes.len() + 2) scope="rowgroup" { span { "Graphical slope method (IEEE 952), for comparison with other reports" } } }
-            @for (term, rule) in GRAPHICAL {
-                @let si = &conventions(sensor, term)[0];
-                @let name = format!("{}: {rule}", letter(term));
-                (row(axes, &name, &pretty_unit(si.unit), |noise| read(noise, term, 1.0)))
-                @if let Some((unit, factor)) = laboratory_unit(sensor, term) {
-                    (row(axes, "", &pretty_unit(unit), |noise| read(noise, term, factor)))
-                }
-            }
-        }
-    }
-}
-
-fn shown(noise: &NoiseResult, a: Term, b: Term) -> bool {
-    let value = |term| noise.parameter(term).is_some_and(|found| found.value.is_some());
-    value(a) && value(b) && noise.correlation(a, b).is_some()
-}
-
 fn row(axes: &[AxisNoise<'_>], name: &str, unit: &str, cell: impl Fn(&NoiseResult) -> Option<String>) -> Markup {
     html! {
         tr {
-            @if name.is_empty() { td {} } @else { th scope="row" { (name) } }
+            th scope="row" { (name) }
             td.unit { (unit) }
             @for (_, noise) in axes { td { (cell(noise).unwrap_or_else(|| NOTHING.into())) } }
         }
@@ -227,7 +194,7 @@ fn cell(parameter: Option<Parameter>, factor: f64, first: bool) -> String {
         }
         (Some(value), ..) => four_digits(value * factor),
         (None, _, Some(upper)) => format!("≤ {}", four_digits(upper * factor)),
-        (None, ..) if first => in_words(parameter.status).into(),
+        (None, ..) if first => in_words(parameter.status),
         (None, ..) => NOTHING.into(),
     }
 }
@@ -279,7 +246,7 @@ pub(crate) fn verdicts(record: &SourceResult, words: RemedyWords, captions: &Cap
                     td { (measured(verdict, factor)) }
                     td {
                         b { (verdict_name(verdict)) }
-                        @if let Some(by) = verdict.decided_by { br; (decided_by(by)) " would decide" }
+                        @if verdict.decided_by.is_some() { br; (decided_by(verdict)) " would decide" }
                     }
                 }
             }

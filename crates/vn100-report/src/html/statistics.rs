@@ -65,21 +65,6 @@ pub(crate) fn statistics(record: &SourceResult, figures: &Figures, words: Remedy
     }
 }
 
-/// The tables alone.
-pub(crate) fn tables(record: &SourceResult, captions: &Captions) -> Markup {
-    let not_normal = not_normal(&record.channels);
-    html! {
-        @for quantity in QUANTITIES {
-            @let channels = record.of(quantity);
-            @let name = names_of(quantity).title;
-            @let norm = record.norms.iter().find(|norm| norm.quantity == quantity);
-            @if let Some(first) = channels.first() {
-                (values(&channels, norm, &not_normal, &captions.table(&format!("{name}, {}", pretty_unit(&first.unit)))))
-            }
-        }
-    }
-}
-
 fn values(channels: &[&ChannelResult], norm: Option<&Norm>, not_normal: &[&str], caption: &Markup) -> Markup {
     let columns = ["channel", "samples", "mean", "std", "min", "max", "skewness", "excess kurtosis", "Gaussian?"];
     let rows = html! {
@@ -153,8 +138,6 @@ fn sentences(quantity: Quantity, channels: &[&ChannelResult], norm: Option<&Norm
         Quantity::Value => Some(NEUTRAL_SERIES.into()),
         Quantity::Quaternion | Quantity::Pressure => None,
     });
-    sentences.extend(coarse_steps(channels));
-    sentences.extend(loudest(channels));
     sentences.extend(channels.iter().find_map(|channel| {
         let reason = channel.statistics.normality.as_ref()?.reason.as_ref()?;
         Some(format!("{}: normality not tested: {reason}.", channel.name))
@@ -168,26 +151,6 @@ fn sentences(quantity: Quantity, channels: &[&ChannelResult], norm: Option<&Norm
         ));
     }
     sentences
-}
-
-/// The step from value to value if it is much of the noise.
-fn coarse_steps(channels: &[&ChannelResult]) -> Option<String> {
-    const MUCH: f64 = 0.25;
-    let steps: Vec<String> = (channels.iter())
-        .filter_map(|channel| {
-            let share = channel.statistics.resolution / channel.statistics.std.filter(|std| *std > 0.0)?;
-            (share > MUCH).then(|| {
-                format!(
-                    "{} {} ({} standard deviations)",
-                    channel.name,
-                    digits(channel.statistics.resolution, 3),
-                    digits(share, 2)
-                )
-            })
-        })
-        .collect();
-    let unit = pretty_unit(&channels.first()?.unit);
-    (!steps.is_empty()).then(|| format!("The values change in coarse steps, in {unit}: {}.", steps.join("; ")))
 }
 
 fn upright(channels: &[&ChannelResult]) -> String {
@@ -218,30 +181,6 @@ fn orientation(channels: &[&ChannelResult]) -> Option<String> {
         digits(yaw, 3),
         digits(pitch, 3),
         digits(roll, 3)
-    ))
-}
-
-fn loudest(channels: &[&ChannelResult]) -> Option<String> {
-    const MUCH: f64 = 1.3;
-    let known: Vec<(&ChannelResult, f64)> = channels
-        .iter()
-        .filter_map(|channel| Some((*channel, channel.statistics.std.filter(|std| *std > 0.0)?)))
-        .collect();
-    let most = known.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let least = known.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let is_sensor = matches!(most.0.quantity, Quantity::AngularRate | Quantity::Acceleration | Quantity::MagneticField);
-    if !is_sensor || known.len() < 2 || most.1 < MUCH * least.1 {
-        return None;
-    }
-    let lines = most.0.vibrations();
-    let cause = lines.first().map_or_else(String::new, |(hz, share)| {
-        format!(" A vibration at {hz:.1} Hz makes {:.0} % of its short-term variance.", 100.0 * share)
-    });
-    Some(format!(
-        "The standard deviation of one sample of {} is {} times that of {}.{cause}",
-        most.0.name,
-        digits(most.1 / least.1, 2),
-        least.0.name
     ))
 }
 

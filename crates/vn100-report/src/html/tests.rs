@@ -4,34 +4,29 @@ mod reports;
 
 use super::*;
 use crate::remedies::page_words;
-use crate::{figure::Figures, tests::fixture::with_attitude};
+use crate::tests::fixture::with_attitude;
 
 #[test]
-fn of_several_sources_the_cautions_are_shown_before_their_details_are_opened() {
-    let sources = [("run1-".to_owned(), "a".to_owned()), ("run2-".to_owned(), "b".to_owned())];
-    for (sources, before) in [(&sources[..], 1), (&sources[..1], 0)] {
-        let page = live_page(sources, &[], "7-1", "vn100 test");
-        let (brief, details) = page.split_once("<details").unwrap_or(("", &page));
-        assert_eq!(brief.matches("id=\"run1-cautions\"").count(), before);
-        assert_eq!(details.matches("id=\"run1-allan\"").count(), 1);
-    }
-}
-
-#[test]
-fn parts_with_figures_carry_the_numbers_that_are_read_off_them() {
+fn a_live_page_has_a_place_for_each_part_and_figures_with_the_numbers_that_are_read_off_them() {
     let record = with_attitude(4096, 40.0);
-    let parts = result_parts(&record, page_words, "run1-");
-    for name in ["allan", "axes", "spectrum"] {
-        let html = &parts.iter().find(|part| part.id == format!("run1-{name}")).unwrap().html;
-        assert!(html.contains("<svg "), "{name}");
-        let (_, readings) = html.split_once("<script class=\"readings\" type=\"application/json\">").unwrap();
-        let readings: serde_json::Value = serde_json::from_str(readings.strip_suffix("</script>").unwrap()).unwrap();
-        let figures = Figures::live(&record, "run1-");
-        let expected = match name {
-            "allan" => figures.allan_sensors.len(),
-            "axes" => figures.allan_axes.len(),
-            _ => figures.spectra.len() + figures.segments.len(),
-        };
-        assert_eq!(readings.as_array().map(Vec::len), Some(expected), "{name}");
+    let options = PageOptions {
+        confidence: 0.95,
+        asked: "as asked",
+        words: page_words,
+        program: Program { name: "vn100 test", commit: None },
+        span_s: 60.0,
+    };
+    let parts = result_parts(&record, options);
+    let page = live_page(ShownPage::Source("a"), |_| None, "7-1", "vn100 test");
+    for part in &parts {
+        assert_eq!(page.matches(&format!("<section id=\"{}\"></section>", part.id)).count(), 1, "{}", part.id);
+        let figures = part.html.matches("<figure ").count();
+        assert_eq!(figures > 0, ["allan", "axes", "spectrum"].contains(&part.id), "{}", part.id);
+        let readings = part.html.split("<script type=\"application/json\">").skip(1);
+        let readings: Vec<serde_json::Value> =
+            readings.map(|rest| serde_json::from_str(rest.split("</script>").next().unwrap()).unwrap()).collect();
+        assert_eq!(readings.len(), figures, "{}", part.id);
+        assert!(readings.iter().all(|reading| reading["series"][0]["y"][0].is_number()), "{}", part.id);
     }
+    assert!(page.contains("<section id=\"now\"></section>") && !page.contains("id=\"filters\""));
 }

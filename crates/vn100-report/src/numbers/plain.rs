@@ -12,26 +12,26 @@ pub fn short(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
-/// Four digits; with a power of ten from ten thousand on, and below a hundredth.
+/// The value to four significant digits, in the form of [`digits`].
 #[must_use]
 pub fn four_digits(value: f64) -> String {
-    to_digits(value, 4, 1e4)
+    digits(value, 4)
 }
 
-/// `count` significant digits, in the shortest form: `0.0353`, `12.5`, `3.53e-4`.
+/// `count` significant digits, with a power of ten below a hundredth and from a hundred thousand on:
+/// `0.0353`, `12.5`, `3.53e-4`.
 #[must_use]
 pub fn digits(value: f64, count: usize) -> String {
-    if value == 0.0 { "0".into() } else { to_digits(value, count, 1e5) }
-}
-
-fn to_digits(value: f64, count: usize, below: f64) -> String {
-    let magnitude = value.abs();
+    if value == 0.0 {
+        return "0".into();
+    }
     let most = count.saturating_sub(1);
-    if (0.01..below).contains(&magnitude) {
-        let decimals = (most as i32 - magnitude.log10().floor() as i32).max(0) as usize;
-        format!("{value:.decimals$}")
-    } else {
-        format!("{value:.most$e}")
+    // rounding may lead to the next power
+    let rounded = format!("{value:.most$e}");
+    let exponent = rounded.split_once('e').and_then(|(_, exponent)| exponent.parse().ok());
+    match exponent {
+        Some(exponent @ -2..=4) => format!("{value:.*}", (most as i32 - exponent).max(0) as usize),
+        _ => rounded,
     }
 }
 
@@ -55,27 +55,6 @@ pub fn fitted(value: f64, decimals: usize, width: usize) -> String {
     let fixed = fixed.map(|text| if is_zero(&text) { text.replace('-', "") } else { text });
     let powers = (0..=5).rev().map(|places| format!("{value:.places$e}"));
     fixed.chain(powers).find(|text| text.len() <= width).unwrap_or_else(|| format!("{value:.0e}"))
-}
-
-/// The distances of the confidence limits from the value, in percent: `±2.1 %`, or `+12 -9 %`.
-#[must_use]
-pub fn spread(value: f64, lower: f64, upper: f64) -> String {
-    let (below, above) = (100.0 * (1.0 - lower / value), 100.0 * (upper / value - 1.0));
-    let decimals = usize::from(above < 9.95);
-    if (above - below).abs() < 0.15 * above {
-        format!("±{:.decimals$} %", f64::midpoint(above, below))
-    } else {
-        format!("+{above:.decimals$} -{below:.decimals$} %")
-    }
-}
-
-/// The larger of these distances alone, rounded up, if there is no room for both: `±≤7.8 %`.
-#[must_use]
-pub fn widest_spread(value: f64, lower: f64, upper: f64) -> String {
-    let widest = (100.0 * (1.0 - lower / value)).max(100.0 * (upper / value - 1.0));
-    let decimals = usize::from(widest < 9.85);
-    let scale = 10_f64.powi(decimals as i32);
-    format!("±≤{:.decimals$} %", (scale * widest).ceil() / scale)
 }
 
 /// The value with its sign and `decimals` decimals; `+0.0` where it rounds to 0.
@@ -158,13 +137,13 @@ mod tests {
             (0.035_312, "0.0353"),
             (-12.5, "-12.5"),
             (123.4, "123"),
-            (99_999.0, "99999"),
+            (99_999.0, "1.00e5"),
             (0.000_353_12, "3.53e-4"),
             (-123_456.0, "-1.23e5"),
         ] {
             assert_eq!(digits(value, 3), text);
         }
-        for (value, text) in [(0.0, "0.000e0"), (0.012_345, "0.01235"), (9999.0, "9999"), (12_345.0, "1.234e4")] {
+        for (value, text) in [(0.0, "0"), (0.012_345, "0.01235"), (9.99996, "10.00"), (123_450.0, "1.234e5")] {
             assert_eq!(four_digits(value), text);
         }
         assert_eq!([grouped(0), grouped(999), grouped(1_234_567)], ["0", "999", "1 234 567"]);
@@ -209,14 +188,9 @@ mod tests {
     }
 
     #[test]
-    fn spreads_are_one_number_where_that_is_enough() {
+    fn trailing_zeros_say_nothing() {
         let trimmed = [(40.0, 6), (10.0, 3), (0.04, 3), (0.0035, 3), (1.0 / 360.0, 3), (2e6, 3), (0.0, 3)];
         assert_eq!(trimmed.map(|(v, n)| digits_trimmed(v, n)), ["40", "10", "0.04", "3.5e-3", "2.78e-3", "2e6", "0"]);
-        assert_eq!(spread(10.0, 9.8, 10.205), "±2.0 %");
-        assert_eq!(spread(10.0, 5.0, 30.0), "+200 -50 %");
-        assert_eq!(widest_spread(10.0, 9.3, 10.772), "±≤7.8 %");
-        assert_eq!(widest_spread(10.0, 5.0, 10.9), "±≤50 %");
-        assert_eq!(widest_spread(10.0, 9.014, 10.1), "±≤10 %");
     }
 
     #[test]

@@ -9,7 +9,7 @@ use vn100_analysis::{
 
 use super::{AXES, Notes, ParameterRow, SensorTable, VerdictWord};
 use crate::{
-    codes::code_of_status,
+    codes::word_of,
     graphical::GRAPHICAL,
     names::{ParameterNames, QUANTITIES, TERMS, decided_by, names_of, parameter_names, short_verdict},
     numbers::plain::digits_trimmed,
@@ -84,10 +84,9 @@ fn table(axes: &[Axis<'_>], notes: &mut Notes) -> Option<SensorTable> {
 /// What would decide the first open verdict: one note, since the head of the table has room for two
 /// marks.
 fn undecided_note(axes: &[Axis<'_>], notes: &mut Notes) -> Option<usize> {
-    let (axis, by) = axes
-        .iter()
-        .find_map(|axis| Some((axis, axis.channel.verdicts().iter().find_map(|found| found.decided_by)?)))?;
-    let remedy = match (by, axis.channel.onboard) {
+    let is_open = |found: &&FigureVerdict| found.decided_by.is_some();
+    let (axis, open) = axes.iter().find_map(|axis| Some((axis, axis.channel.verdicts().iter().find(is_open)?)))?;
+    let remedy = match (open.decided_by?, axis.channel.onboard) {
         (DecidedBy::Rate, _) => Some(Remedy::GiveRate(None)),
         (DecidedBy::Window, Some(_)) => Some(Remedy::GiveWindow),
         (DecidedBy::Unaliased, Some(onboard)) => Some(Remedy::MeasureWith(Setting::Window(onboard.unaliased_window()))),
@@ -95,7 +94,7 @@ fn undecided_note(axes: &[Axis<'_>], notes: &mut Notes) -> Option<usize> {
         _ => None,
     };
     let remedy = remedy.map_or_else(String::new, |remedy| format!("; {}", (notes.words)(&remedy)));
-    Some(notes.place(format!("undecided: {} would decide{remedy}", decided_by(by))))
+    Some(notes.place(format!("undecided: {} would decide{remedy}", decided_by(open))))
 }
 
 /// What the data sheet is multiplied by, and how that is avoided.
@@ -142,7 +141,7 @@ fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>]) -> Vec<Paramete
     let first = parameters.first().and_then(status);
     let value_cells = match first {
         Some(of_all) if parameters.iter().all(|other| !is_known(other) && status(other) == first) => {
-            vec![code_of_status(of_all).word.to_owned()]
+            vec![word_of("status", of_all)]
         }
         _ => cells(&parameters),
     };

@@ -7,7 +7,7 @@ use vn100_analysis::protocol::stream::BagReport;
 use vn100_analysis::{ChannelResult, RateFrom, Severity, SourceFacts, SourceResult, Warning, WarningKind};
 
 use crate::{
-    codes::code_of_rate,
+    codes::word_of,
     goals::warm_up,
     names::{outages, rejected_lines},
     numbers::plain::{counted, grouped, ppm, short},
@@ -235,7 +235,7 @@ fn undisturbed(aspect: Aspect, result: &SourceResult) -> Option<String> {
                 Some(format!("{hz:.4} Hz measured{off}"))
             }
             (None, Some(from @ RateFrom::DeviceTime)) => {
-                Some(format!("{} Hz, {} in each packet", short(timing.rate_hz?), code_of_rate(from).word))
+                Some(format!("{} Hz, {} in each packet", short(timing.rate_hz?), word_of("rate_from", from)))
             }
             _ => None,
         },

@@ -13,7 +13,7 @@ use crate::remedies::page_words;
 use crate::{
     ArchiveRow, ArchivedFile, Consumer, CsvTable, Document, Ended, FilterNoise, MeasuredSource, MetricsForm,
     figure::Figures,
-    html::{PageOptions, Program, write_page},
+    html::{PageOptions, Program, result_parts, write_page},
     metrics_text,
     summary::Summary,
     units::parameter_unit,
@@ -146,7 +146,7 @@ fn numbers_of_tables_and_metrics_are_those_of_the_document() {
         }
         let tables = [".metadata.csv", ".allan.csv", ".statistics.csv", ".parameters.csv", ".fit.csv", ".segments.csv"];
         for table in CsvTable::ALL.iter().filter(|table| tables.contains(&table.ending)) {
-            for row in (table.text)(result, page_words).lines().skip(1) {
+            for row in table.text(result, page_words).lines().skip(1) {
                 // of the graphical readings the document has the SI units alone
                 let is_derived = row.contains(",graphical_") && row.ends_with(",false");
                 row.split(',').filter(|_| !is_derived).for_each(|cell| check(name, &known, cell, row));
@@ -162,7 +162,7 @@ fn what_is_withheld_stands_in_no_face() {
         let document = document(result);
         let metrics = metrics_text(&[MeasuredSource { result, last_sample_age: None }], MetricsForm::Prometheus);
         let summary = Summary::new(result, page_words);
-        let tables: String = CsvTable::ALL.iter().map(|table| (table.text)(result, page_words)).collect();
+        let tables: String = CsvTable::ALL.iter().map(|table| table.text(result, page_words)).collect();
         for channel in document["channels"].as_array().unwrap() {
             for (term, metric) in [
                 ("white", "vn100_white_noise"),
@@ -239,7 +239,7 @@ fn the_summary_has_the_parameters_and_statements_of_the_document() {
 }
 
 #[test]
-fn the_page_has_the_warnings_of_the_document_and_tables_its_codes() {
+fn the_pages_have_the_warnings_and_statuses_of_the_document_and_tables_its_codes() {
     for (name, result) in kinds() {
         let document = document(result);
         let options = PageOptions {
@@ -253,12 +253,21 @@ fn the_page_has_the_warnings_of_the_document_and_tables_its_codes() {
         let figures = [Figures::of(result, "")];
         write_page(&mut page, std::slice::from_ref(result), &figures, &Figures::default(), options).unwrap();
         let page = String::from_utf8(page).unwrap();
+        let live: String = result_parts(result, options).iter().map(|part| &*part.html).collect();
+        let escaped =
+            |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;");
+        let statuses = document["statuses"].as_array().unwrap().iter().filter(|_| result.timing.samples > 0);
+        for finding in statuses.flat_map(|status| status["findings"].as_array().unwrap()) {
+            let finding = escaped(finding.as_str().unwrap());
+            assert!(page.contains(&finding) && live.contains(&finding), "{name}: {finding}");
+        }
         let warnings =
-            (CsvTable::ALL.iter().find(|table| table.ending == ".warnings.csv").unwrap().text)(result, page_words);
+            CsvTable::ALL.iter().find(|table| table.ending == ".warnings.csv").unwrap().text(result, page_words);
         let metrics = metrics_text(&[MeasuredSource { result, last_sample_age: None }], MetricsForm::Prometheus);
         for warning in document["warnings"].as_array().unwrap() {
             let kind = warning["kind"].as_str().unwrap();
-            assert!(page.contains(kind) && warnings.contains(kind) && metrics.contains(kind), "{name} {kind}");
+            assert!(page.contains(kind) && live.contains(kind), "{name} {kind}");
+            assert!(warnings.contains(kind) && metrics.contains(kind), "{name} {kind}");
         }
         let is_error_shown = document["source"]["error"].as_str().is_none_or(|error| page.contains(error));
         assert!(is_error_shown, "{name}: {}", document["source"]["error"]);

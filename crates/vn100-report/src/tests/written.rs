@@ -48,7 +48,7 @@ fn the_file_for_kalibr_says_of_each_value_what_it_is() {
         "rad/s/sqrt(Hz): gyro_y, estimated\n",
         "\ngyroscope_noise_density: 3.1845e-5\n",
         ": gyro_z, estimated\n",
-        "\ngyroscope_random_walk: 3.0588e-5\n",
+        "\ngyroscope_random_walk: 3.0589e-5\n",
     ] {
         assert!(text.contains(lines), "{lines:?} is not in:\n{text}");
     }
@@ -68,43 +68,14 @@ fn metrics_have_the_parameters_of_a_sensor_at_rest_alone() {
 }
 
 #[test]
-fn terms_that_are_fitted_together_are_correlated() {
-    let document = document(&at_rest(32_768, &[]));
-    let channels = document["channels"].as_array().unwrap();
-    let gyro_z = channels.iter().find(|channel| channel["name"] == "gyro_z").unwrap();
-    let pair = |correlation: &Value| {
-        let names = [0, 1].map(|place| correlation["of"][place].as_str().unwrap().to_owned());
-        (names.join(" "), correlation["value"].as_f64().unwrap())
-    };
-    let pairs: Vec<_> = gyro_z["noise"]["correlations"].as_array().unwrap().iter().map(pair).collect();
-    let expected = [
-        ("white bias_instability", -0.54),
-        ("white rate_random_walk", 0.31),
-        ("bias_instability rate_random_walk", -0.67),
-    ];
-    for ((found, value), (of, expected)) in pairs.iter().zip(expected) {
-        assert!(found == of && (value - expected).abs() < 0.1, "{pairs:?}");
-    }
-    assert_eq!(pairs.len(), expected.len());
-}
-
-#[test]
 fn the_counts_of_a_bag_stand_under_their_names() {
     let mut measured = at_rest(64, &[]);
     let bag = BagReport::of("/imu", "sensor_msgs/msg/Imu", StampSource::Recorded);
-    measured.source.bag = Some(BagReport {
-        messages: 1,
-        used: 2,
-        without_sample: 3,
-        unreadable: 4,
-        reordered: 5,
-        late: 6,
-        other_messages: 7,
-        ..bag
-    });
+    measured.source.bag =
+        Some(BagReport { messages: 1, used: 2, without_sample: 3, unreadable: 4, other_messages: 5, ..bag });
     let bag = &document(&measured)["source"]["bag"];
-    let names = ["messages", "used", "without_sample", "unreadable", "reordered", "late", "other_messages"];
-    assert_eq!(names.map(|name| bag[name].as_u64()), [1, 2, 3, 4, 5, 6, 7].map(Some));
+    let names = ["messages", "used", "without_sample", "unreadable", "other_messages"];
+    assert_eq!(names.map(|name| bag[name].as_u64()), [1, 2, 3, 4, 5].map(Some));
 }
 
 #[test]

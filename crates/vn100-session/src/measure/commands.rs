@@ -1,5 +1,7 @@
 //! The effects of the user's commands on a measurement in progress.
 
+use std::time::Duration;
+
 use tokio::time::Instant;
 use vn100_analysis::GoalCheck;
 
@@ -26,13 +28,13 @@ impl Measuring {
             }
             (Command::EndWarmUp, _) => {
                 let warm_up = self.analysis.end_warm_up();
-                self.excluded.end_warm_up(warm_up);
+                self.warm_up = warm_up;
                 self.begin_anew();
-                channels.report(SessionEvent::WarmUpEnded { warm_up, excluded: self.excluded.total() });
+                channels.report(SessionEvent::WarmUpEnded { warm_up, excluded: self.excluded() });
             }
             (Command::StartOver, _) => {
                 let after = self.analysis.start_over();
-                self.excluded.start_over(after);
+                (self.before, self.warm_up) = (self.before.saturating_add(after), Duration::ZERO);
                 self.begin_anew();
                 channels.report(SessionEvent::StartedOver { after });
             }
@@ -43,6 +45,12 @@ impl Measuring {
             (command, Some(pace)) => pace.handle(command, Instant::now()),
         }
         self.show_playback(channels);
+    }
+
+    /// Excluded data time from the beginning of the record: a measurement with this skip gives the
+    /// same result.
+    pub(super) fn excluded(&self) -> Duration {
+        self.before.saturating_add(self.warm_up)
     }
 
     /// Restarts the record, the count of seconds and the check of the goals.

@@ -1,19 +1,20 @@
 //! The end of a measurement: limits of time, the watchdog of its stream, the reason in its result.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Duration};
 
 use tokio::time::Instant;
-use vn100_analysis::{Shortfall, Snapshot, protocol::stream::FileReport};
+use vn100_analysis::{End, Shortfall, Snapshot, protocol::stream::FileReport};
 use vn100_driver::LinkState;
 
 use super::Measuring;
-use crate::{channels::Channels, end_reason::EndReason, excluded::Excluded, session_event::SessionEvent};
+use crate::{channels::Channels, session_event::SessionEvent};
 
 pub(crate) struct Ending {
     pub(crate) snapshot: Arc<Snapshot>,
-    pub(crate) reason: EndReason,
+    pub(crate) reason: End,
     pub(crate) report: Option<FileReport>,
-    pub(crate) excluded: Excluded,
+    /// Data time at the beginning that was excluded by command.
+    pub(crate) excluded: Duration,
     pub(crate) shortfall: Option<Shortfall>,
 }
 
@@ -36,7 +37,7 @@ impl Measuring {
 
     pub(super) fn end_by_wall_time(&mut self, channels: &Channels) {
         let wall = self.deadlines.as_ref().and_then(|deadlines| deadlines.limits.wall);
-        self.end_stream(EndReason::WallTime(wall.unwrap_or_default()), channels);
+        self.end_stream(End::WallTime(wall.unwrap_or_default()), channels);
     }
 
     pub(super) fn give_up(&mut self, channels: &Channels) {
@@ -45,10 +46,10 @@ impl Measuring {
             Some(LinkState::Down { cause, .. }) => Some(cause.clone()),
             _ => None,
         };
-        self.end_stream(EndReason::GaveUp { after, cause }, channels);
+        self.end_stream(End::GaveUp { after, cause }, channels);
     }
 
-    fn end_stream(&mut self, reason: EndReason, channels: &Channels) {
+    fn end_stream(&mut self, reason: End, channels: &Channels) {
         self.stream_ended = Some(reason);
         channels.stop.cancel();
     }
@@ -62,7 +63,7 @@ impl Measuring {
         }
         let ended = watchdog.stream_end(&state.snapshot, is_up, Instant::now());
         if let Some(ended) = ended.filter(|_| !channels.stop.is_cancelled()) {
-            self.end_stream(ended.reason(&state.snapshot), channels);
+            self.end_stream(ended, channels);
         }
     }
 
@@ -82,24 +83,21 @@ impl Measuring {
         }
         let snapshot = Arc::new(self.analysis.final_snapshot());
         self.show(Arc::clone(&snapshot), channels);
-        let (reason, report) = self.end.take().unwrap_or((EndReason::SourceEnded, None));
+        let (reason, report) = self.end.take().unwrap_or((End::SourceEnded, None));
         let is_short = self.watchdog.is_some() && self.analysis.settings().duration.is_some();
-        let is_reached = matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
-        let by_clock = |ended: &EndReason| matches!(ended, EndReason::GaveUp { .. } | EndReason::WallTime(_));
+        let is_reached = matches!(reason, End::DurationReached | End::GoalsDecided);
+        let by_clock = |ended: &End| matches!(ended, End::GaveUp { .. } | End::WallTime(_));
         // samples before the link was closed may have completed the measurement
-        let stream_ended = self.stream_ended.filter(|ended| !(is_reached && by_clock(ended)));
+        let stream_ended = self.stream_ended.take().filter(|ended| !(is_reached && by_clock(ended)));
         let reason = match (reason, stream_ended, snapshot.rate_change) {
-            (EndReason::SourceFailed(error), ..) => EndReason::SourceFailed(error),
+            (End::SourceFailed(error), ..) => End::SourceFailed(error),
             (_, Some(ended), _) => ended,
-            (EndReason::SourceEnded | EndReason::DurationReached, None, Some(change)) if is_short => {
-                EndReason::OtherRate(change)
-            }
+            (End::SourceEnded | End::DurationReached, None, Some(change)) if is_short => End::OtherRate(change),
             (reason, ..) => reason,
         };
-        let has_all =
-            self.analysis.is_complete() || matches!(reason, EndReason::DurationReached | EndReason::GoalsDecided);
+        let has_all = self.analysis.is_complete() || matches!(reason, End::DurationReached | End::GoalsDecided);
         let wanted = self.analysis.settings().duration.filter(|_| !has_all);
         let shortfall = wanted.map(|wanted| Shortfall { wanted, measured: self.analysis.data_time() });
-        Ending { snapshot, reason, report, excluded: self.excluded, shortfall }
+        Ending { snapshot, reason, report, excluded: self.excluded(), shortfall }
     }
 }

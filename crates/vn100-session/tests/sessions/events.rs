@@ -4,8 +4,8 @@ use std::{collections::VecDeque, io, sync::Arc, time::Duration};
 
 use tokio::{sync::mpsc, time};
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::{Finding, Settings, Severity, SourceFacts, WarningKind, WhyUnmet};
-use vn100_capture::{End, Event, Source, read_samples};
+use vn100_analysis::{End, Finding, Settings, Severity, SourceFacts, WarningKind, WhyUnmet};
+use vn100_capture::{Event, Source, read_samples};
 use vn100_protocol::{
     DeviceError, VNYMR,
     stream::{
@@ -13,7 +13,7 @@ use vn100_protocol::{
         StreamInput,
     },
 };
-use vn100_session::{Command, CommandRefusal, EndReason, Session, SessionEvent, SessionResult, Stage};
+use vn100_session::{Command, CommandRefusal, Session, SessionEvent, SessionResult, Stage};
 
 const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 
@@ -23,7 +23,7 @@ fn rows(count: usize) -> Event {
 }
 
 fn end() -> Event {
-    Event::End(End { error: None, report: None })
+    Event::End(vn100_capture::End { error: None, report: None })
 }
 
 fn at_10_hz() -> Settings {
@@ -67,7 +67,7 @@ async fn a_reader_sees_the_latest_state_and_delays_nothing() {
     let result = session.result.await.unwrap();
     let assessed = result.measured.channels.iter().find_map(|channel| Some(channel.noise.as_ref()?.samples));
     assert_eq!((result.measured.timing.samples, assessed), (301, Some(301)));
-    assert!(matches!(*result.end, EndReason::SourceEnded) && result.measured.source.ended && result.is_restored);
+    assert!(matches!(*result.end, End::SourceEnded) && result.measured.source.ended && result.is_restored);
     let last = state.borrow().clone();
     assert!(matches!(last.stage, Stage::Ended(_)) && last.facts().ended && last.name() == "a test");
     assert_eq!(last.snapshot.timing.samples, 301);
@@ -109,7 +109,7 @@ async fn the_requested_time_ends_it() {
         events.send(rows(1)).await.unwrap();
     }
     let result = session.result.await.unwrap();
-    assert!(matches!(*result.end, EndReason::DurationReached));
+    assert!(matches!(*result.end, End::DurationReached));
     assert_eq!(result.measured.timing.samples, 20);
     assert!(events.is_closed());
 }
@@ -125,7 +125,7 @@ async fn a_goal_that_the_message_cannot_show_ends_it_at_once() {
             events.send(end()).await.unwrap();
         }
         let result = session.result.await.unwrap();
-        assert_eq!(matches!(*result.end, EndReason::GoalsDecided), ends, "{goal}");
+        assert_eq!(matches!(*result.end, End::GoalsDecided), ends, "{goal}");
         let [unmet] = &result.unmet[..] else { panic!("{:?}", result.unmet) };
         assert_eq!(matches!(unmet.why, WhyUnmet::OutOfReach(_)), ends, "{goal}");
     }
@@ -135,11 +135,13 @@ async fn a_goal_that_the_message_cannot_show_ends_it_at_once() {
 async fn the_error_of_the_source_comes_with_the_results_before_it() {
     let (events, session) = session(Settings::default());
     events.send(rows(5)).await.unwrap();
-    events.send(Event::End(End { error: Some(io::Error::other("unplugged")), report: None })).await.unwrap();
+    events
+        .send(Event::End(vn100_capture::End { error: Some(io::Error::other("unplugged")), report: None }))
+        .await
+        .unwrap();
     let result = session.result.await.unwrap();
     assert_eq!(result.measured.timing.samples, 5);
-    assert_eq!(result.end.to_string(), "unplugged");
-    assert!(matches!(*result.end, EndReason::SourceFailed(_)));
+    assert_eq!(*result.end, End::SourceFailed("unplugged".into()));
 }
 
 #[tokio::test]
@@ -149,7 +151,7 @@ async fn a_source_that_vanishes_without_an_end_is_an_error() {
     drop(events);
     let result = session.result.await.unwrap();
     assert_eq!(result.measured.timing.samples, 5);
-    assert!(matches!(*result.end, EndReason::SourceFailed(_)));
+    assert!(matches!(*result.end, End::SourceFailed(_)));
 }
 
 #[tokio::test]
@@ -169,7 +171,7 @@ async fn the_counts_of_csv_lines_are_among_the_facts() {
         rounded: vec!["gyro_x".into()],
         absent: Vec::new(),
     };
-    events.send(Event::End(End { error: None, report: Some(FileReport::Csv(csv)) })).await.unwrap();
+    events.send(Event::End(vn100_capture::End { error: None, report: Some(FileReport::Csv(csv)) })).await.unwrap();
     let csv = session.result.await.unwrap().measured.source.csv.unwrap();
     assert_eq!((csv.lines, csv.rows, csv.skipped_lines), (10, 7, 1));
     let [rejected] = &csv.rejected[..] else { panic!("{csv:?}") };
@@ -190,7 +192,7 @@ async fn times_of_rows_since_1970_give_the_start_of_the_record() {
     ] {
         let (events, session) = session(Settings::default());
         let csv = CsvReport { times: Some(times.into()), first_stamp_ns: Some(first_ns), ..CsvReport::default() };
-        events.send(Event::End(End { error: None, report: Some(FileReport::Csv(csv)) })).await.unwrap();
+        events.send(Event::End(vn100_capture::End { error: None, report: Some(FileReport::Csv(csv)) })).await.unwrap();
         let recording = session.result.await.unwrap().measured.source.recording;
         assert_eq!(recording.and_then(|recording| recording.started_ns), expected, "{times}");
     }
@@ -233,7 +235,7 @@ async fn a_command_stops_it_with_the_result_so_far() {
     samples(&mut session, 50).await;
     session.commands.send(Command::Stop).await.unwrap();
     let result = session.result.await.unwrap();
-    assert!(matches!(*result.end, EndReason::Stopped));
+    assert!(matches!(*result.end, End::Stopped));
     assert_eq!(result.measured.timing.samples, 50);
     assert!(events.is_closed());
 }

@@ -52,7 +52,7 @@ fn measured_for(
 ) -> Measured {
     let speed = |baud: u32| baud.try_into().unwrap();
     let plan = plan.parse().unwrap();
-    let mut wire = Wire::new(Device::new(DeviceConfig::default()), &plan, 1, None, speed(115_200));
+    let mut wire = Wire::new(Device::new(DeviceConfig::default()), &plan, 1, speed(115_200));
     for (setting, host_baud) in [(format!("VNWRG,05,{baud}"), 115_200), (format!("VNWRG,07,{rate_hz}"), baud)] {
         let now = START - Duration::from_secs(1);
         wire.set_host_baud(speed(host_baud));

@@ -15,13 +15,13 @@ use crate::support::{LINE, OTHER_LINE, Sensor};
 use tempfile::TempDir;
 use tokio::time;
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::{EndKind, LinkStatus, Settings};
+use vn100_analysis::{End, EndKind, LinkStatus, Settings};
 use vn100_capture::{Event, RecordError, RecordingReader, Rotation};
 use vn100_driver::{ConfigureError, LinkState, OutputSettings};
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamInput};
 use vn100_session::{
-    Command, EndReason, LiveError, LiveSource, LiveSpec, OutputLeft, RateEvent, RecordingSpec, ReplaySpec, Session,
-    SessionEvent, SessionResult, SetupError, SourceState, Stage, StartError, WallLimits,
+    Command, LiveError, LiveSource, LiveSpec, OutputLeft, RateEvent, RecordingSpec, ReplaySpec, Session, SessionEvent,
+    SessionResult, SetupError, SourceState, Stage, StartError, WallLimits,
 };
 
 fn sensor() -> Sensor {
@@ -111,7 +111,7 @@ async fn a_sensor_is_measured_for_the_requested_time() {
     );
     let state = session.state.clone();
     let (result, events) = ended(session).await;
-    assert!(matches!(*result.end, EndReason::DurationReached), "{:?}", result.end);
+    assert!(matches!(*result.end, End::DurationReached), "{:?}", result.end);
     assert_eq!(result.measured.timing.samples, 120);
     let assessed = result.measured.channels.iter().find_map(|channel| Some(channel.noise.as_ref()?.samples));
     assert_eq!((assessed, result.excluded), (Some(120), Duration::ZERO));
@@ -139,7 +139,7 @@ async fn a_session_is_stopped_by_a_command_or_by_its_token() {
             stop.cancel();
         }
         let (result, _) = ended(session).await;
-        assert!(matches!(*result.end, EndReason::Stopped));
+        assert!(matches!(*result.end, End::Stopped));
         assert!(result.measured.timing.samples > 50);
         assert_eq!(stop.is_cancelled(), !by_command, "the session alone ends");
     }
@@ -150,7 +150,7 @@ async fn a_silent_sensor_is_an_error_of_the_source() {
     let sensor = sensor();
     sensor.world().plugged = false;
     let (result, _) = ended(Session::live(of(&sensor))).await;
-    assert!(matches!(*result.end, EndReason::SourceFailed(_)), "{:?}", result.end);
+    assert!(matches!(*result.end, End::SourceFailed(_)), "{:?}", result.end);
     assert_eq!(result.measured.timing.samples, 0);
 }
 
@@ -184,7 +184,7 @@ async fn a_recording_can_be_replayed_to_the_same_end() {
     assert_eq!(state.borrow().facts().recorder.unwrap().bytes, recording.bytes);
     assert_eq!(reason(&recording.path), "duration reached");
     let replay = Session::replay(ReplaySpec::of(recording.path)).result.await.unwrap();
-    assert!(matches!(*replay.end, EndReason::DurationReached));
+    assert!(matches!(*replay.end, End::DurationReached));
     assert_eq!(replay.measured.timing.samples, result.measured.timing.samples);
     assert!(replay.measured.source.recording.unwrap().started_ns.is_some());
     assert_eq!((replay.measured.source.kind, replay.measured.source.meta), (Some("mcap"), Some(conditions)));
@@ -241,7 +241,7 @@ async fn a_recording_is_continued_only_by_its_own_sensor() {
         sensor.world().registers.insert(3, serial.into());
         let recording = recording(&folder).map(|recording| RecordingSpec { resume, ..recording });
         let (result, _) = ended(Session::live(LiveSpec { settings: duration(3), recording, ..of(&sensor) })).await;
-        assert_eq!(result.measured.timing.samples, samples, "{serial}: {}", result.end);
+        assert_eq!(result.measured.timing.samples, samples, "{serial}: {:?}", result.end);
     }
 }
 
@@ -252,7 +252,7 @@ async fn a_recording_that_cannot_be_made_changes_nothing() {
     let recording = recording(&folder);
     std::fs::write(&recording.as_ref().unwrap().path, "there").unwrap();
     let (result, events) = ended(Session::live(LiveSpec { recording, ..of(&sensor) })).await;
-    let EndReason::NotStarted(error) = &*result.end else { panic!("{:?}", result.end) };
+    let Some(error) = &result.start_error else { panic!("{:?}", result.end) };
     assert!(matches!(error, StartError::Recording(RecordError::Exists { .. })));
     assert!(result.recording.is_none() && events.is_empty() && sensor.world().opened.is_empty());
 }
@@ -277,7 +277,7 @@ async fn a_sensor_that_sends_another_message_ends_the_session() {
     sensor.world().line = OTHER_LINE;
     let began = time::Instant::now();
     let (result, _) = ended(session).await;
-    let EndReason::OtherMessages { message, other, rate_hz } = &*result.end else { panic!("{:?}", result.end) };
+    let End::OtherMessages { message, other, rate_hz, .. } = &*result.end else { panic!("{:?}", result.end) };
     assert_eq!((message.as_str(), other.unwrap().to_string().as_str(), *rate_hz), ("VNYMR", "VNYPR", None));
     let waited = began.elapsed();
     assert!((5.0..7.0).contains(&waited.as_secs_f64()), "{waited:?}");
@@ -298,7 +298,7 @@ async fn a_sensor_whose_output_was_paused_is_measured_at_any_rate() {
         until(&mut session, |state| state.snapshot.timing.samples > 0).await;
         let (result, _) = ended(session).await;
         let timing = &result.measured.timing;
-        assert!(matches!(*result.end, EndReason::DurationReached), "{rate_hz} Hz: {:?}", result.end);
+        assert!(matches!(*result.end, End::DurationReached), "{rate_hz} Hz: {:?}", result.end);
         assert_eq!(timing.samples, 5 * u64::from(rate_hz));
     }
 }
@@ -308,7 +308,7 @@ async fn a_sensor_that_never_sends_a_measurement_ends_the_session() {
     let sensor = sensor();
     sensor.world().line = OTHER_LINE;
     let (result, _) = ended(Session::live(of(&sensor))).await;
-    assert!(matches!(*result.end, EndReason::NoMeasurement), "{:?}", result.end);
+    assert!(matches!(*result.end, End::NoMeasurement), "{:?}", result.end);
 }
 
 #[tokio::test(start_paused = true)]
@@ -318,7 +318,7 @@ async fn a_sensor_that_sends_at_another_rate_ends_the_session() {
     until(&mut session, |state| state.snapshot.timing.samples > 400).await;
     sensor.world().period = Duration::from_millis(100);
     let (result, events) = ended(session).await;
-    let EndReason::OtherRate(change) = &*result.end else { panic!("{:?}", result.end) };
+    let End::OtherRate(change) = &*result.end else { panic!("{:?}", result.end) };
     assert_eq!((change.from_hz, change.to_hz), (40.0, 10.0));
     assert!(matches!(events[..], [SessionEvent::Rate(RateEvent::Changed(_))]), "{events:?}");
 }
@@ -336,7 +336,7 @@ async fn a_stream_is_measured_recorded_and_takes_no_commands() {
         Event::Link(_) => {}
     }));
     let (result, _) = ended(Session::live(LiveSpec { recording: recording(&folder), ..spec(source) })).await;
-    assert!(matches!(*result.end, EndReason::SourceEnded));
+    assert!(matches!(*result.end, End::SourceEnded));
     assert_eq!(result.measured.timing.samples, 50);
     assert_eq!(*seen.lock().unwrap(), (50, 1));
     let recording = result.recording.unwrap();
@@ -344,10 +344,10 @@ async fn a_stream_is_measured_recorded_and_takes_no_commands() {
     let setting = LiveSpec { output: rate(20), ..spec(LiveSource::stream(bytes.clone())) };
     let asking = LiveSpec { temperature: true, ..spec(LiveSource::stream(bytes)) };
     let (result, _) = ended(Session::live(setting)).await;
-    let EndReason::NotStarted(StartError::Setup(error)) = &*result.end else { panic!("{:?}", result.end) };
+    let Some(StartError::Setup(error)) = &result.start_error else { panic!("{:?}", result.end) };
     assert!(matches!(error, SetupError::Live(LiveError::NoCommands)));
     let (result, _) = ended(Session::live(asking)).await;
-    let EndReason::NotStarted(error) = &*result.end else { panic!("{:?}", result.end) };
+    let Some(error) = &result.start_error else { panic!("{:?}", result.end) };
     assert!(matches!(error, StartError::Live(LiveError::NoTemperature)));
 }
 
@@ -356,7 +356,7 @@ async fn the_temperature_is_read_between_the_lines_on_request() {
     for (asked, read) in [(true, true), (false, false)] {
         let sensor = sensor();
         let ended = ended(Session::live(LiveSpec { temperature: asked, settings: duration(25), ..of(&sensor) })).await;
-        assert!(matches!(*ended.0.end, EndReason::DurationReached));
+        assert!(matches!(*ended.0.end, End::DurationReached));
         let written = sensor.world().written.iter().any(|(_, bytes)| bytes.starts_with(b"$VNRRG,54"));
         assert_eq!(written, read);
     }
@@ -366,7 +366,7 @@ async fn the_temperature_is_read_between_the_lines_on_request() {
 async fn an_input_that_is_none_ends_the_session_at_once() {
     let spec = LiveSpec { source: Err(Box::from("no emulator")), ..spec(LiveSource::stream(io::empty())) };
     let (result, _) = ended(Session::live(spec)).await;
-    let EndReason::NotStarted(error) = &*result.end else { panic!("{:?}", result.end) };
+    let Some(error) = &result.start_error else { panic!("{:?}", result.end) };
     assert_eq!(error.to_string(), "no emulator");
 }
 
@@ -387,7 +387,7 @@ async fn a_source_is_opened_according_to_its_options() {
     until(&mut session, |state| state.snapshot.timing.samples > 10).await;
     sensor.world().stray = b"$VNYMR,1*00\r\n".to_vec();
     let (result, _) = ended(session).await;
-    assert!(matches!(*result.end, EndReason::DurationReached));
+    assert!(matches!(*result.end, End::DurationReached));
     assert!(sensor.world().written.is_empty(), "nothing is sent where the link only listens");
     assert_eq!(*rejections.lock().unwrap(), 1);
 }

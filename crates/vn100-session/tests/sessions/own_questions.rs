@@ -45,8 +45,7 @@ struct Bench {
 impl Bench {
     /// A sensor that sends five lines per second at this speed.
     fn new(baud: u32, faults: &str, junk: &'static [u8]) -> Self {
-        let mut wire =
-            Wire::new(Device::new(DeviceConfig::default()), &faults.parse().unwrap(), 1, None, speed(115_200));
+        let mut wire = Wire::new(Device::new(DeviceConfig::default()), &faults.parse().unwrap(), 1, speed(115_200));
         for setting in ["VNWRG,07,5".to_owned(), format!("VNWRG,05,{baud}")] {
             wire.write(
                 format!("${setting}*{:02X}\r\n", xor8(setting.as_bytes())).as_bytes(),

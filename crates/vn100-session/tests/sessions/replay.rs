@@ -13,12 +13,13 @@ use std::{
 
 use tempfile::NamedTempFile;
 use tokio::time;
+use vn100_analysis::End;
 use vn100_analysis::Settings;
 use vn100_capture::{Event, OpenError, RecordingWriter};
 use vn100_protocol::stream::{Chunk, StreamInput};
 use vn100_session::{
-    Command, CommandRefusal, EndReason, Playback, ReplaySpec, SampleTap, Session, SessionEvent, SourceState, Speed,
-    Stage, StartError,
+    Command, CommandRefusal, Playback, ReplaySpec, SampleTap, Session, SessionEvent, SourceState, Speed, Stage,
+    StartError,
 };
 
 const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
@@ -62,7 +63,7 @@ async fn a_capture_is_measured_to_its_end() {
     let session = Session::replay(ReplaySpec { observer: Some(observer), ..ReplaySpec::of(file.path()) });
     let (state, mut seconds) = (session.state.clone(), session.seconds);
     let result = session.result.await.unwrap();
-    assert!(matches!(*result.end, EndReason::SourceEnded) && result.excluded.is_zero());
+    assert!(matches!(*result.end, End::SourceEnded) && result.excluded.is_zero());
     assert_eq!((result.measured.timing.samples, seen.load(Ordering::Relaxed)), (SAMPLES, SAMPLES as usize));
     assert_eq!(result.measured.source.name, file.path().file_name().unwrap().to_str().unwrap());
     assert_eq!((result.measured.source.kind, result.measured.source.playback), (Some("text"), None));
@@ -95,15 +96,15 @@ async fn numbers_are_measured_at_the_rate_of_their_times_and_not_at_a_guess() {
     };
     let even = ["0.0,1.0", "0.1,2.0", "0.2,1.5", "0.3,1.0", "0.4,2.5"];
     let result = measured(&even, Settings::default()).await;
-    assert!(matches!(*result.end, EndReason::SourceEnded), "{:?}", result.end);
+    assert!(matches!(*result.end, End::SourceEnded), "{:?}", result.end);
     assert_eq!((result.measured.timing.samples, result.measured.timing.rate_hz), (5, Some(10.0)));
     // one sample has no rate, and nothing is said of it that needs one
     let result = measured(&even[..1], Settings::default()).await;
-    assert!(matches!(*result.end, EndReason::SourceEnded), "{:?}", result.end);
+    assert!(matches!(*result.end, End::SourceEnded), "{:?}", result.end);
     assert_eq!(result.measured.timing.samples, 1);
     let at_once = ["0.0,1.0", "0.0,2.0"];
     let result = measured(&at_once, Settings::default()).await;
-    assert!(matches!(*result.end, EndReason::NotStarted(StartError::RateUnknown { .. })), "{:?}", result.end);
+    assert!(matches!(result.start_error, Some(StartError::RateUnknown { .. })), "{:?}", result.end);
     assert_eq!(result.measured.timing.samples, 0);
     let given = Settings { rate_hz: Some(20.0), ..Settings::default() };
     assert_eq!(measured(&at_once, given).await.measured.timing.samples, 2);
@@ -130,7 +131,7 @@ async fn every_second_brings_one_state_and_waits_until_it_is_taken() {
 async fn a_capture_that_cannot_be_opened_reports_the_reason() {
     let missing = Path::new("/nonexistent/night.vnymr");
     let result = Session::replay(ReplaySpec::of(missing)).result.await.unwrap();
-    let EndReason::NotStarted(StartError::Capture(error)) = &*result.end else { panic!("{:?}", result.end) };
+    let Some(StartError::Capture(error)) = &result.start_error else { panic!("{:?}", result.end) };
     assert!(matches!(error, OpenError::Io { .. }));
     assert_eq!((result.measured.source.name.as_str(), result.measured.source.kind), ("night.vnymr", None));
     assert_eq!(result.measured.timing.samples, 0);
@@ -142,7 +143,7 @@ async fn a_capture_that_cannot_be_opened_reports_the_reason() {
     time::sleep(Duration::from_secs(60)).await;
     assert!(!session.result.is_finished());
     stop.cancel();
-    assert!(matches!(*session.result.await.unwrap().end, EndReason::NotStarted(_)));
+    assert!(matches!(*session.result.await.unwrap().end, End::NotStarted { .. }));
 }
 
 #[tokio::test]
@@ -151,7 +152,7 @@ async fn once_stopped_no_capture_is_begun() {
     let stopped = ReplaySpec::of(file.path());
     stopped.stop.cancel();
     let result = Session::replay(stopped).result.await.unwrap();
-    assert!(matches!(*result.end, EndReason::NotStarted(StartError::Stopped)), "{:?}", result.end);
+    assert!(matches!(result.start_error, Some(StartError::Stopped)), "{:?}", result.end);
 }
 
 #[tokio::test(start_paused = true)]
@@ -166,7 +167,7 @@ async fn a_stop_ends_a_capture_with_the_result_so_far() {
     stop.cancel();
     while session.seconds.recv().await.is_some() {}
     let result = session.result.await.unwrap();
-    assert!(matches!(*result.end, EndReason::Stopped), "{:?}", result.end);
+    assert!(matches!(*result.end, End::Stopped), "{:?}", result.end);
     assert!(result.measured.timing.samples < 10 * SAMPLES);
 }
 
@@ -190,7 +191,7 @@ async fn a_paced_replay_is_paused_and_resumed() {
     assert!((4.9..5.3).contains(&began.elapsed().as_secs_f64()), "{:?}", began.elapsed());
     command(&session, Command::Stop).await;
     let result = session.result.await.unwrap();
-    assert!(matches!(*result.end, EndReason::Stopped));
+    assert!(matches!(*result.end, End::Stopped));
     assert!(result.measured.timing.samples < SAMPLES && !result.measured.source.playback.unwrap().at_end);
 }
 
@@ -216,7 +217,7 @@ async fn at_its_end_a_replay_stays_until_it_is_stopped() {
     assert!(slower.at_end && !slower.paused);
     command(&session, Command::Stop).await;
     let result = session.result.await.unwrap();
-    assert!(matches!(*result.end, EndReason::SourceEnded), "it had come to its end");
+    assert!(matches!(*result.end, End::SourceEnded), "it had come to its end");
     assert_eq!(result.measured.timing.samples, SAMPLES);
     let playback = result.measured.source.playback.unwrap();
     assert_eq!((playback.samples, playback.total, playback.at_end), (SAMPLES, Some(SAMPLES), true));
@@ -230,7 +231,7 @@ async fn the_requested_duration_is_an_end_as_well() {
     let end = until(&mut session, |playback, _| playback.at_end).await;
     assert_eq!(end.samples, 200);
     command(&session, Command::Stop).await;
-    assert!(matches!(*session.result.await.unwrap().end, EndReason::DurationReached));
+    assert!(matches!(*session.result.await.unwrap().end, End::DurationReached));
 }
 
 #[tokio::test]
@@ -249,7 +250,7 @@ async fn the_end_of_a_recording_is_known_if_the_replay_ends_with_it() {
         let session = Session::replay(ReplaySpec { settings, ..ReplaySpec::of(file.path()) });
         let state = session.state.clone();
         let result = session.result.await.unwrap();
-        assert!(matches!(*result.end, EndReason::DurationReached), "{:?}", result.end);
+        assert!(matches!(*result.end, End::DurationReached), "{:?}", result.end);
         state.borrow().facts().recording.unwrap().end
     };
     let end = replayed(None).await.unwrap();
@@ -288,7 +289,7 @@ async fn a_recording_whose_rate_changes_is_read_to_its_end() {
     let result = Session::replay(ReplaySpec::of(file.path())).result.await.unwrap();
     let change = result.measured.timing.rate_change.unwrap();
     assert_eq!((change.from_hz, change.to_hz), (40.0, 10.0));
-    assert!(matches!(*result.end, EndReason::SourceEnded), "{:?}", result.end);
+    assert!(matches!(*result.end, End::SourceEnded), "{:?}", result.end);
 }
 
 #[tokio::test(start_paused = true)]

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use vn100_protocol::{DeviceError, crc16};
 
 use super::{Firmware, command::check_count};
-use crate::sensor::{Deltas, SensorValues, single, transposed};
+use crate::sensor::{Deltas, SensorValues, single};
 
 /// The values that a packet can carry.
 #[derive(Debug, Clone, Copy)]
@@ -15,11 +15,10 @@ pub(crate) struct PacketContents<'a> {
     /// Time since start-up, ns.
     pub(crate) time_ns: u64,
     pub(crate) sync_out_count: u32,
-    pub(crate) vpe_status: u16,
 }
 
-/// Bytes of each field by its bit, 0 if a VN-100 has none. Fields of a satellite receiver are
-/// sent as zeros.
+/// Bytes of each field by its bit, 0 if a VN-100 has none. Fields of a satellite receiver, and those
+/// in the axes of the Earth, are sent as zeros.
 ///
 /// The groups in the order of their bits: common, time, inertial, satellites, attitude. A packet
 /// with any other group is rejected.
@@ -50,7 +49,7 @@ impl PacketOutput {
         Self { mode: 0, divisor: 0, groups, words }
     }
 
-    pub(crate) fn parse(parameters: &[&str], firmware: Firmware) -> Result<Self, DeviceError> {
+    pub(crate) fn parse(parameters: &[&str]) -> Result<Self, DeviceError> {
         let [mode, divisor, groups, words @ ..] = parameters else {
             return Err(DeviceError::TooFewParameters);
         };
@@ -64,12 +63,7 @@ impl PacketOutput {
         let known = groups != 0
             && groups < 1 << FIELD_BYTES.len()
             && output.words().all(|(group, word)| word != 0 && bits(word).all(|bit| FIELD_BYTES[group][bit] != 0));
-        let is_sent = match firmware {
-            // no group of times, and no uncertainty of the attitude
-            Firmware::V2_0 => output.words().all(|(group, word)| group != 1 && !(group == 4 && word & 1 << 8 != 0)),
-            Firmware::V2_1 | Firmware::V3_1 => true,
-        };
-        if known && is_sent { Ok(output) } else { Err(DeviceError::InvalidParameter) }
+        if known { Ok(output) } else { Err(DeviceError::InvalidParameter) }
     }
 
     pub(crate) fn print(&self, firmware: Firmware) -> String {
@@ -122,7 +116,7 @@ impl PacketOutput {
             for bit in bits(word) {
                 let start = packet.len();
                 contents.append(group, bit, &mut packet);
-                // fields that a VN-100 cannot measure
+                // fields that are not emulated
                 packet.resize(start + FIELD_BYTES[group][bit] as usize, 0);
             }
         }
@@ -144,7 +138,6 @@ impl PacketContents<'_> {
         match (group, bit) {
             (0 | 1, 0) => out.extend(self.time_ns.to_le_bytes()),
             (1, 8) => out.extend(self.sync_out_count.to_le_bytes()),
-            (0, 12) | (4, 0) => out.extend(self.vpe_status.to_le_bytes()),
             (0, 3) | (4, 1) => floats(&measured.ypr_deg),
             (0, 4) | (4, 2) => floats(&measured.quaternion()),
             (0, 5) | (2, 10) => floats(&measured.gyro_rad_s),
@@ -173,14 +166,6 @@ impl PacketContents<'_> {
             }
             (2, 7) => floats(&single(deltas.velocity_m_s)),
             (2, 8) => floats(&measured.mag_gauss),
-            // column by column
-            (4, 3) => floats(&transposed(&measured.direction_cosines()).map(|cosine| cosine as f32)),
-            (4, 4) => floats(&measured.to_ned(measured.mag_gauss)),
-            (4, 5) => floats(&measured.to_ned(measured.accel_m_s2)),
-            (4, 6) => floats(&measured.linear_accel_body()),
-            (4, 7) => floats(&measured.linear_accel_ned()),
-            // the final uncertainty of a level sensor
-            (4, 8) => floats(&[1.0, 0.1, 0.1]),
             _ => {}
         }
     }

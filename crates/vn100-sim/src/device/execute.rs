@@ -34,8 +34,6 @@ impl Device {
                 return Ok(());
             }
             "ASY" => self.run.paused = !flag(parameters)?,
-            "KMD" => self.note_disturbance(11, flag(parameters)?),
-            "KAD" => self.note_disturbance(12, flag(parameters)?),
             "SGB" => {
                 check_count(parameters, 0)?;
                 self.registers.set_start_up_bias(self.sensor.bias_rad_s);
@@ -100,7 +98,7 @@ impl Device {
         } else {
             self.registers.write(number, rest, port)?;
         }
-        self.processing = self.registers.processing(&self.started_with);
+        self.processing = self.registers.processing();
         match number {
             33 => {
                 self.answer("VNWRG,33,0,0,0");
@@ -126,11 +124,6 @@ impl Device {
         }
         self.run.sync_out = SyncOut { count: 0, since_tick: self.run.ticks };
         Ok(())
-    }
-
-    fn note_disturbance(&mut self, bit: u32, present: bool) {
-        self.run.known_disturbances &= !(1 << bit);
-        self.run.known_disturbances |= u16::from(present) << bit;
     }
 }
 

@@ -105,7 +105,6 @@ impl Device {
             deltas: &deltas,
             time_ns,
             sync_out_count: self.sync_out_count(),
-            vpe_status: self.run.known_disturbances,
         })
     }
 
@@ -153,10 +152,8 @@ impl Device {
             // writing to a String cannot fail
             _ = write!(body, ",T{count}");
         }
-        match self.registers.whole(30, 1) {
-            0 => {}
-            1 => _ = write!(body, ",S{:04X}", self.run.known_disturbances),
-            _ => body.push_str(",S0000"),
+        if self.registers.whole(30, 1) > 0 {
+            body.push_str(",S0000");
         }
     }
 

@@ -3,8 +3,6 @@
 /// The firmware version of an emulated sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Firmware {
-    /// 2.0.0.0
-    V2_0,
     /// 2.1.0.0
     V2_1,
     /// 3.1.0.0
@@ -13,18 +11,9 @@ pub enum Firmware {
 }
 
 impl Firmware {
-    /// The firmware of this version, such as `2.1`; `None` for any other.
-    #[must_use]
-    pub fn named(version: &str) -> Option<Self> {
-        [Self::V2_0, Self::V2_1, Self::V3_1]
-            .into_iter()
-            .find(|firmware| firmware.version().strip_suffix(".0.0") == Some(version))
-    }
-
     /// The version in register 4.
     pub(crate) const fn version(self) -> &'static str {
         match self {
-            Self::V2_0 => "2.0.0.0",
             Self::V2_1 => "2.1.0.0",
             Self::V3_1 => "3.1.0.0",
         }
@@ -89,7 +78,6 @@ pub(crate) const ROWS: &[RegisterRow] = &[
     writable(21, &[ANY; 6], "1,0,1.8,0,0,-9.793746"),
     writable(23, CALIBRATION, NO_CALIBRATION),
     writable(25, CALIBRATION, NO_CALIBRATION),
-    // orthonormality is checked separately
     writable(26, &[Real(1.0); 9], "1,0,0,0,1,0,0,0,1"),
     writable(30, &[UP_TO_4, UP_TO_2, UP_TO_4, UP_TO_2, OneOf(&[1, 3]), OneOf(&[0, 1, 3]), UP_TO_2], "0,0,0,0,1,0,1"),
     writable(

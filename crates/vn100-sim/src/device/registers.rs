@@ -9,13 +9,7 @@ use super::{
     command::check_count,
     register_table::{Field, Firmware, ROWS},
 };
-use crate::{
-    message::MESSAGES,
-    sensor::{Processing, TriadCalibration},
-};
-
-/// The largest deviation from an orthonormal matrix that register 26 accepts.
-const ORTHONORMAL_WITHIN: f64 = 1e-5;
+use crate::{message::MESSAGES, onboard::AveragingWindow, profile::Profile, sensor::Processing};
 
 #[derive(Debug, Clone, PartialEq)]
 enum Value {
@@ -48,7 +42,7 @@ impl Registers {
     pub(crate) fn delivered(firmware: Firmware, serial: u32) -> Self {
         let values = ROWS.iter().map(|row| {
             let default = match (row.number, firmware) {
-                (44, Firmware::V2_0 | Firmware::V2_1) => "1,3,5",
+                (44, Firmware::V2_1) => "1,3,5",
                 _ => row.default,
             };
             let default: Vec<&str> = default.split(',').collect();
@@ -60,6 +54,24 @@ impl Registers {
             values: values.collect(),
             ports: [PortSettings { baud: 115_200, message: 14, rate_hz: 40 }; 2],
             binary: std::array::from_fn(|_| PacketOutput::off(firmware)),
+        }
+    }
+
+    /// Sets rate and averaging window as the profile was measured, if the sensor has them.
+    pub(crate) fn set_like(&mut self, profile: &Profile) {
+        let rate = OUTPUT_RATES_HZ.into_iter().find(|hz| f64::from(*hz) == profile.rate_hz);
+        for port in &mut self.ports {
+            port.rate_hz = rate.unwrap_or(port.rate_hz);
+        }
+        if !self.fits(0) {
+            self.ports[0].baud = 921_600;
+        }
+        for (field, channel) in [(1, 6), (2, 9)] {
+            if let AveragingWindow::Boxcar { samples, .. } = profile.channels[channel].window
+                && let Some(value) = self.values.get_mut(&85).and_then(|values| values.get_mut(field))
+            {
+                *value = Value::Whole(samples);
+            }
         }
     }
 
@@ -85,7 +97,7 @@ impl Registers {
             3 | 4 => return Err(DeviceError::Unauthorized),
             5..=7 => return self.write_port(number, parameters, port),
             75..=77 => {
-                let output = PacketOutput::parse(parameters, self.firmware)?;
+                let output = PacketOutput::parse(parameters)?;
                 let before = std::mem::replace(&mut self.binary[usize::from(number - 75)], output);
                 if !self.fits(0) || !self.fits(1) {
                     self.binary[usize::from(number - 75)] = before;
@@ -100,9 +112,6 @@ impl Registers {
             return Err(DeviceError::Unauthorized);
         }
         let values = parse_values(row.fields, parameters)?;
-        if number == 26 && !is_orthonormal(&reals(&values)) {
-            return Err(DeviceError::InvalidParameter);
-        }
         self.values.insert(number, values);
         Ok(())
     }
@@ -154,26 +163,13 @@ impl Registers {
         }
     }
 
-    /// Windows, calibrations and the rotation of the frame. The rotation is that of `started_with`,
-    /// because it takes effect at start-up.
-    pub(crate) fn processing(&self, started_with: &Self) -> Processing {
-        let real =
-            |registers: &Self, number| registers.values.get(&number).map(|values| reals(values)).unwrap_or_default();
-        let calibration = |number| {
-            let numbers = real(self, number);
-            let at = |index: usize| numbers.get(index).copied().unwrap_or_default();
-            TriadCalibration { matrix: std::array::from_fn(at), offset: std::array::from_fn(|axis| at(9 + axis)) }
-        };
-        let frame = real(started_with, 26);
+    /// The settings of register 85.
+    pub(crate) fn processing(&self) -> Processing {
         let modes = [0, 1, 2].map(|triad| self.whole(85, 5 + triad));
         Processing {
             windows: [0, 1, 2].map(|triad| self.whole(85, triad)),
             averages_uncompensated: modes.map(|mode| mode & 1 != 0),
             averages_compensated: modes.map(|mode| mode & 2 != 0),
-            mag: calibration(23),
-            accel: calibration(25),
-            gyro: calibration(84),
-            frame: std::array::from_fn(|index| frame.get(index).copied().unwrap_or_default()),
         }
     }
 }
@@ -212,23 +208,4 @@ fn print_values(values: &[Value]) -> String {
         };
     }
     text
-}
-
-fn reals(values: &[Value]) -> Vec<f64> {
-    let real = |value: &Value| match value {
-        Value::Real(value) | Value::Rate(value) => f64::from(*value),
-        Value::Whole(value) => f64::from(*value),
-        Value::Text(_) => 0.0,
-    };
-    values.iter().map(real).collect()
-}
-
-fn is_orthonormal(matrix: &[f64]) -> bool {
-    let rows: Vec<&[f64]> = matrix.chunks(3).collect();
-    rows.iter().enumerate().all(|(i, one)| {
-        rows.iter().enumerate().all(|(j, other)| {
-            let product: f64 = one.iter().zip(*other).map(|(a, b)| a * b).sum();
-            (product - f64::from(u8::from(i == j))).abs() <= ORTHONORMAL_WITHIN
-        })
-    })
 }

@@ -130,6 +130,7 @@ fn components_do_not_disturb_each_other() {
         random_walk: 0.3,
         ramp: -0.4,
         line: parts[5].line,
+        resolution: 0.0,
     };
     let mut parts = parts.map(|part| stream(&part, 40, 9));
     for found in samples(&all, 40, 9, 1000) {

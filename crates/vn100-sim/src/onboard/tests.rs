@@ -16,6 +16,11 @@ fn white(window: AveragingWindow, rate_hz: u32, samples: usize) -> Vec<f64> {
     (0..samples).map(|_| next()).collect()
 }
 
+/// The window of a channel at the factory default.
+fn delivered(channel: usize) -> AveragingWindow {
+    crate::Profile::datasheet().channels[channel].window
+}
+
 fn boxcar(samples: u32) -> AveragingWindow {
     AveragingWindow::Boxcar { refresh_hz: 800, samples, low_pass: LowPass::NONE }
 }
@@ -57,10 +62,9 @@ fn boxcar_correlates_neighbours() {
 /// One second of a real sensor with firmware 3.1, with the factory default of the window.
 #[test]
 fn neighbours_are_correlated_as_in_a_real_sensor() {
-    for (window, measured) in [
-        (AveragingWindow::GYRO_DEFAULT, [0.83, 0.49, 0.17, -0.02, -0.05]),
-        (AveragingWindow::ACCELEROMETER_DEFAULT, [0.86, 0.60, 0.35, 0.14, 0.08]),
-    ] {
+    for (window, measured) in
+        [(delivered(9), [0.83, 0.49, 0.17, -0.02, -0.05]), (delivered(6), [0.86, 0.60, 0.35, 0.14, 0.08])]
+    {
         let values = white(window, 800, 400_000);
         for (lag, measured) in (1..).zip(measured) {
             let found = autocorrelation(&values, lag);
@@ -77,13 +81,13 @@ fn density_rises_by_aliasing() {
         (100, boxcar(4), 2.0_f64.sqrt()),
         (40, boxcar(4), 5.0_f64.sqrt()),
         (40, boxcar(20), 1.0),
-        (40, AveragingWindow::GYRO_DEFAULT, 2.307),
-        (40, AveragingWindow::ACCELEROMETER_DEFAULT, 2.082),
-        (200, AveragingWindow::GYRO_DEFAULT, 1.0),
-        (800, AveragingWindow::ACCELEROMETER_DEFAULT, 1.0),
+        (40, delivered(9), 2.307),
+        (40, delivered(6), 2.082),
+        (200, delivered(9), 1.0),
+        (800, delivered(6), 1.0),
         (40, AveragingWindow::None, 1.0),
-        (40, AveragingWindow::MAG_DEFAULT, 6.25_f64.sqrt()),
-        (200, AveragingWindow::MAG_DEFAULT, 1.25_f64.sqrt()),
+        (40, delivered(3), 6.25_f64.sqrt()),
+        (200, delivered(3), 1.25_f64.sqrt()),
     ] {
         let values = white(window, rate_hz, 800_000);
         let (density, deviation) = apparent_density(&values, f64::from(rate_hz));
@@ -94,7 +98,7 @@ fn density_rises_by_aliasing() {
 
 #[test]
 fn output_faster_than_the_refresh_repeats() {
-    let values = white(AveragingWindow::MAG_DEFAULT, 800, 3200);
+    let values = white(delivered(3), 800, 3200);
     let changes = values.windows(2).filter(|pair| pair[0] != pair[1]).count();
     // 5 refreshes in 16 samples: 1000 in total, but the first or the last may fall outside
     assert!((999..=1000).contains(&changes), "{changes}");
@@ -104,5 +108,5 @@ fn output_faster_than_the_refresh_repeats() {
 fn a_window_of_zero_is_a_window_of_one() {
     let one = AveragingWindow::Boxcar { refresh_hz: 250, samples: 1, low_pass: LowPass::NONE };
     let one = white(one, 40, 100);
-    assert_eq!(white(AveragingWindow::MAG_DEFAULT, 40, 100), one);
+    assert_eq!(white(delivered(3), 40, 100), one);
 }

@@ -22,8 +22,6 @@ use rustix::{
     termios::{OptionalActions, tcgetattr, tcsetattr},
 };
 
-use super::PtyError;
-
 const SLAVE_FLAGS: OpenptFlags = OpenptFlags::RDWR.union(OpenptFlags::NOCTTY).union(OpenptFlags::CLOEXEC);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -218,19 +216,21 @@ pub(super) struct SymbolicLink {
 
 impl SymbolicLink {
     /// Creates the link, or changes the target of the existing one.
-    pub(super) fn make(path: &Path, target: &Path) -> Result<Self, PtyError> {
+    pub(super) fn make(path: &Path, target: &Path) -> io::Result<Self> {
         // if it has a target, it may belong to another sensor
         if fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink())
             && let Ok(leads_to) = fs::canonicalize(path)
         {
-            return Err(PtyError::LinkInUse { path: path.to_owned(), leads_to });
+            let (path, leads_to) = (path.display(), leads_to.display());
+            let text = "end that program, or choose another place for the link";
+            return Err(io::Error::other(format!("{path} already leads to {leads_to}: {text}")));
         }
         lead(path, target)?;
         Ok(Self { path: path.to_owned() })
     }
 
     /// Changes the target. A program that opens the path meanwhile finds either target.
-    pub(super) fn turn(&self, target: &Path) -> Result<(), PtyError> {
+    pub(super) fn turn(&self, target: &Path) -> io::Result<()> {
         lead(&self.path, target)
     }
 }
@@ -242,13 +242,14 @@ impl Drop for SymbolicLink {
     }
 }
 
-fn lead(path: &Path, target: &Path) -> Result<(), PtyError> {
+fn lead(path: &Path, target: &Path) -> io::Result<()> {
     if fs::symlink_metadata(path).is_ok_and(|found| !found.is_symlink()) {
-        return Err(PtyError::LinkTaken { path: path.to_owned() });
+        let text = "exists and is not a symbolic link: remove it, or choose another place for the link";
+        return Err(io::Error::other(format!("{} {text}", path.display())));
     }
     let fresh = with_suffix(path, &format!(".{}", std::process::id()));
     let turned = symlink(target, &fresh).and_then(|()| fs::rename(&fresh, path));
-    turned.map_err(|source| PtyError::SymbolicLink { path: path.to_owned(), source })
+    turned.map_err(|error| io::Error::other(format!("cannot make the link {}: {error}", path.display())))
 }
 
 /// The same path with more text at its end.
@@ -344,7 +345,7 @@ mod tests {
         fs::write(&port, "")?;
         let link = SymbolicLink::make(&path, &port).unwrap();
         let error = SymbolicLink::make(&path, Path::new("other")).unwrap_err();
-        assert!(matches!(error, PtyError::LinkInUse { .. }), "{error}");
+        assert!(error.to_string().contains("already leads"), "{error}");
         assert_eq!(fs::read_link(&path)?, port);
         drop(link);
         Ok(())
@@ -353,6 +354,6 @@ mod tests {
     #[test]
     fn a_link_into_nowhere_names_its_path() {
         let error = SymbolicLink::make(Path::new("/nowhere/sensor"), Path::new("one")).unwrap_err().to_string();
-        assert!(error.starts_with("cannot make the link /nowhere/sensor to"), "{error}");
+        assert!(error.starts_with("cannot make the link /nowhere/sensor: "), "{error}");
     }
 }

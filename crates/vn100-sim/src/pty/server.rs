@@ -1,6 +1,7 @@
 //! The thread that connects an emulated sensor and its pseudo-terminal.
 
 use std::{
+    io,
     num::NonZeroU32,
     os::fd::OwnedFd,
     path::{Path, PathBuf},
@@ -18,7 +19,7 @@ use rustix::{
 };
 
 use super::{
-    PtyError, PtyOptions, PtyStats,
+    PtyOptions, PtyStats,
     port::{HostChange, Outbox, PseudoTerminal, SymbolicLink, with_suffix},
 };
 use crate::{device::Device, fault::PlugEvent, wire::Wire};
@@ -32,7 +33,7 @@ const LINGER_STEP: Timespec = Timespec { tv_sec: 0, tv_nsec: 2_000_000 };
 const LINGER_LOOKS: u32 = 25;
 
 /// The time during which a port whose host has left can still be opened: a host that looked up its
-/// name just before finds a sensor there, and not a dangling name.
+/// name just before finds a sensor there, and not a port that is hung up.
 const FORMER_KEPT: Duration = Duration::from_secs(2);
 
 /// The interval for checking whether a host has opened it.
@@ -42,7 +43,7 @@ const FORMER_CHECK: Duration = Duration::from_millis(10);
 #[derive(Debug)]
 pub struct PtySensor {
     shared: Arc<Shared>,
-    thread: Option<JoinHandle<Result<(), PtyError>>>,
+    thread: Option<JoinHandle<io::Result<()>>>,
 }
 
 #[derive(Debug)]
@@ -69,13 +70,13 @@ impl Shared {
 /// Connects a sensor and switches it on.
 ///
 /// # Errors
-/// [`PtyError`] if the machine has no pseudo-terminal left, or the link cannot be made.
-pub fn serve(device: Device, options: PtyOptions) -> Result<PtySensor, PtyError> {
-    let waker = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK).map_err(open_error)?;
+/// If the machine has no pseudo-terminal left, or the link cannot be made.
+pub fn serve(device: Device, options: PtyOptions) -> io::Result<PtySensor> {
+    let waker = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?;
     let shared = Arc::new(Shared { stop: AtomicBool::new(false), waker, state: Mutex::default() });
     let baud = host_baud(&device);
     let mut server = Server {
-        wire: Wire::new(device, &options.faults, options.seed, options.usb_latency, baud),
+        wire: Wire::new(device, &options.faults, options.seed, baud),
         port: None,
         former: None,
         outbox: Outbox::default(),
@@ -87,19 +88,17 @@ pub fn serve(device: Device, options: PtyOptions) -> Result<PtySensor, PtyError>
     };
     server.plug_in(false)?;
     let thread = thread::Builder::new().name("vn100-sim".to_owned()).spawn(move || server.run());
-    Ok(PtySensor { shared, thread: Some(thread.map_err(PtyError::Thread)?) })
+    Ok(PtySensor { shared, thread: Some(thread?) })
 }
 
 impl PtySensor {
     /// The path for a host to open: the link if there is one. Without a link the path changes
     /// when a host closes the port; while the sensor is unplugged it is the last path.
-    #[must_use]
     pub fn path(&self) -> PathBuf {
         self.shared.state().path.clone()
     }
 
     /// Byte counts so far.
-    #[must_use]
     pub fn stats(&self) -> PtyStats {
         self.shared.state().stats
     }
@@ -107,18 +106,20 @@ impl PtySensor {
     /// Unplugs the sensor once the host has read all bytes sent to it, or after a second.
     ///
     /// # Errors
-    /// [`PtyError`] if the thread of the sensor had ended before.
-    pub fn stop(mut self) -> Result<PtyStats, PtyError> {
+    /// If the thread of the sensor had ended before.
+    pub fn stop(mut self) -> io::Result<PtyStats> {
         self.end()?;
         Ok(self.stats())
     }
 
-    fn end(&mut self) -> Result<(), PtyError> {
+    fn end(&mut self) -> io::Result<()> {
         self.shared.stop.store(true, Ordering::Release);
         // a counter that is full wakes as well
         _ = write(&self.shared.waker, &1_u64.to_ne_bytes());
         match self.thread.take() {
-            Some(thread) => thread.join().unwrap_or(Err(PtyError::Panicked)),
+            Some(thread) => {
+                thread.join().unwrap_or_else(|_| Err(io::Error::other("internal error in the emulated sensor")))
+            }
             None => Ok(()),
         }
     }
@@ -146,7 +147,7 @@ struct Server {
 }
 
 impl Server {
-    fn run(mut self) -> Result<(), PtyError> {
+    fn run(mut self) -> io::Result<()> {
         while !self.shared.stop.load(Ordering::Acquire) {
             let now = self.now();
             self.follow_plug(now)?;
@@ -166,7 +167,7 @@ impl Server {
         self.on_for + self.switched_on.elapsed()
     }
 
-    fn follow_plug(&mut self, now: Duration) -> Result<(), PtyError> {
+    fn follow_plug(&mut self, now: Duration) -> io::Result<()> {
         while let Some(event) = self.wire.poll_plug(now) {
             match event {
                 PlugEvent::Unplugged => {
@@ -180,9 +181,9 @@ impl Server {
         Ok(())
     }
 
-    fn follow_host(&mut self, now: Duration) -> Result<(), PtyError> {
+    fn follow_host(&mut self, now: Duration) -> io::Result<()> {
         let Some(port) = &mut self.port else { return Ok(()) };
-        match port.host_change().map_err(PtyError::Open)? {
+        match port.host_change()? {
             None => self.follow_former(now)?,
             Some(HostChange::Opened) => {
                 self.former = None;
@@ -200,18 +201,18 @@ impl Server {
         Ok(())
     }
 
-    fn open(&mut self, now: Duration) -> Result<(), PtyError> {
+    fn open(&mut self, now: Duration) -> io::Result<()> {
         self.shared.state().stats.openings += 1;
         let stale = self.wire.open(now);
         self.give(&stale)
     }
 
-    fn exchange(&mut self, now: Duration) -> Result<(), PtyError> {
+    fn exchange(&mut self, now: Duration) -> io::Result<()> {
         if let Some(port) = &self.port {
-            if let Some(baud) = port.host_baud().map_err(PtyError::Open)? {
+            if let Some(baud) = port.host_baud()? {
                 self.wire.set_host_baud(baud);
             }
-            let written = port.read().map_err(PtyError::Open)?;
+            let written = port.read()?;
             if !written.is_empty() {
                 // a host that has written has opened the port: otherwise the wire would drop the replies as
                 // if no host were there
@@ -224,10 +225,10 @@ impl Server {
     }
 
     /// Writes bytes for the host, after the pending ones.
-    fn give(&mut self, bytes: &[u8]) -> Result<(), PtyError> {
+    fn give(&mut self, bytes: &[u8]) -> io::Result<()> {
         let Some(port) = &self.port else { return Ok(()) };
         let dropped = self.outbox.push(bytes);
-        let sent = self.outbox.forward(port).map_err(PtyError::Open)?;
+        let sent = self.outbox.forward(port)?;
         let mut state = self.shared.state();
         state.stats.bytes_sent += sent as u64;
         state.stats.bytes_dropped += dropped as u64;
@@ -240,8 +241,8 @@ impl Server {
         self.shared.state().stats.bytes_unread += self.outbox.clear() as u64;
     }
 
-    fn plug_in(&mut self, other_name: bool) -> Result<(), PtyError> {
-        let port = PseudoTerminal::new(host_baud(self.wire.device())).map_err(PtyError::Open)?;
+    fn plug_in(&mut self, other_name: bool) -> io::Result<()> {
+        let port = PseudoTerminal::new(host_baud(self.wire.device()))?;
         let path = match &self.link_path {
             None => port.path.clone(),
             Some(link) => {
@@ -256,17 +257,17 @@ impl Server {
     }
 
     /// A host has left: the next one finds a new port.
-    fn replace_port(&mut self, now: Duration) -> Result<(), PtyError> {
-        let fresh = PseudoTerminal::new(host_baud(self.wire.device())).map_err(PtyError::Open)?;
+    fn replace_port(&mut self, now: Duration) -> io::Result<()> {
+        let fresh = PseudoTerminal::new(host_baud(self.wire.device()))?;
         self.lead_to(&fresh.path)?;
         self.former = self.port.replace(fresh).map(|left| (left, now + FORMER_KEPT));
         self.follow_former(now)
     }
 
     /// Returns to the port before this one if a host has opened that one.
-    fn follow_former(&mut self, now: Duration) -> Result<(), PtyError> {
+    fn follow_former(&mut self, now: Duration) -> io::Result<()> {
         let Some((mut former, until)) = self.former.take() else { return Ok(()) };
-        if former.host_change().map_err(PtyError::Open)? == Some(HostChange::Opened) {
+        if former.host_change()? == Some(HostChange::Opened) {
             self.lead_to(&former.path)?;
             self.port = Some(former);
             return self.open(now);
@@ -275,7 +276,7 @@ impl Server {
         Ok(())
     }
 
-    fn lead_to(&self, port: &Path) -> Result<(), PtyError> {
+    fn lead_to(&self, port: &Path) -> io::Result<()> {
         match &self.link {
             Some(link) => link.turn(port)?,
             None => self.shared.state().path = port.to_owned(),
@@ -283,32 +284,32 @@ impl Server {
         Ok(())
     }
 
-    fn sleep(&self, time: Duration) -> Result<(), PtyError> {
+    fn sleep(&self, time: Duration) -> io::Result<()> {
         let timeout = Timespec::try_from(time).unwrap_or(Timespec { tv_sec: 1, tv_nsec: 0 });
         match &self.port {
-            Some(port) => port.wait(&self.shared.waker, !self.outbox.is_empty(), &timeout).map_err(PtyError::Open),
+            Some(port) => port.wait(&self.shared.waker, !self.outbox.is_empty(), &timeout),
             None => match poll(&mut [PollFd::new(&self.shared.waker, PollFlags::IN)], Some(&timeout)) {
                 Ok(_) | Err(Errno::INTR) => Ok(()),
-                Err(error) => Err(open_error(error)),
+                Err(error) => Err(error.into()),
             },
         }
     }
 
     /// Waits for the host, because bytes that it has not read are lost when the port is removed.
-    fn linger(mut self) -> Result<(), PtyError> {
+    fn linger(mut self) -> io::Result<()> {
         let since = Instant::now();
         let mut empty = 0;
         loop {
             self.give(&[])?;
             let Some(port) = &mut self.port else { break };
-            let left = port.host_change().map_err(PtyError::Open)? == Some(HostChange::Left);
-            let all_read = self.outbox.is_empty() && port.unread().map_err(PtyError::Open)? == 0;
+            let left = port.host_change()? == Some(HostChange::Left);
+            let all_read = self.outbox.is_empty() && port.unread()? == 0;
             empty = if all_read { empty + 1 } else { 0 };
             if left || empty > LINGER_LOOKS || since.elapsed() > LINGER {
                 break;
             }
             // the waker is readable now, so this waits only for the time
-            poll(&mut [], Some(&LINGER_STEP)).map_err(open_error)?;
+            poll(&mut [], Some(&LINGER_STEP))?;
         }
         self.shared.state().stats.bytes_unread += self.outbox.clear() as u64;
         Ok(())
@@ -318,8 +319,4 @@ impl Server {
 /// The rate at which a host finds the port.
 fn host_baud(device: &Device) -> NonZeroU32 {
     NonZeroU32::new(device.baud()).unwrap_or(NonZeroU32::MIN)
-}
-
-fn open_error(error: Errno) -> PtyError {
-    PtyError::Open(error.into())
 }

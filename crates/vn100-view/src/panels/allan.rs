@@ -48,7 +48,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, alone: b
     let inner = framed(frame, area, scene, Panel::Allan, title);
     let mut read_out = read_out(scene, &plot, inner.width);
     if alone {
-        read_out.extend(parameters::summary(scene, &group, inner.width));
+        read_out.extend(parameters::summary(scene, &group));
     }
     let rows = [Constraint::Length(1), Constraint::Fill(1), Constraint::Length(read_out.len() as u16)];
     let [legend, chart, below] = Layout::vertical(rows).areas(inner);
@@ -58,12 +58,12 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, alone: b
 }
 
 /// Which sign is which axis, and when the next point comes; in fewer words where room is short.
-fn legend_line(theme: Theme, source: &SourceView, plot: &AllanPlot, width: u16) -> Line<'static> {
+fn legend_line(theme: Theme, source: &SourceView, plot: &AllanPlot<'_>, width: u16) -> Line<'static> {
     let whole = legend(theme, source, plot, true);
     if whole.width() <= usize::from(width) { whole } else { legend(theme, source, plot, false) }
 }
 
-fn legend(theme: Theme, source: &SourceView, plot: &AllanPlot, whole: bool) -> Line<'static> {
+fn legend(theme: Theme, source: &SourceView, plot: &AllanPlot<'_>, whole: bool) -> Line<'static> {
     let mut spans = Vec::new();
     for curve in &plot.curves {
         let sign = SIGNS.get(curve.axis).unwrap_or(&"●");
@@ -91,7 +91,7 @@ fn legend(theme: Theme, source: &SourceView, plot: &AllanPlot, whole: bool) -> L
 }
 
 /// The values at the cursor; without the kind of noise, then the averages, where room is short.
-fn read_out(scene: Scene<'_>, plot: &AllanPlot, width: u16) -> Vec<Line<'static>> {
+fn read_out(scene: Scene<'_>, plot: &AllanPlot<'_>, width: u16) -> Vec<Line<'static>> {
     let Some(octave) = scene.state.octave(plot.octaves()) else { return Vec::new() };
     let line = |curve: &AllanCurve| {
         let point = curve.points.get(octave)?;
@@ -125,7 +125,7 @@ fn noise_name(alpha: i8) -> &'static str {
     }
 }
 
-fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanPlot) {
+fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &AllanPlot<'_>) {
     let (state, theme) = (scene.state, scene.theme);
     let octaves = plot.octaves();
     let (Some(x), Some(octave)) = (LogAxis::over(plot.taus()), state.octave(octaves)) else {
@@ -228,7 +228,7 @@ fn draw_points(buffer: &mut Buffer, axes: ChartAxes, curves: &[AllanCurve], them
     }
 }
 
-fn draw_letters(buffer: &mut Buffer, axes: ChartAxes, plot: &AllanPlot, theme: Theme) {
+fn draw_letters(buffer: &mut Buffer, axes: ChartAxes, plot: &AllanPlot<'_>, theme: Theme) {
     for line in plot.lines() {
         let Some(letter) = line.term else { continue };
         // N is read at its left end, the others at their right

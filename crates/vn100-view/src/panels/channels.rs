@@ -1,5 +1,5 @@
 //! All channels in numbers, with the last minutes of each as a line of bars; and one of them in
-//! time and by value.
+//! time.
 
 use ratatui::{
     Frame,
@@ -9,7 +9,7 @@ use ratatui::{
     text::{Line, Span},
     widgets::{
         Paragraph, Row, Table,
-        canvas::{Canvas, Line as Stroke, Points},
+        canvas::{Canvas, Line as Stroke},
     },
 };
 use vn100_analysis::{ChannelResult, History, HistoryColumn};
@@ -47,7 +47,7 @@ pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_
         axes.into_iter().chain(polled.into_iter().map(|place| (place, usize::MAX))).collect();
     let rows = placed.into_iter().map(|(place, axis)| {
         let channel = &source.result.channels[place];
-        let unit = ShownUnit::of(channel, scene.state.units);
+        let unit = ShownUnit::of(channel);
         let number = |value: Option<f64>, decimals: usize, column: usize| {
             let text = value.map_or("-".into(), |value| fitted(value * unit.factor, decimals, widths[column].into()));
             Line::raw(text).right_aligned()
@@ -56,7 +56,7 @@ pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_
         let finer = unit.decimals + 2;
         let row = Row::new(vec![
             Line::from(Span::styled(channel.name.clone(), scene.theme.axis(axis))),
-            Line::raw(scene.theme.spelled(unit.name.as_str())),
+            Line::raw(scene.theme.spelled(unit.name)),
             number(channel.statistics.mean, finer, 2),
             number(channel.statistics.std, finer, 3),
             number(channel.statistics.min, unit.decimals, 4),
@@ -90,34 +90,26 @@ pub(crate) fn draw_signal(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let source = scene.source;
     let Some((group, place)) = scene.state.group(source).zip(scene.state.channel(source)) else { return };
     let channel = &source.result.channels[place];
-    let unit = ShownUnit::of(channel, scene.state.units);
+    let unit = ShownUnit::of(channel);
     let title = scene.theme.spelled(format!("Signal of {}, {}", channel.name, unit.name));
     let inner = framed(frame, area, scene, Panel::Signal, title);
-    let wide = inner.width >= 100;
-    let parts = [Constraint::Fill(1), Constraint::Fill(1)];
-    let [history, histogram] = if wide { Layout::horizontal(parts) } else { Layout::vertical(parts) }.areas(inner);
     let axis = group.channels.iter().position(|channel| *channel == place).unwrap_or(0);
     let color = Theme::colour_of(scene.theme.axis(axis));
-    draw_history(frame, history, scene, place, &unit, color);
-    draw_histogram(frame, histogram, scene, channel, &unit, color);
+    draw_history(frame, inner, scene, place, &unit, color);
 }
 
-/// The rows of a title, of what is drawn, and of the scale below it.
-fn parts(area: Rect) -> [Rect; 3] {
-    Layout::vertical([Constraint::Length(1), Constraint::Fill(1), Constraint::Length(1)]).areas(area)
-}
-
-/// Columns for the values of a channel at the left of a chart, the same above and below each other.
-fn values_width(channel: &ChannelResult, unit: &ShownUnit) -> u16 {
+/// Columns for the values of a channel at the left of a chart.
+fn values_width(channel: &ChannelResult, unit: &ShownUnit<'_>) -> u16 {
     let width =
         |value: Option<f64>| value.map_or(0, |value| format!("{:.*}", unit.decimals, value * unit.factor).len());
     width(channel.statistics.min).max(width(channel.statistics.max)) as u16 + 1
 }
 
-fn draw_history(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, place: usize, unit: &ShownUnit, color: Color) {
+fn draw_history(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, place: usize, unit: &ShownUnit<'_>, color: Color) {
     let (source, channel) = (scene.source, &scene.source.result.channels[place]);
     let (decimals, labels) = (unit.decimals, values_width(channel, unit));
-    let [title, chart, below] = parts(area);
+    let rows = [Constraint::Length(1), Constraint::Fill(1), Constraint::Length(1)];
+    let [title, chart, below] = Layout::vertical(rows).areas(area);
     let chart = Rect { x: chart.x + labels, width: chart.width.saturating_sub(labels), ..chart };
     let dots = usize::from(chart.width) * 2;
     let Some(mut history) = source.history(place, dots, MOST_SLOTS).filter(|history| !history.columns.is_empty())
@@ -175,74 +167,6 @@ fn labelled_rows(rows: u16, low: f64, high: f64) -> Vec<(u16, f64)> {
     let middle = rows / 2;
     let part = (4.0 * f64::from(middle) + 1.5) / (4.0 * f64::from(rows) - 1.0);
     vec![(0, high), (middle, high - (high - low) * part), (rows - 1, low)]
-}
-
-fn draw_histogram(
-    frame: &mut Frame<'_>,
-    area: Rect,
-    scene: Scene<'_>,
-    channel: &ChannelResult,
-    unit: &ShownUnit,
-    color: Color,
-) {
-    let labels = values_width(channel, unit);
-    let [title, chart, below] = parts(area);
-    let chart = Rect { x: chart.x + labels, width: chart.width.saturating_sub(labels), ..chart };
-    let Some(bars) = &channel.statistics.histogram else { return };
-    let shape = match (channel.statistics.skewness, channel.statistics.excess_kurtosis) {
-        (Some(skewness), Some(kurtosis)) => format!("; skewness {skewness:.2}, excess kurtosis {kurtosis:.2}"),
-        _ => String::new(),
-    };
-    let fits = |text: &String| text.chars().count() <= usize::from(area.width);
-    let texts = [" samples per bin; dots: Gaussian", " dots: Gaussian"];
-    let text = texts.map(|text| format!("{text}{shape}")).into_iter().find(fits);
-    let text = text.unwrap_or_else(|| shape.trim_start_matches(';').to_owned());
-    frame.render_widget(Paragraph::new(Line::styled(text, scene.theme.faint())), title);
-    let end = bars.first + bars.width * bars.counts.len() as f64;
-    let label = |value: f64| Line::styled(format!("{:.*}", unit.decimals, value * unit.factor), scene.theme.faint());
-    let scale = Rect { x: chart.x, width: chart.width, ..below };
-    frame.render_widget(label(bars.first), scale);
-    if usize::from(scale.width) > 3 * usize::from(labels) {
-        frame.render_widget(label(f64::midpoint(bars.first, end)).centered(), scale);
-    }
-    frame.render_widget(label(end).right_aligned(), scale);
-    let total: u64 = bars.counts.iter().sum();
-    let normal = |x: f64| {
-        let (mean, std) = (channel.statistics.mean?, channel.statistics.std.filter(|std| *std > 0.0)?);
-        let density = (-0.5 * ((x - mean) / std).powi(2)).exp() / (std * std::f64::consts::TAU.sqrt());
-        Some((x, density * bars.width * total as f64))
-    };
-    let steps = u32::from(chart.width) * 2;
-    let curve: Vec<(f64, f64)> = (0..steps)
-        .filter_map(|step| normal(bars.first + (end - bars.first) * f64::from(step) / f64::from(steps)))
-        .collect();
-    let highest = bars.counts.iter().copied().max().unwrap_or(1).max(1) as f64;
-    let top = curve.iter().map(|(_, y)| *y).fold(highest, f64::max);
-    let most = Rect::new(area.x, chart.y, labels.saturating_sub(1), 1).intersection(area);
-    let count = format!("{top:.0}");
-    if count.len() <= usize::from(most.width) {
-        frame.render_widget(Line::styled(count, scene.theme.faint()).right_aligned(), most);
-    }
-    let columns = u32::from(chart.width).max(1);
-    frame.render_widget(
-        Canvas::default().marker(Marker::Block).x_bounds([bars.first, end]).y_bounds([0.0, top]).paint(|context| {
-            for column in 0..columns {
-                let x = bars.first + (end - bars.first) * (f64::from(column) + 0.5) / f64::from(columns);
-                let place = ((x - bars.first) / bars.width) as usize;
-                let count = bars.counts.get(place).copied().unwrap_or(0);
-                if count > 0 {
-                    context.draw(&Stroke { x1: x, y1: 0.0, x2: x, y2: count as f64, color });
-                }
-            }
-        }),
-        chart,
-    );
-    frame.render_widget(
-        Canvas::default().marker(Marker::Braille).x_bounds([bars.first, end]).y_bounds([0.0, top]).paint(|context| {
-            context.draw(&Points { coords: &curve, color: Color::Reset });
-        }),
-        chart,
-    );
 }
 
 const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];

@@ -5,7 +5,7 @@ use imu_noise::{Deviation, Term};
 use vn100_analysis::{ChannelResult, Point, letter};
 
 use crate::{
-    panels::{model_line::ModelLine, sheet},
+    panels::sheet::{self, ModelLine},
     source::{ChannelGroup, SourceView},
     state::{ShownAxes, ViewState},
     units::ShownUnit,
@@ -15,9 +15,9 @@ use crate::{
 const MODEL_STEPS: u32 = 4;
 
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct AllanPlot {
+pub(crate) struct AllanPlot<'a> {
     pub(crate) deviation: Deviation,
-    pub(crate) unit: ShownUnit,
+    pub(crate) unit: ShownUnit<'a>,
     pub(crate) curves: Vec<AllanCurve>,
     /// Of the data sheet.
     pub(crate) sheet: Option<ModelLine>,
@@ -38,9 +38,9 @@ pub(crate) struct AllanCurve {
 /// The letter of the reference in the plot.
 pub(crate) const REFERENCE: &str = "R";
 
-impl AllanPlot {
-    pub(crate) fn new(state: &ViewState, source: &SourceView, group: &ChannelGroup) -> Self {
-        let unit = ShownUnit::of(&source.result.channels[group.channels[0]], state.units);
+impl<'a> AllanPlot<'a> {
+    pub(crate) fn new(state: &ViewState, source: &'a SourceView, group: &ChannelGroup) -> Self {
+        let unit = ShownUnit::of(&source.result.channels[group.channels[0]]);
         let factor = unit.factor;
         let deviation = source.result.deviation();
         let axes = group.channels.iter().enumerate();

@@ -149,9 +149,6 @@ fn first(scene: Scene<'_>, width: usize) -> Line<'static> {
             parts.add(format!("{message} {nature}").trim_end(), Style::new());
         }
         parts.add(format!("elapsed {}", clock(source.elapsed)), Style::new());
-        if scene.state.frozen {
-            parts.add(" FROZEN, still measuring ", theme.chosen());
-        }
         parts.line()
     };
     let room = |detail| width.saturating_sub(line(String::new(), detail).width());

@@ -1,6 +1,6 @@
 //! All sources in a list, one row each.
 
-use imu_noise::Term;
+use imu_noise::{Sensor, Term};
 use ratatui::{
     Frame,
     layout::{Constraint, Layout, Rect},
@@ -10,7 +10,10 @@ use ratatui::{
 };
 use vn100_analysis::{Severity, SourceResult, sensor_of};
 use vn100_protocol::Quantity;
-use vn100_report::numbers::plain::{digits, grouped};
+use vn100_report::{
+    numbers::plain::{digits, grouped},
+    units::parameter_unit,
+};
 
 use crate::{
     panels::{
@@ -19,8 +22,6 @@ use crate::{
     },
     scene::Scene,
     source::{SourcePhase, SourceView},
-    state::ViewState,
-    units::{convention, shown_unit},
 };
 
 /// Columns of the list, from the left.
@@ -50,7 +51,6 @@ impl Columns {
 
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let Scene { state, sources, theme, .. } = scene;
-    let frozen = if state.frozen { ", FROZEN, still measuring" } else { "" };
     let block = Block::new().borders(Borders::ALL);
     let inner = block.inner(area);
     let [head, list] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(inner);
@@ -62,10 +62,10 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
         (0, 0) => String::new(),
         (above, under) => format!(", rows {}-{last}, {above} above, {under} below", first + 1),
     };
-    let title = format!(" {} sources{more}{frozen} ", sources.len());
+    let title = format!(" {} sources{more} ", sources.len());
     frame.render_widget(block.title(title), area);
     let columns = Columns::of(usize::from(inner.width), sources);
-    frame.render_widget(Line::styled(theme.spelled(header(state, &columns)), theme.faint()), head);
+    frame.render_widget(Line::styled(theme.spelled(header(&columns)), theme.faint()), head);
     let lines: Vec<Line<'_>> = (first..last).map(|place| row(scene, place, &columns)).collect();
     frame.render_widget(Paragraph::new(lines), list);
 }
@@ -76,11 +76,7 @@ fn shortened_before(text: &str, width: usize) -> String {
     if excess == 0 { text.to_owned() } else { ['…'].into_iter().chain(text.chars().skip(excess + 1)).collect() }
 }
 
-fn unit_of(state: &ViewState, quantity: Quantity) -> String {
-    sensor_of(quantity).map_or_else(String::new, |sensor| shown_unit(convention(sensor, Term::White, state.units)))
-}
-
-fn header(state: &ViewState, columns: &Columns) -> String {
+fn header(columns: &Columns) -> String {
     let mut text = format!("  #  {:<name$} {:<state$}", "source", "state", name = columns.name, state = columns.state);
     if columns.has_samples {
         text += &format!("{:>SAMPLES$}", "samples");
@@ -89,8 +85,8 @@ fn header(state: &ViewState, columns: &Columns) -> String {
     if columns.has_accel {
         text += &format!("{:>NOISE$}", "accel N");
     }
-    let units = [Quantity::AngularRate, Quantity::Acceleration].map(|quantity| unit_of(state, quantity));
-    let units = if columns.has_accel { units.join(", ") } else { units[0].clone() };
+    let units = [Sensor::Gyroscope, Sensor::Accelerometer].map(|sensor| parameter_unit(sensor, Term::White).0);
+    let units = if columns.has_accel { units.join(", ") } else { units[0].to_owned() };
     text + &shortened(&format!("  {units}, noisiest axis"), columns.finding)
 }
 
@@ -99,8 +95,8 @@ fn row(scene: Scene<'_>, place: usize, columns: &Columns) -> Line<'static> {
     let source = &scene.sources[place];
     let (word, style) = link_word(source, theme);
     let noise = |quantity| {
-        let unit = sensor_of(quantity).map(|sensor| convention(sensor, Term::White, state.units));
-        let value = worst_white(source, quantity).zip(unit).map(|(value, unit)| digits(value * unit.factor, 2));
+        let unit = sensor_of(quantity).map(|sensor| parameter_unit(sensor, Term::White));
+        let value = worst_white(source, quantity).zip(unit).map(|(value, (_, factor))| digits(value * factor, 2));
         format!("{:>NOISE$}", value.unwrap_or_else(|| "-".into()))
     };
     let chosen = if place == state.source { theme.chosen() } else { Style::new() };

@@ -1,63 +1,16 @@
-//! The data sheet beside what was measured: verdicts, what aliasing does to both, and the line of
-//! the sheet in the plot.
+//! Lines of models in the plot, and that of the data sheet.
 
-use imu_noise::{Claim, Convention, Term, Verdict};
-use ratatui::style::Style;
-use vn100_analysis::{DatasheetFigure, FigureVerdict};
-use vn100_report::{
-    names::decided_by,
-    numbers::plain::{digits, digits_trimmed},
-};
+use imu_noise::{Term, Verdict};
 
-use crate::{
-    panels::model_line::ModelLine,
-    source::{ChannelGroup, SourceView},
-    theme::Theme,
-    units::shown_unit,
-};
+use crate::source::{ChannelGroup, SourceView};
 
-/// The verdicts on a parameter, one for each axis; none if the sheet has no such figure.
-pub(crate) fn verdicts<'a>(
-    source: &'a SourceView,
-    group: &ChannelGroup,
-    term: Term,
-) -> Option<Vec<Option<&'a FigureVerdict>>> {
-    let channels = &source.result.channels;
-    let of = |place: &usize| channels.get(*place)?.verdicts().iter().find(|figure| figure.figure.term == term);
-    let judged: Vec<_> = group.channels.iter().map(of).collect();
-    judged.iter().any(Option::is_some).then_some(judged)
-}
-
-/// Green for what meets a limit, red for what does not; the word says the same.
-pub(crate) fn verdict_style(theme: Theme, verdict: Option<Verdict>) -> Style {
-    match verdict {
-        Some(Verdict::Pass) => theme.good(),
-        Some(Verdict::Fail) => theme.error(),
-        Some(Verdict::Undecided | Verdict::NotComparable) | None => Style::new(),
-    }
-}
-
-/// What the sheet says, what that is in this stream, and what would decide an open verdict.
-pub(crate) fn explanation(judged: &[Option<&FigureVerdict>], unit: Convention) -> Vec<String> {
-    let Some(first) = judged.iter().flatten().next() else { return Vec::new() };
-    let mut texts = vec![format!(" data sheet: {} {}", claimed(&first.figure, unit), shown_unit(unit))];
-    if first.expected != first.figure.claim.ends() && first.verdict != Some(Verdict::NotComparable) {
-        let (low, high) = first.expected;
-        let [low, high] = [low, high].map(|end| digits(end * unit.factor, 2));
-        texts.push(format!(" in this stream {low} to {high}"));
-    }
-    let open = judged.iter().flatten().find_map(|figure| figure.decided_by);
-    texts.extend(open.map(|by| format!(" undecided: {} would decide", decided_by(by))));
-    texts
-}
-
-fn claimed(figure: &DatasheetFigure, unit: Convention) -> String {
-    let number = |value: f64| digits_trimmed(value * unit.factor, 3);
-    match figure.claim {
-        Claim::Limit(limit) => format!("max {}", number(limit)),
-        Claim::Typical { from, to, .. } if from == to => format!("typ {}", number(from)),
-        Claim::Typical { from, to, .. } => format!("typ {} to {}", number(from), number(to)),
-    }
+/// A line of a model in the plot.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ModelLine {
+    /// Its letter; `None` for the whole.
+    pub(crate) term: Option<&'static str>,
+    /// Averaging time in seconds and deviation.
+    pub(crate) points: Vec<(f64, f64)>,
 }
 
 /// The letter of the sheet in the plot.
@@ -68,8 +21,9 @@ pub(crate) const SHEET: &str = "S";
 pub(crate) fn line(source: &SourceView, group: &ChannelGroup, taus: &[f64], factor: f64) -> Option<ModelLine> {
     let shape = source.result.shape();
     let figure = |term| {
-        let judged = verdicts(source, group, term)?;
-        judged.into_iter().flatten().find(|figure| figure.verdict != Some(Verdict::NotComparable))
+        let channels = group.channels.iter().filter_map(|place| source.result.channels.get(*place));
+        let mut judged = channels.flat_map(|channel| channel.verdicts());
+        judged.find(|judged| judged.figure.term == term && judged.verdict != Some(Verdict::NotComparable))
     };
     let white = figure(Term::White).map(|figure| (figure.expected.0 * figure.expected.1).sqrt())?;
     let bias = figure(Term::BiasInstability).map(|figure| (figure.expected.1, figure.figure.is_minimum));

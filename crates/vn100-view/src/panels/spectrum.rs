@@ -42,7 +42,7 @@ fn series<'a>(scene: Scene<'a>, group: &ChannelGroup) -> Vec<Series<'a>> {
 /// Draws it in the frame of the panel of curves.
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let Some(group) = scene.state.group(scene.source) else { return };
-    let unit = ShownUnit::of(&scene.source.result.channels[group.channels[0]], scene.state.units);
+    let unit = ShownUnit::of(&scene.source.result.channels[group.channels[0]]);
     let (name, series) = (names_of(group.quantity).short, series(scene, &group));
     let title = scene.theme.spelled(format!("Spectrum of the {name}, {}/√Hz one-sided", unit.name));
     let inner = framed(frame, area, scene, Panel::Allan, title);
@@ -58,7 +58,7 @@ fn of_axis(theme: Theme, series: &Series<'_>, text: &str) -> Line<'static> {
     Line::styled(theme.spelled(format!(" {sign} {}: {text}", series.channel.name)), theme.axis(series.axis))
 }
 
-fn spectral_peaks(theme: Theme, all: &[Series<'_>], unit: &ShownUnit) -> Vec<Line<'static>> {
+fn spectral_peaks(theme: Theme, all: &[Series<'_>], unit: &ShownUnit<'_>) -> Vec<Line<'static>> {
     let of = |series: &Series<'_>| {
         let mut lines: Vec<_> = series.channel.lines().iter().collect();
         lines.sort_by(|a, b| b.share_of_variance.total_cmp(&a.share_of_variance));
@@ -72,7 +72,7 @@ fn spectral_peaks(theme: Theme, all: &[Series<'_>], unit: &ShownUnit) -> Vec<Lin
     all.iter().map(of).collect()
 }
 
-fn draw_spectrum(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, all: &[Series<'_>], unit: &ShownUnit) {
+fn draw_spectrum(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, all: &[Series<'_>], unit: &ShownUnit<'_>) {
     let theme = scene.theme;
     let density = |series: &Series<'_>| -> Vec<(f64, f64)> {
         let points = series.channel.spectrum.iter().flat_map(|spectrum| spectrum.points());

@@ -6,8 +6,9 @@ use ratatui::{
     text::Line,
     widgets::{Block, Borders, Padding, Paragraph, Wrap},
 };
+use vn100_analysis::{Remedy, Setting};
 use vn100_driver::LinkState;
-use vn100_report::{goals::warm_up, numbers::plain::grouped};
+use vn100_report::{goals::warm_up, numbers::plain::grouped, remedies::remedy_words};
 
 use crate::{
     scene::Scene,
@@ -19,7 +20,7 @@ pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) 
     let warm_up = warm_up(&source.result.timing);
     let (what, why) = match (&source.phase, &source.link, &warm_up) {
         (SourcePhase::Measuring, None | Some(LinkState::Up(_)), Some(passed)) => {
-            (format!("Warm-up excluded: {passed}."), vec!["The measurement begins after it; w begins it now."])
+            (format!("Warm-up excluded: {passed}."), vec!["The measurement begins after it; w begins it now.".into()])
         }
         _ => waiting_for(source),
     };
@@ -43,7 +44,22 @@ pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) 
 }
 
 /// What comes next, and why it may not come.
-fn waiting_for(source: &SourceView) -> (String, Vec<&str>) {
+fn waiting_for(source: &SourceView) -> (String, Vec<String>) {
+    let (what, why) = situation(source);
+    let cure = match (&source.phase, &source.link) {
+        (SourcePhase::Measuring, Some(LinkState::Up(_))) if !source.result.timing.awaits_rate() => {
+            Some(("The sensor may send another message: ", Remedy::Configure(Setting::Message("VNYMR"))))
+        }
+        (SourcePhase::Measuring, Some(LinkState::Silent(_))) => {
+            Some(("Its output may have been switched off: ", Remedy::Configure(Setting::Message("VNYMR"))))
+        }
+        _ => None,
+    };
+    let cure = cure.map(|(why, remedy)| format!("{why}{}.", remedy_words(&remedy)));
+    (what, why.into_iter().map(str::to_owned).chain(cure).collect())
+}
+
+fn situation(source: &SourceView) -> (String, Vec<&str>) {
     let name = &source.name;
     let timing = &source.result.timing;
     if let (SourcePhase::Measuring, None | Some(LinkState::Up(_)), true) =
@@ -100,17 +116,12 @@ fn waiting_for(source: &SourceView) -> (String, Vec<&str>) {
                 },
                 vec![
                     "At low rates a sentence takes up to a second.",
-                    "The sensor may send another message: `vn100 configure PORT --set-message VNYMR`.",
                     "Sentences without a checksum are rejected, unless --accept-unchecked is set.",
                 ],
             ),
             LinkState::Silent(up) => (
                 format!("{} is open, but no data has arrived for several sample intervals.", up.port),
-                vec![
-                    "The sensor may have lost power.",
-                    "Its output may have been switched off: `vn100 configure PORT --set-rate 40`.",
-                    "Another program may have changed its baud rate.",
-                ],
+                vec!["The sensor may have lost power.", "Another program may have changed its baud rate."],
             ),
             LinkState::Down { was_up, cause, retry_in, .. } => (
                 format!(

@@ -1,15 +1,11 @@
 //! What stands above the panels: the goals, what is broken, warnings and notices.
 
-use std::{sync::Arc, thread, time::Duration};
+use std::{sync::Arc, time::Duration};
 
-use imu_noise::{Sensor, Term};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use vn100_analysis::{Settings, Severity};
 use vn100_driver::LinkState;
-use vn100_report::{
-    goals::Goals,
-    numbers::plain::{digits, spread, widest_spread},
-};
+use vn100_report::{goals::Goals, summary::Summary};
 use vn100_session::{Command, Session};
 
 use super::{PLAIN, SIZES, damaged, drawn, fixture::short, measured, one, text};
@@ -18,7 +14,6 @@ use vn100_report::remedies::remedy_words;
 use crate::{
     source::{SourceMonitor, SourceView},
     state::{Panel, ViewState},
-    units::{convention, shown_unit},
 };
 
 fn screen(state: &ViewState, source: &SourceView, size: (u16, u16)) -> String {
@@ -72,27 +67,34 @@ fn the_goal_and_the_time_until_it_are_shown_at_every_size() {
 
 #[test]
 fn values_and_units_below_the_curve_are_whole_at_every_width() {
-    let check = |source: SourceView| {
-        for (units, width) in (0..6).flat_map(|units| (60..=200).map(move |width| (units, width))) {
-            let state = ViewState { units, panel: Panel::Allan, expanded: true, ..one() };
-            let group = state.group(&source).unwrap();
-            let unit = shown_unit(convention(Sensor::Gyroscope, Term::White, units));
+    for source in [short(40), short(300), short(1500), damaged(), measured()] {
+        let summary = Summary::new(&source.result, remedy_words);
+        let row = &summary.sensors[0].rows[0];
+        for width in 60..=200 {
+            let state = ViewState { panel: Panel::Allan, expanded: true, ..one() };
             let screen = screen(&state, &source, (width, 24));
-            let row = |text: &str| screen.lines().find(|line| line.contains(text)).map(|line| line.trim_matches('│'));
-            assert!(row(" N  ").is_some_and(|row| row.trim_end().ends_with(&unit)), "{width} {unit}\n{screen}");
-            for place in group.channels {
-                let white = source.result.channels[place].noise.as_ref().unwrap().parameter(Term::White).unwrap();
-                let Some(value) = white.value else { continue };
-                let value = digits(value * convention(Sensor::Gyroscope, Term::White, units).factor, 3);
-                let interval = [spread, widest_spread].map(|interval| {
-                    format!("{value} {}", interval(white.value.unwrap(), white.lower.unwrap(), white.upper.unwrap()))
-                });
-                assert!(interval.iter().any(|text| row(text).is_some()), "{width} {interval:?}\n{screen}");
-            }
+            let line = screen.lines().find(|line| line.starts_with("│ N  ")).unwrap().trim_matches('│').trim_end();
+            assert!(line.ends_with(row.unit) && row.cells.iter().all(|cell| line.contains(cell)), "{width}\n{screen}");
         }
-    };
-    let sources = [short(40), short(300), short(1500), damaged(), measured()];
-    thread::scope(|scope| sources.map(|source| scope.spawn(|| check(source))).map(|checked| checked.join().unwrap()));
+    }
+}
+
+/// In the panel of a whole screen and in that of many, and the drift in one line.
+#[test]
+fn the_noise_panel_has_the_rows_of_the_summary() {
+    let source = measured();
+    let summary = Summary::new(&source.result, remedy_words);
+    for (state, size) in [(ViewState { panel: Panel::Parameters, ..one() }, (80, 40)), (one(), (200, 60))] {
+        let screen = screen(&state, &source, size);
+        for row in &summary.sensors[0].rows {
+            let is_shown =
+                |line: &str| line.contains(row.short_label) && row.cells.iter().all(|cell| line.contains(cell));
+            assert!(row.cells.is_empty() || screen.lines().any(is_shown), "{row:?}\n{screen}");
+            let Some((figure, verdict)) = &row.figure else { continue };
+            assert!(screen.contains(&format!("data sheet: {figure} ")) && screen.contains(&verdict.word), "{screen}");
+        }
+        assert!(screen.contains("drift: heading (gyro_z) within "), "{screen}");
+    }
 }
 
 #[test]
@@ -101,7 +103,7 @@ fn the_noise_panel_leaves_out_values_last() {
     let source = with_goals(None, &["gyro N ±0.5%"]);
     let screen = screen(&state, &source, (60, 20));
     for letter in ["N", "B", "K"] {
-        let named = |line: &&str| line.starts_with(&format!("│ {letter} "));
+        let named = |line: &&str| line.starts_with("│ ") && line.contains(&format!(" {letter} "));
         let mut rows = screen.lines().skip_while(|line| !named(line));
         let has_value = rows
             .by_ref()
@@ -182,37 +184,9 @@ fn warnings_stand_by_their_severity() {
 
 #[test]
 fn one_unit_for_a_sensor_on_all_panels() {
-    for (units, unit) in [(0, "deg/h"), (1, "deg/s"), (3, "rad/s")] {
-        let state = ViewState { units, ..one() };
-        let screen = screen(&state, &measured(), (120, 40));
-        for shown in
-            [format!("of the gyro, {unit} ─"), format!("Signal of gyro_x, {unit} ─"), format!("gyro_x   {unit}")]
-        {
-            let shown = shown.replace("gyro_x   ", "gyro_x      ");
-            assert!(screen.contains(&shown), "{shown}\n{screen}");
-        }
-    }
-    let measured_x = measured().result.channels.into_iter().find(|channel| channel.name == "gyro_x");
-    let rad = measured_x.unwrap().statistics.std.unwrap();
-    let shown = screen(&ViewState { units: 1, ..one() }, &measured(), (120, 40));
-    assert!(shown.contains(&format!("{:.7}", rad.to_degrees())), "{shown}");
-}
-
-#[test]
-fn parameters_of_the_first_minute_are_not_yet_observable() {
-    let state = ViewState { panel: Panel::Parameters, expanded: true, ..one() };
-    let [early, later] = [short(12), short(80 * 40)].map(|source| screen(&state, &source, (80, 24)));
-    assert!(early.contains("not yet") && !early.contains("not observable"), "{early}");
-    assert!(!later.contains("not yet"), "{later}");
-}
-
-#[test]
-fn aliasing_is_explained_where_the_verdict_stands() {
-    let state = ViewState { panel: Panel::Parameters, expanded: true, ..one() };
-    for size in [(80, 24), (120, 40)] {
-        let screen = screen(&state, &measured(), size);
-        // with any averaging window
-        assert!(screen.contains("in this stream 0.18 to 0.98"), "{screen}");
+    let screen = screen(&one(), &measured(), (120, 40));
+    for shown in ["of the gyro, deg/h ─", "Signal of gyro_x, deg/h ─", "gyro_x      deg/h"] {
+        assert!(screen.contains(shown), "{shown}\n{screen}");
     }
 }
 
@@ -225,9 +199,10 @@ fn the_data_sheet_has_its_line_in_the_plot() {
     assert!(!screen(&one(), &source, (80, 24)).contains("S data sheet"));
     // the sensor's figure, raised by aliasing 1 to √20 times and known to 10 %, at the first averaging time
     let group = one().group(&measured()).unwrap();
-    let plot = crate::panels::curve::AllanPlot::new(&ViewState { units: 1, ..one() }, &measured(), &group);
+    let source = measured();
+    let plot = crate::panels::curve::AllanPlot::new(&one(), &source, &group);
     let (tau_s, deviation) = plot.sheet.unwrap().points[0];
-    let middle = 0.2 / 60.0 * (20_f64.sqrt() * 0.9 * 1.1).sqrt();
+    let middle = 0.2 * 60.0 * (20_f64.sqrt() * 0.9 * 1.1).sqrt();
     assert!((deviation * tau_s.sqrt() / middle - 1.0).abs() < 0.01, "{deviation}");
 }
 

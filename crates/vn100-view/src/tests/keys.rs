@@ -16,6 +16,10 @@ fn press(state: &mut ViewState, sources: &[SourceView], keys: &str) -> Option<Vi
         '\t' => KeyCode::Tab,
         '\x1b' => KeyCode::Esc,
         '\x08' => KeyCode::Backspace,
+        '↑' => KeyCode::Up,
+        '↓' => KeyCode::Down,
+        '←' => KeyCode::Left,
+        '→' => KeyCode::Right,
         c => KeyCode::Char(c),
     };
     let mut last = None;
@@ -39,23 +43,22 @@ fn replayed() -> SourceView {
 
 #[test]
 fn quitting_is_asked_for_in_every_usual_way() {
-    let quit = |keep_screen| Some(ViewRequest::Quit { keep_screen });
-    assert_eq!(pressed("q", &[measured()]).1, quit(false));
-    assert_eq!(pressed("Q", &[measured()]).1, quit(true));
-    assert_eq!(pressed("?q", &[measured()]).1, quit(false), "from the help too");
+    let quit = Some(ViewRequest::Quit);
+    assert_eq!(pressed("q", &[measured()]).1, quit);
+    assert_eq!(pressed("?q", &[measured()]).1, quit, "from the help too");
     let mut state = one();
     let control = |c| KeyEvent::new(KeyCode::Char(c), KeyModifiers::CONTROL);
-    assert_eq!(state.key(control('c'), &[]), quit(false));
+    assert_eq!(state.key(control('c'), &[]), quit);
     assert_eq!(state.key(control('z'), &[]), Some(ViewRequest::Suspend));
     assert_eq!(state.key(control('q'), &[]), None);
-    assert_eq!(pressed("q", &[nothing()]).1, quit(false), "before anything is known");
+    assert_eq!(pressed("q", &[nothing()]).1, quit, "before anything is known");
 }
 
 #[test]
 fn the_help_has_pages_and_closes() {
     let sources = [measured()];
     let page = |keys: &str| pressed(keys, &sources).0.help;
-    assert_eq!([page("?"), page("? "), page("??j"), page("??k"), page("?k")], [0, 1, 2, 0, 0].map(Some));
+    assert_eq!([page("?"), page("? "), page("??↓"), page("??↑"), page("?↑")], [0, 1, 2, 0, 0].map(Some));
     assert_eq!([page("?x"), page("??s")], [None; 2]);
     assert_eq!(pressed("?x", &sources).0, one(), "a key that closes it does nothing else");
     let mut state = one();
@@ -67,7 +70,7 @@ fn the_help_has_pages_and_closes() {
         let pages: usize = behind.split(',').next().unwrap().parse().unwrap();
         let all: String = (0..pages).map(page).collect();
         let words = all.replace(['│', '\n'], " ").split_whitespace().collect::<Vec<_>>().join(" ");
-        for shown in ["quit and print", "replay: faster, slower", "deviation between", "or rejected"] {
+        for shown in ["quit and print", "pause or resume, faster, slower", "deviation between", "or rejected"] {
             assert_eq!(words.matches(shown).count(), 1, "{shown} at {size:?}:\n{all}");
         }
     }
@@ -87,8 +90,8 @@ fn the_help_gives_the_confidence_of_the_intervals() {
 #[test]
 fn a_key_leads_to_the_warnings() {
     assert_eq!(pressed("!", &[measured()]).0, ViewState { panel: Panel::Warnings, ..one() });
-    assert_eq!(pressed("!jj", &[damaged()]).0.warning, 2);
-    assert_eq!(pressed("!jj!", &[damaged()]).0.warning, 0, "the newest");
+    assert_eq!(pressed("!↓↓", &[damaged()]).0.warning, 2);
+    assert_eq!(pressed("!↓↓!", &[damaged()]).0.warning, 0, "the newest");
 }
 
 #[test]
@@ -99,15 +102,14 @@ fn panels_sensors_and_axes_are_chosen() {
     assert_eq!(pressed("2y", &sources).0, ViewState { sensor: 1, axes: ShownAxes::One(1), ..one() });
     assert_eq!(pressed("2ya", &sources).0, ViewState { sensor: 1, ..one() });
     assert_eq!(pressed("9", &sources).0, one(), "there is no ninth sensor");
-    assert_eq!(pressed("j", &sources).0.axes, ShownAxes::One(0));
+    assert_eq!(pressed("↓", &sources).0.axes, ShownAxes::One(0));
     assert_eq!(
-        pressed("jjjj", &sources).0,
+        pressed("↓↓↓↓", &sources).0,
         ViewState { sensor: 1, axes: ShownAxes::One(0), ..one() },
         "on to the next sensor"
     );
-    assert_eq!(pressed("jjjjk", &sources).0.axes, ShownAxes::One(2));
+    assert_eq!(pressed("↓↓↓↓↑", &sources).0.axes, ShownAxes::One(2));
     assert!(pressed("e", &sources).0.expanded && !pressed("e\x1b", &sources).0.expanded);
-    assert!(pressed("f", &sources).0.frozen && !pressed("ff", &sources).0.frozen);
 }
 
 #[test]
@@ -124,11 +126,11 @@ fn the_cursor_stays_on_the_curve() {
     let known = octaves.iter().filter(|octave| octave.is_known()).count();
     assert!(known < octaves.len(), "the longest is known by too few averages");
     assert_eq!(cursor(""), Some(known - 1));
-    assert_eq!(cursor("h"), Some(known - 2));
-    let [right, left] = ["l", "h"].map(|key| key.repeat(99));
+    assert_eq!(cursor("←"), Some(known - 2));
+    let [right, left] = ["→", "←"].map(|key| key.repeat(99));
     assert_eq!(cursor(&right), Some(octaves.len() - 1));
     assert_eq!(cursor(&left), Some(0));
-    assert_eq!(pressed("hl", &[nothing()]).0.cursor, None, "there is no curve");
+    assert_eq!(pressed("←→", &[nothing()]).0.cursor, None, "there is no curve");
 }
 
 #[test]
@@ -191,7 +193,7 @@ fn on_a_screen_that_is_too_small_only_quitting_acts() {
         let request = press(&mut state, &[measured()], &key.to_string());
         assert_eq!((state, request), (before.clone(), None), "{key:?}");
     }
-    let quit = Some(ViewRequest::Quit { keep_screen: false });
+    let quit = Some(ViewRequest::Quit);
     assert_eq!(press(&mut before.clone(), &[measured()], "q"), quit);
 }
 
@@ -215,7 +217,7 @@ fn a_page_down_turns_the_page_of_the_help() {
 fn sources_are_chosen_in_the_overview_and_beside_it() {
     let sources = [measured(), damaged(), nothing()];
     let mut state = ViewState::new(3);
-    press(&mut state, &sources, "jj\n");
+    press(&mut state, &sources, "↓↓\n");
     assert_eq!((state.source, state.overview), (2, false));
     press(&mut state, &sources, "n");
     assert_eq!(state.source, 0);

@@ -75,7 +75,7 @@ impl Sensor {
     fn start(folder: &Path, number: usize) -> Self {
         let port = folder.join(format!("imu-{number}"));
         let mut command = Command::new(PROGRAM);
-        command.args(["sim", "--usb", "1ms", "--seed", &number.to_string(), "--link"]).arg(&port);
+        command.args(["sim", "--seed", &number.to_string(), "--link"]).arg(&port);
         let mut process = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         // it says its name when it is there
         BufReader::new(process.stdout.as_mut().unwrap()).read_line(&mut String::new()).unwrap();

@@ -17,12 +17,12 @@ pub(crate) struct ExportArgs {
 
     /// Samples per second in the stream that the program gets
     #[arg(short, long, help_heading = "Stream", value_name = "HZ", value_parser = positive)]
-    pub(crate) rate: Option<f64>,
+    pub(crate) rate: f64,
 
     /// Internal samples that the sensor averages for one sample, or "all" between two samples, as
     /// after a low-pass filter at half the rate: what is not averaged aliases
     #[arg(short, long, help_heading = "Stream", value_name = "N|all", value_parser = window)]
-    pub(crate) window: Option<Window>,
+    pub(crate) window: Window,
 
     /// Internal samples per second, unless the data sheet has them
     #[arg(long, help_heading = "Stream", value_name = "HZ", value_parser = positive)]
@@ -48,21 +48,6 @@ pub(crate) enum Window {
     All,
     /// This many internal samples.
     Samples(u32),
-}
-
-impl ExportArgs {
-    /// What the command cannot do without.
-    pub(super) fn refused(&self) -> Option<String> {
-        let rate = self.rate.is_none().then_some("--rate HZ, the samples per second that the program gets");
-        let window = self
-            .window
-            .is_none()
-            .then_some("--window N, the internal samples averaged for one of them, or --window all if nothing aliases");
-        let missing: Vec<&str> = rate.into_iter().chain(window).collect();
-        (!missing.is_empty()).then(|| {
-            format!("the noise of a stream depends on more than the data sheet: give {}", missing.join(", and "))
-        })
-    }
 }
 
 /// The programs that take N and K, each with what it takes them as.

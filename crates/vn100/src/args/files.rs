@@ -7,9 +7,9 @@ use vn100_analysis::{AveragingTimes, Settings};
 use vn100_capture::ColumnMap;
 use vn100_session::Speed;
 
-use super::{LogArgs, MeasureArgs, ResultArgs, ServeArgs, ViewArgs};
+use super::{JsonArgs, LogArgs, MeasureArgs, ResultArgs, ServeArgs, ViewArgs};
 
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct FileArgs {
     /// Captures: text, raw bytes, CSV, recordings, and ROS bags (.bag, .db3, .mcap, or the folder
     /// of one), also gzip or zstd, recognised by content; "-" is standard input
@@ -50,10 +50,6 @@ pub(crate) struct FileArgs {
     /// one rate in a CSV file, such as "gyro accel" or mag
     #[arg(long, help_heading = "Capture", value_name = "NAME")]
     pub(crate) topic: Option<String>,
-
-    /// Do not join the parts of a recording that was cut by --rotate: a result for each file
-    #[arg(long, help_heading = "Capture")]
-    pub(crate) separate: bool,
 
     /// Averaging window of gyroscope and accelerometer that register 85 had, in samples at 800 Hz,
     /// where the capture does not contain the register
@@ -128,19 +124,13 @@ pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub(crate) files: FileArgs,
 
-    /// The sensor stayed on between the recordings: differences of means are then tested against
-    /// its noise over the time between
-    #[arg(long, help_heading = "Measurement")]
-    pub(crate) stayed_on: bool,
-
     /// The sensor of a recording, in place of its serial number or its folder: once for all, or for
     /// each recording in their order
     #[arg(long, help_heading = "Measurement", value_name = "NAME")]
     pub(crate) sensor: Vec<String>,
 
-    /// Print one JSON document, and nothing else, on standard output
-    #[arg(long, help_heading = "Output")]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) output: JsonArgs,
 }
 
 fn lines_or_table(text: &str) -> Result<PathBuf, String> {

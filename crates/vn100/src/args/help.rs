@@ -1,27 +1,16 @@
-//! What stands behind the options in each help and manual page: examples, exit status, files,
-//! environment and related commands.
+//! The text after the options in each help and manual page: examples and exit status.
 
 use std::fmt::Write;
 
 /// What is said of a command beside its options.
 pub(crate) struct CommandHelp {
     pub(crate) name: &'static str,
-    /// What each does, and the words behind `vn100`.
+    /// What each does, and the words after `vn100`.
     pub(crate) examples: &'static [(&'static str, &'static str)],
     pub(crate) exit_status: &'static [ExitStatus],
-    /// Name, and what it is.
-    pub(crate) files: &'static [(&'static str, &'static str)],
-    pub(crate) see_also: &'static [&'static str],
 }
 
 type ExitStatus = (u8, &'static str);
-
-/// Of every page.
-pub(crate) const ENVIRONMENT: [(&str, &str); 3] = [
-    ("NO_COLOR", "no colours where it is set and not empty"),
-    ("TERM", "no colours where it is \"dumb\""),
-    ("COLORFGBG", "the background of the terminal, for the theme of the live view"),
-];
 
 const GOOD: ExitStatus = (0, "success");
 const FAILED: ExitStatus = (1, "failed");
@@ -33,11 +22,6 @@ const OFFLINE: &[ExitStatus] = &[GOOD, FAILED, USAGE];
 const OF_SENSOR: &[ExitStatus] = &[GOOD, FAILED, USAGE, NO_DATA];
 const OF_MEASUREMENT: &[ExitStatus] = &[GOOD, FAILED, USAGE, NO_DATA, NOT_MET];
 
-const RECORDING: (&str, &str) = ("*.mcap", "recordings: every byte with its arrival time");
-const CONDITIONS: (&str, &str) = ("*.toml", "conditions (--meta)");
-const DATASHEET: (&str, &str) = ("*.toml", "data sheets (--datasheet)");
-const SIDECAR: (&str, &str) = ("FILE.timing", "arrival times of a raw capture, read beside it");
-
 const PROGRAM: CommandHelp = CommandHelp {
     name: "",
     examples: &[
@@ -47,8 +31,6 @@ const PROGRAM: CommandHelp = CommandHelp {
         ("what a code of the results means", "explain vibration-line"),
     ],
     exit_status: OF_MEASUREMENT,
-    files: &[RECORDING, SIDECAR],
-    see_also: &[],
 };
 
 const COMMANDS: [CommandHelp; 17] = [
@@ -66,8 +48,6 @@ const COMMANDS: [CommandHelp; 17] = [
             ("short lines for a script, until it is lost", "attach /dev/ttyUSB0 --ndjson=thin --give-up 1min"),
         ],
         exit_status: OF_MEASUREMENT,
-        files: &[RECORDING, CONDITIONS, DATASHEET],
-        see_also: &["record", "replay", "configure", "ports", "plan"],
     },
     CommandHelp {
         name: "record",
@@ -77,8 +57,6 @@ const COMMANDS: [CommandHelp; 17] = [
             ("a file for each hour, joined again by a replay", "record /dev/ttyUSB0 -o imu.mcap --rotate 1h"),
         ],
         exit_status: OF_SENSOR,
-        files: &[RECORDING, CONDITIONS],
-        see_also: &["attach", "replay", "configure"],
     },
     CommandHelp {
         name: "info",
@@ -87,8 +65,6 @@ const COMMANDS: [CommandHelp; 17] = [
             ("as JSON", "info /dev/ttyUSB0 --json"),
         ],
         exit_status: OF_SENSOR,
-        files: &[],
-        see_also: &["ports", "configure"],
     },
     CommandHelp {
         name: "configure",
@@ -100,8 +76,6 @@ const COMMANDS: [CommandHelp; 17] = [
             ("a counter in each line", "configure /dev/ttyUSB0 --count on"),
         ],
         exit_status: OF_SENSOR,
-        files: &[],
-        see_also: &["info", "attach", "plan"],
     },
     CommandHelp {
         name: "replay",
@@ -114,8 +88,6 @@ const COMMANDS: [CommandHelp; 17] = [
             ("incoming inspection", "replay unit.mcap --fail-on 'gyro N' --fail-on 'accel N' -q"),
         ],
         exit_status: OF_MEASUREMENT,
-        files: &[RECORDING, SIDECAR, DATASHEET],
-        see_also: &["report", "compare", "explain"],
     },
     CommandHelp {
         name: "archive",
@@ -124,8 +96,6 @@ const COMMANDS: [CommandHelp; 17] = [
             ("as a table; the same command later reads only what is new", "archive captures/ -o rows.csv"),
         ],
         exit_status: OF_MEASUREMENT,
-        files: &[RECORDING, SIDECAR, DATASHEET],
-        see_also: &["replay", "compare"],
     },
     CommandHelp {
         name: "compare",
@@ -135,8 +105,6 @@ const COMMANDS: [CommandHelp; 17] = [
             ("as JSON", "compare run1.mcap run2.mcap --json"),
         ],
         exit_status: OF_MEASUREMENT,
-        files: &[RECORDING, SIDECAR],
-        see_also: &["replay", "report"],
     },
     CommandHelp {
         name: "plan",
@@ -145,8 +113,6 @@ const COMMANDS: [CommandHelp; 17] = [
             ("how long N to 2 % and B take at 40 Hz", "plan --want 'gyro N ±2%' --want 'gyro B' -r 40"),
         ],
         exit_status: OFFLINE,
-        files: &[DATASHEET],
-        see_also: &["configure", "attach"],
     },
     CommandHelp {
         name: "report",
@@ -158,8 +124,6 @@ const COMMANDS: [CommandHelp; 17] = [
             ),
         ],
         exit_status: OF_MEASUREMENT,
-        files: &[RECORDING, SIDECAR, DATASHEET],
-        see_also: &["replay", "compare"],
     },
     CommandHelp {
         name: "export",
@@ -168,18 +132,15 @@ const COMMANDS: [CommandHelp; 17] = [
             ("an MPU-9250 behind its low-pass filter", "export --datasheet mpu-9250 --to vins -r 200 -w all"),
         ],
         exit_status: OFFLINE,
-        files: &[DATASHEET],
-        see_also: &["report", "explain"],
     },
     CommandHelp {
         name: "sim",
         examples: &[
             ("an emulated sensor on a port with a fixed name", "sim --link /tmp/vn100"),
             ("five hours of known noise at once", "sim -o lab.mcap -d 5h --message VNIMU --profile lab3"),
+            ("a twin of a measured sensor", "sim -o twin.mcap -d 5h --message VNIMU --like night.mcap"),
         ],
         exit_status: OFFLINE,
-        files: &[RECORDING],
-        see_also: &["attach", "replay"],
     },
     CommandHelp {
         name: "explain",
@@ -189,43 +150,19 @@ const COMMANDS: [CommandHelp; 17] = [
             ("a parameter", "explain ARW"),
         ],
         exit_status: OFFLINE,
-        files: &[],
-        see_also: &["replay", "attach"],
     },
-    CommandHelp {
-        name: "selftest",
-        examples: &[("compare with published values", "selftest")],
-        exit_status: OFFLINE,
-        files: &[],
-        see_also: &[],
-    },
-    CommandHelp {
-        name: "ports",
-        examples: &[("the ports, likely ones first", "ports"), ("as JSON", "ports --json")],
-        exit_status: OFFLINE,
-        files: &[("/dev/serial/by-id/*", "names of USB adapters that stay the same")],
-        see_also: &["info", "attach"],
-    },
+    CommandHelp { name: "selftest", examples: &[("compare with published values", "selftest")], exit_status: OFFLINE },
+    CommandHelp { name: "ports", examples: &[("the ports, likely ones first", "ports")], exit_status: OFFLINE },
     CommandHelp {
         name: "schema",
         examples: &[("the fields of the result of a measurement", "schema analysis")],
         exit_status: OFFLINE,
-        files: &[],
-        see_also: &["replay", "attach"],
     },
-    CommandHelp {
-        name: "completions",
-        examples: &[("the script for bash", "completions bash")],
-        exit_status: OFFLINE,
-        files: &[("~/.local/share/bash-completion/completions/vn100", "where bash reads it")],
-        see_also: &["man"],
-    },
+    CommandHelp { name: "completions", examples: &[("the script for bash", "completions bash")], exit_status: OFFLINE },
     CommandHelp {
         name: "man",
         examples: &[("the page of the program", "man"), ("a page for each command", "man -o man1")],
         exit_status: OFFLINE,
-        files: &[("DIR/vn100*.1", "the pages")],
-        see_also: &["completions"],
     },
 ];
 
@@ -234,7 +171,7 @@ pub(crate) fn help_of(command: &str) -> &'static CommandHelp {
     COMMANDS.iter().find(|help| help.name == command).unwrap_or(&PROGRAM)
 }
 
-/// The text behind the options.
+/// The text after the options.
 pub(crate) fn after(command: &str) -> String {
     let help = help_of(command);
     let mut out = String::from("Examples:\n");

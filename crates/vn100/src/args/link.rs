@@ -10,7 +10,7 @@ use vn100_protocol::{
     stream::MeasuredFrames,
 };
 use vn100_session::WallLimits;
-use vn100_sim::{Profile, Thermal, device::Firmware, fault::FaultPlan};
+use vn100_sim::{Profile, Thermal, fault::FaultPlan};
 
 use super::{LogArgs, duration::length};
 
@@ -110,14 +110,6 @@ pub(crate) struct SimSensorArgs {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
 
-    /// Firmware of the emulated sensor: "2.0", "2.1" or "3.1"
-    #[arg(long, value_name = "VERSION", value_parser = firmware, default_value = "3.1")]
-    pub(crate) firmware: Firmware,
-
-    /// Error of the emulated sensor's clock in parts per million; above zero it runs fast
-    #[arg(long, value_name = "PPM", value_parser = clock_ppm, default_value_t = 0.0, allow_hyphen_values = true)]
-    pub(crate) clock_ppm: f64,
-
     /// Temperature of the emulated sensor and the bias that follows it, as in
     /// "gyro=0.002 accel=0.1 lag=60 cycle=1.5 period=900": deg/s and mg per degC, s, degC; also
     /// heating, warm-up, age
@@ -126,18 +118,8 @@ pub(crate) struct SimSensorArgs {
 
     /// Faults to inject into the emulated link, as in "flip@1% unplug@20s+3s"; times count from
     /// power-up
-    #[arg(long, value_name = "PLAN", default_value_t, hide_default_value = true)]
+    #[arg(long, value_name = "PLAN", default_value = "", hide_default_value = true)]
     pub(crate) faults: FaultPlan,
-}
-
-/// A clock that is off by more is no quartz, and the lines of one that stands still never come.
-fn clock_ppm(text: &str) -> Result<f64, String> {
-    let ppm = text.parse::<f64>().ok().filter(|ppm| ppm.abs() <= 10_000.0);
-    ppm.ok_or_else(|| "use a number from -10000 to 10000".into())
-}
-
-fn firmware(version: &str) -> Result<Firmware, String> {
-    Firmware::named(version).ok_or_else(|| format!("no firmware {version} is emulated: use 2.0, 2.1 or 3.1"))
 }
 
 impl SimSensorArgs {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use vn100_analysis::{DEFAULT_CONFIDENCE, PlannedMessage, Want, WantError};
 use vn100_protocol::BaudRate;
 
-use super::{link::baud_rate, measure::confidence};
+use super::{JsonArgs, link::baud_rate, measure::confidence};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct PlanArgs {
@@ -27,9 +27,8 @@ pub(crate) struct PlanArgs {
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) datasheet: Option<PathBuf>,
 
-    /// Print a JSON document
-    #[arg(long, help_heading = "Output")]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) output: JsonArgs,
 }
 
 /// What a plan may not choose.

@@ -24,11 +24,6 @@ pub(crate) struct ReportArgs {
     #[arg(short, long, help_heading = "Output", value_name = "OUT")]
     pub(crate) output: Option<PathBuf>,
 
-    /// Open the page with the program that shows such pages; without one the page is written all
-    /// the same
-    #[arg(long, help_heading = "Output")]
-    pub(crate) open: bool,
-
     /// Replace existing files
     #[arg(long, help_heading = "Output")]
     pub(crate) force: bool,
@@ -38,11 +33,6 @@ pub(crate) struct ReportArgs {
     #[arg(long, help_heading = "Exports", value_name = "FORM", value_parser = export_form(), value_delimiter = ',')]
     pub(crate) export: Vec<ExportForm>,
 
-    /// Figures of the export svg, by kind, channel or name: allan, graphical, gyro_y,
-    /// spectrum-accel [default: all]
-    #[arg(long, help_heading = "Exports", value_name = "LIST", value_delimiter = ',')]
-    pub(crate) figures: Vec<String>,
-
     /// How long a filter integrates: its random walk drifts over this time as the bias instability
     /// does
     #[arg(long, help_heading = "Exports", value_name = "T", value_parser = length, default_value = "60s")]
@@ -50,16 +40,12 @@ pub(crate) struct ReportArgs {
 
     /// Take from the data sheet what the record does not show of the values for a filter, marked in
     /// a comment
-    #[arg(long, help_heading = "Exports", conflicts_with = "require_estimated")]
+    #[arg(long, help_heading = "Exports")]
     pub(crate) fill_from_datasheet: bool,
 
     /// Error of the scale factor, which kf-gins needs and no record at rest shows
     #[arg(long, help_heading = "Exports", value_name = "PPM", value_parser = positive)]
     pub(crate) scale_factor: Option<f64>,
-
-    /// Refuse the file for a filter if one of its values is not estimated, with exit code 1
-    #[arg(long, help_heading = "Exports")]
-    pub(crate) require_estimated: bool,
 }
 
 impl ReportArgs {
@@ -76,15 +62,11 @@ impl ReportArgs {
     pub(super) fn refused(&self) -> Option<String> {
         let output = self.output();
         let is_pdf = output.extension().is_some_and(|end| end.eq_ignore_ascii_case("pdf"));
-        if !self.figures.is_empty() && !self.export.iter().any(|form| matches!(form, ExportForm::Svg)) {
-            return Some("--figures selects what --export svg writes: add it".into());
-        }
-        if is_page(&output) || (!is_pdf && !self.export.is_empty() && !self.open) {
+        if is_page(&output) || (!is_pdf && !self.export.is_empty()) {
             return self.files.refused_taus();
         }
         let advice = match is_pdf {
             true => "name a page, and print it as PDF in a browser",
-            false if self.open => "name a page to open",
             false => "and nothing is exported: name a page, or --export something",
         };
         Some(format!("{} does not end in .html, {advice}", output.display()))

@@ -25,7 +25,7 @@ pub(crate) struct SimArgs {
     pub(crate) duration: Option<Duration>,
 
     /// Output rate of the capture in hertz, one the sensor has: 1 2 4 5 10 20 25 40 50 100 200, of
-    /// packets any whole part of 800 [default: 40]
+    /// packets any whole part of 800 [default: 40, or that of the measurement]
     #[arg(short, long, help_heading = "Capture", value_name = "HZ", requires = "output")]
     pub(crate) rate: Option<u32>,
 
@@ -36,6 +36,11 @@ pub(crate) struct SimArgs {
     #[command(flatten)]
     pub(crate) sensor: SimSensorArgs,
 
+    /// Emulate the sensor of this measurement, by its JSON document or its capture: mean, N, B, K, R,
+    /// resolution and the strongest spectral line of each axis, rate and averaging window
+    #[arg(long, help_heading = "Emulated sensor", value_name = "FILE", conflicts_with = "profile")]
+    pub(crate) like: Option<PathBuf>,
+
     /// Symbolic link to the emulated port, a pseudo-terminal of Linux; PATH-1 after an unplugging with `:other`
     #[arg(long, help_heading = "Emulated port", value_name = "PATH", conflicts_with = "output")]
     pub(crate) link: Option<PathBuf>,
@@ -45,11 +50,6 @@ pub(crate) struct SimArgs {
     #[arg(long, help_heading = "Emulated port", value_name = "ADDRESS:PORT", num_args = 0..=1, default_missing_value = ANY_PORT,
         conflicts_with_all = ["output", "link"])]
     tcp: Option<SocketAddr>,
-
-    /// Forward bytes as a USB adapter does: in pieces of 62, or after this latency [default: 16ms]
-    #[arg(long, help_heading = "Emulated port", value_name = "T", value_parser = duration, num_args = 0..=1,
-        default_missing_value = "16ms", conflicts_with = "output")]
-    pub(crate) usb: Option<Duration>,
 
     /// Replace an existing capture
     #[arg(long, help_heading = "Capture", requires = "output")]

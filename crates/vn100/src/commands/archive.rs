@@ -20,10 +20,10 @@ use tokio::{
     task::{self, JoinHandle},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::Completion;
+use vn100_analysis::{Completion, End};
 use vn100_capture::{RecordingPart, captures_below, file_stamp, joined_parts};
 use vn100_report::{ArchiveRow, ArchivedFile, Evaluation, is_export};
-use vn100_session::{EndReason, ReplaySpec, Session, StartError};
+use vn100_session::{ReplaySpec, Session, StartError};
 
 use self::rows_file::{RowForm, RowsFile};
 use crate::{
@@ -106,8 +106,7 @@ fn archived(args: &FileArgs, files: Vec<PathBuf>) -> Vec<ArchivedCapture> {
         judged_by => format!("{judged_by:?}"),
     };
     let options = spec.options_digest(&judged_by);
-    let part = |path: &PathBuf| (!args.separate).then(|| RecordingPart::of(path)).flatten();
-    let groups = joined_parts(files.into_iter().map(|path| (path.clone(), part(&path))));
+    let groups = joined_parts(files.into_iter().map(|path| (path.clone(), RecordingPart::of(&path))));
     let capture = |parts: BTreeMap<u32, PathBuf>| {
         let files: Vec<PathBuf> = parts.into_values().collect();
         let (bytes, modified_ns) = file_stamp(&files);
@@ -195,7 +194,7 @@ async fn measure_one(capture: ArchivedCapture, job: Arc<Job>) -> Result<Found> {
         let spec = replay_spec(&job.args, input, &job.log, &job.stop);
         let name = spec.name_with_folder();
         let result = Session::replay(spec).result.await.context(FAULT)?;
-        is_stopped |= matches!(*result.end, EndReason::Stopped | EndReason::NotStarted(StartError::Stopped));
+        is_stopped |= matches!(*result.end, End::Stopped) || matches!(result.start_error, Some(StartError::Stopped));
         let mut measured = evaluated_replay(result, &job.evaluation, false).await?;
         errors.extend(measured.source.error.iter().map(|error| with_folder(error, &name)));
         completion = completion.max(measured.completion);

@@ -15,20 +15,19 @@ use vn100_driver::list_ports;
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Evaluation, goals::Goals};
 use vn100_session::{
-    EndReason, LiveSource, LiveSpec, RecordingSpec, SampleTap, Session, SessionResult, SourceState, Stage, StartError,
+    LiveSource, LiveSpec, RecordingSpec, SampleTap, Session, SessionResult, SourceState, Stage, StartError,
 };
 
 use vn100_view::{MessageQueue, SourceMonitor, View};
 
 use crate::{
     args::{AttachArgs, OnHangup, OutputFormat, SourceName},
-    asked::measure_options,
     commands::ports::only_likely,
     exit::{HangUp, report, stop_on_interrupt, unless_closed},
     heartbeat::Heartbeat,
     live_source::live_source,
     log::{Entries, run_logged, takes_terminal},
-    result::{FAULT, ResultWriter, all_of, evaluated, print_heartbeat, print_result, print_state},
+    result::{FAULT, ResultOf, ResultWriter, all_of, evaluated, print_heartbeat, print_result, print_state},
     samples::SampleWriter,
     status::{StatusLine, StatusLines},
     user_files::{evaluation, read_conditions},
@@ -59,8 +58,8 @@ pub(crate) fn attach(mut args: AttachArgs, format: OutputFormat) -> Result<Compl
             args.sources.len()
         );
     }
-    let conditions = read_conditions(args.recording.meta.as_deref())?;
-    let log = args.link.log.clone();
+    let conditions = read_conditions(args.live.recording.meta.as_deref())?;
+    let log = args.live.link.log.clone();
     // there is little work, in small pieces: a second worker would be woken for each and find nothing to do
     let mut runtime = Builder::new_multi_thread();
     run_logged(runtime.worker_threads(1), &log, async move |log| attach_all(args, format, conditions, log).await)
@@ -78,9 +77,9 @@ async fn attach_all(
 ) -> Result<Completion> {
     let evaluation = Arc::new(evaluation(&args.measure)?);
     let watched = Watched::of(&args.serve)?;
-    let logs_to_terminal = takes_terminal(&args.link.log);
+    let logs_to_terminal = takes_terminal(&args.live.link.log);
     let messages = (format.is_text() && vn100_view::is_there() && !logs_to_terminal).then(MessageQueue::default);
-    let hang_up = match args.limits.hangup {
+    let hang_up = match args.live.limits.hangup {
         _ if messages.is_some() => HangUp::HandledByView,
         Some(OnHangup::Continue) => HangUp::Ignored,
         Some(OnHangup::Stop) | None => HangUp::Stops,
@@ -93,14 +92,14 @@ async fn attach_all(
         // the status lines are not redrawn more often
         settings.watch_every = StatusLines::PERIOD;
     }
-    let status = StatusLines::new(messages.clone(), logs_to_terminal, args.link.log.quiet);
+    let status = StatusLines::new(messages.clone(), logs_to_terminal, args.live.link.log.quiet);
     let job = Arc::new(Job { settings, evaluation, format, conditions, status, log, args });
     let recordings = job.args.record.iter().cloned().map(Some).chain(std::iter::repeat(None));
     let mut monitors = Vec::new();
     let mut unrecorded = Vec::new();
     let page = watched.as_ref().and_then(Watched::url);
     let view_options = messages.is_some().then(|| job.args.view.options(&job.settings, page, &stop)).transpose()?;
-    let goals = Goals::of(&job.settings, job.args.limits.limits().wall);
+    let goals = Goals::of(&job.settings, job.args.live.limits.limits().wall);
     let mut server = None;
     let prepared: Vec<Prepared> = (0..)
         .zip(job.args.sources.iter().zip(recordings))
@@ -126,8 +125,7 @@ async fn attach_all(
     if let Some(watched) = watched {
         let sessions = prepared.iter().map(|prepared| &prepared.session);
         let say = |text: String| job.status.report(&text);
-        let asked = measure_options(&job.args.measure, None);
-        server = Some(watched.asked(&asked).show(sessions, &goals, &job.settings, &job.evaluation, say)?);
+        server = Some(watched.show(sessions, &goals, &job.settings, &job.evaluation, say)?);
     }
     let sources: Vec<JoinHandle<Result<SourceResult>>> =
         prepared.into_iter().map(|prepared| task::spawn(attach_one(prepared, Arc::clone(&job)))).collect();
@@ -135,7 +133,7 @@ async fn attach_all(
     if let Some(messages) = messages {
         let all = stop.clone();
         let view = View::show(monitors, messages, Arc::clone(&job.evaluation), view_options.unwrap_or_default(), stop)?;
-        let on_hangup = job.args.limits.hangup;
+        let on_hangup = job.args.live.limits.hangup;
         if on_hangup.is_none() && !job.args.record.is_empty() {
             job.status.report(RECORDING_GOES_ON);
         }
@@ -145,7 +143,8 @@ async fn attach_all(
             // without a terminal only what is recorded is worth continuing for
             None => unrecorded.iter().for_each(CancellationToken::cancel),
         };
-        unless_closed(writer.write_shown(view.until(all_of(sources), alone, report).await))?;
+        let results = view.until(all_of(sources), alone, report).await?;
+        unless_closed(results.into_iter().try_for_each(|measured| writer.write(measured)))?;
     } else {
         let mut written = Ok(());
         for source in sources {
@@ -198,14 +197,14 @@ impl Job {
         ReadOptions {
             // a result that is written between two reads must be the same however the bytes were read
             line_by_line: self.format.lines().is_some(),
-            measured: args.measure.measure.or(args.change.measured()).unwrap_or_default(),
+            measured: args.measure.measure.or(args.live.change.measured()).unwrap_or_default(),
             ..args.measure.read_options()
         }
     }
 
     /// The source of this name in this place.
     fn source(&self, name: &SourceName, number: u64) -> Result<LiveSource> {
-        let mut link = self.args.link.clone();
+        let mut link = self.args.live.link.clone();
         // two emulated sensors are two sensors
         link.sim.seed = link.sim.seed.wrapping_add(number);
         live_source(name, &link, self.read_options(), &self.log)
@@ -226,18 +225,18 @@ impl Job {
             kind: (source.is_ok() || *name != SourceName::Sim).then(|| name.kind()),
             source: source.map_err(Into::into),
             settings: self.settings.clone(),
-            temperature: args.temperature,
-            output: args.change.settings(),
+            temperature: args.live.temperature,
+            output: args.live.change.settings(),
             conditions: self.conditions.clone(),
             recording: recording.map(|path| RecordingSpec {
                 path,
-                resume: args.recording.resume,
-                rotation: args.recording.rotate,
+                resume: args.live.recording.resume,
+                rotation: args.live.recording.rotate,
                 excluded_note: words::excluded_note,
             }),
             each_second: self.format.lines().is_some(),
             samples,
-            limits: args.limits.limits(),
+            limits: args.live.limits.limits(),
             stop,
         };
         Session::live(spec)
@@ -248,18 +247,19 @@ async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<SourceResult> {
     let Prepared { session, writer: samples, stop } = prepared;
     let mut written = Ok(());
     let result = follow(session, &job, &stop, &mut written).await?;
-    let was_opened = match &*result.end {
-        EndReason::NotStarted(StartError::StreamInput(_)) => result.measured.source.kind.is_some(),
-        EndReason::NotStarted(error) => matches!(error, StartError::Live(_)),
-        _ => true,
+    let was_opened = match &result.start_error {
+        Some(StartError::StreamInput(_)) => result.measured.source.kind.is_some(),
+        Some(error) => matches!(error, StartError::Live(_)),
+        None => true,
     };
-    let mut measured = evaluated(result, &job.evaluation, matches!(job.format, OutputFormat::Head)).await?;
+    let of = if matches!(job.format, OutputFormat::Head) { ResultOf::Recording } else { ResultOf::Sensor };
+    let mut measured = evaluated(result, &job.evaluation, of).await?;
     if let Some(samples) = samples {
         samples.finish(&mut measured).await;
     }
     unless_closed(written)?;
     let is_polled = measured.channels.iter().any(|channel| !channel.is_streamed());
-    if job.args.temperature && !is_polled && measured.timing.duration_s > TEMPERATURE_EXPECTED_S {
+    if job.args.live.temperature && !is_polled && measured.timing.duration_s > TEMPERATURE_EXPECTED_S {
         let why = "the sensor does not reply, or its baud rate leaves no room between sentences";
         job.status.report(&format!("{}: no temperature received: {why}", measured.source.name));
     }

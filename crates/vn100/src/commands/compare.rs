@@ -9,23 +9,20 @@ use std::{
 use anyhow::Result;
 use imu_noise::Term;
 use vn100_analysis::{
-    Chance, ChannelMeans, Comparison, Completion, DEFAULT_CONFIDENCE, OctaveTest, Population, Ranking, SameSamples,
-    SourceResult, sensor_of,
+    Chance, Comparison, Completion, DEFAULT_CONFIDENCE, OctaveTest, Ranking, SourceResult, sensor_of,
 };
 use vn100_capture::Capture;
 use vn100_protocol::Quantity;
 use vn100_report::{
     ComparisonDocument,
-    names::{folding, names_of, recommendation, untested},
+    caveats::caveat_in_words,
+    names::{folding, names_of, recommendation},
     numbers::plain::{counted, four_digits, short},
-    printable, run_name,
-    summary::rate_text,
-    tests_by_channel,
-};
-
-use vn100_report::{
+    printable,
     remedies::remedy_words,
-    warnings::{caveat_in_words, headline, in_words},
+    run_name,
+    summary::rate_text,
+    warnings::{headline, in_words},
 };
 
 use crate::{
@@ -55,12 +52,11 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
     })?;
     let records: Vec<_> = all.iter().map(SourceResult::compared).collect();
     let confidence = args.files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE);
-    let comparison = Comparison::of(&records, args.stayed_on, confidence);
-    let populations = comparison.populations(&records, &units(&inputs, &all, &args.sensor));
-    if args.json {
-        unless_closed(print_json(&ComparisonDocument::new(&all, &comparison, &populations, remedy_words)))?;
+    let comparison = Comparison::of(&records, &units(&inputs, &all, &args.sensor), confidence);
+    if args.output.json {
+        unless_closed(print_json(&ComparisonDocument::new(&all, &comparison, remedy_words)))?;
     } else {
-        unless_closed(print(&text(|out| write_comparison(out, &all, &comparison, &populations))))?;
+        unless_closed(print(&text(|out| write_comparison(out, &all, &comparison))))?;
     }
     Ok(all.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete))
 }
@@ -77,14 +73,9 @@ fn units(inputs: &[FileStream], all: &[SourceResult], given: &[String]) -> Vec<S
     inputs.iter().zip(all).enumerate().map(unit).collect()
 }
 
-fn write_comparison(
-    out: &mut String,
-    all: &[SourceResult],
-    comparison: &Comparison,
-    populations: &[Population],
-) -> fmt::Result {
+fn write_comparison(out: &mut String, all: &[SourceResult], comparison: &Comparison) -> fmt::Result {
     if all.len() > 1 {
-        writeln!(out, "{}\n", fill(&conclusion(all, comparison), "", "  "))?;
+        writeln!(out, "{}\n", fill(&sentence(&recommendation(comparison.recommended)), "", "  "))?;
     }
     writeln!(out, "{}, {} % confidence", counted(all.len() as u64, "run"), short(100.0 * comparison.confidence))?;
     for (number, measured) in all.iter().enumerate() {
@@ -97,33 +88,16 @@ fn write_comparison(
         writeln!(out, "{}", fill(&line, "  ", "         "))?;
     }
     for caveat in &comparison.caveats {
-        let text = format!("{}: {}", caveat.kind.name(), printable(&caveat_in_words(caveat, remedy_words)));
-        writeln!(out, "{}", fill(&text, "! ", "  "))?;
+        let text = caveat_in_words(caveat, all, comparison, remedy_words);
+        writeln!(out, "{}", fill(&printable(&text), "! ", "  "))?;
     }
     for ranking in &comparison.rankings {
-        write_ranking(out, ranking, comparison)?;
+        write_ranking(out, ranking)?;
     }
-    write_populations(out, populations, comparison.confidence)?;
+    write_populations(out, &comparison.populations, comparison.confidence)?;
     write_octaves(out, comparison)?;
     write_disturbances(out, comparison)?;
     write_means(out, comparison)
-}
-
-/// The answer: which runs are the same, whether N and means differ, and which run to use.
-fn conclusion(all: &[SourceResult], comparison: &Comparison) -> String {
-    let is_whole = |part: f64| part >= SameSamples::WHOLE;
-    let same =
-        comparison.same_samples.iter().filter(|same| is_whole(same.shared.of_first) && is_whole(same.shared.of_second));
-    let mut parts: Vec<String> = same
-        .map(|same| {
-            let [a, b] = same.records.map(run_name);
-            format!("{a} and {b} hold the same samples")
-        })
-        .collect();
-    parts.extend(white_conclusion(comparison, all.len()));
-    parts.extend(means_conclusion(comparison));
-    parts.push(recommendation(comparison, run_name));
-    parts.iter().map(|part| sentence(part)).collect::<Vec<_>>().join(" ")
 }
 
 /// With a capital and a full stop.
@@ -132,73 +106,18 @@ fn sentence(part: &str) -> String {
     letters.next().into_iter().flat_map(char::to_uppercase).chain(letters).chain(['.']).collect()
 }
 
-/// Which run is the quietest, sensor by sensor, or that none differ in N.
-fn white_conclusion(comparison: &Comparison, records: usize) -> Vec<String> {
-    let leads = comparison.rankings.iter().filter_map(|ranking| {
-        let lead = ranking.lead().filter(|lead| comparison.is_significant(*lead))?;
-        let sensor = names_of(ranking.quantity).short;
-        Some(format!("{} has the smallest N of {sensor} ({})", run_name(ranking.records.first()?.record), chance(lead)))
-    });
-    let mut parts: Vec<String> = leads.collect();
-    let tests: Vec<Chance> =
-        comparison.rankings.iter().flat_map(|ranking| &ranking.tests).map(|test| test.chance).collect();
-    let surest = tests.iter().copied().min_by(|a, b| a.corrected.total_cmp(&b.corrected));
-    if let Some(surest) = surest.filter(|_| parts.is_empty()) {
-        parts.push(match comparison.is_significant(surest) {
-            true => format!("some runs differ in N, and none is significantly the quietest ({})", chance(surest)),
-            false => format!("{} ({})", undifferent(comparison, records), chance(surest)),
-        });
-    }
-    parts
-}
-
-/// Which means differ.
-fn means_conclusion(comparison: &Comparison) -> Option<String> {
-    let tested = |channel: &ChannelMeans| {
-        let tests = channel.differences.iter().filter_map(|difference| difference.test.ok());
-        tests.map(|test| test.chance).min_by(|a, b| a.corrected.total_cmp(&b.corrected))
-    };
-    let surest: Vec<(&str, Chance)> =
-        comparison.means.iter().filter_map(|channel| Some((&*channel.channel, tested(channel)?))).collect();
-    if surest.is_empty() {
-        return None;
-    }
-    let (names, chances): (Vec<&str>, Vec<String>) = (surest.iter())
-        .filter(|(_, found)| comparison.is_significant(*found))
-        .map(|(name, found)| (*name, chance(*found).trim_start_matches("p = ").to_owned()))
-        .unzip();
-    Some(match &names[..] {
-        [] => "means do not differ significantly".into(),
-        [only] => format!("the mean of {only} differs (p = {})", chances.join(", ")).replace("p = p", "p"),
-        _ => format!("means of {} differ (p = {})", names.join(", "), chances.join(", ")).replace("p = p", "p"),
-    })
-}
-
-/// The runs that were tested, where these are all: `runs 1-3 do not differ significantly in N`.
-fn undifferent(comparison: &Comparison, records: usize) -> String {
-    let is_tested = |record: usize| {
-        let mut tests = comparison.rankings.iter().flat_map(|ranking| &ranking.tests);
-        tests.any(|test| test.records.contains(&record))
-    };
-    match records {
-        _ if !(0..records).all(is_tested) => "no significant difference in N".into(),
-        2 => "runs 1 and 2 do not differ significantly in N".into(),
-        all => format!("runs 1-{all} do not differ significantly in N"),
-    }
-}
-
 /// `Angle Random Walk (ARW) N`.
 fn white_noise(quantity: Quantity) -> String {
     sensor_of(quantity).map_or_else(|| "N".into(), |sensor| parameter_name(sensor, Term::White))
 }
 
-fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -> fmt::Result {
+fn write_ranking(out: &mut String, ranking: &Ranking) -> fmt::Result {
     let (sensor, parameter) = (names_of(ranking.quantity).title, white_noise(ranking.quantity));
     let head = format!("{sensor}: {parameter} in {}, quietest first", ranking.unit);
     writeln!(out, "\n{}", fill(&head, "", "  "))?;
     for ranked in &ranking.records {
         let axes: Vec<String> =
-            ranked.axes.iter().map(|(name, white)| format!("{name} {}", four_digits(*white))).collect();
+            ranked.axes.iter().map(|axis| format!("{} {}", axis.name, four_digits(axis.white))).collect();
         let (white, lower, upper) = (ranked.white, ranked.lower, ranked.upper);
         let line = format!(
             "{}  {} ({} to {}): {}",
@@ -216,12 +135,12 @@ fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -
         writeln!(out, "{}", fill(&text, "  ", "  "))?;
     }
     if !ranking.folds_alike {
-        writeln!(out, "{}", fill(&folding(ranking, run_name), "  ", "  "))?;
+        writeln!(out, "{}", fill(&folding(ranking), "  ", "  "))?;
     }
     if let ([first, second, ..], Some(lead)) = (&ranking.records[..], ranking.lead()) {
         let (percent, a, b) =
             (100.0 * (1.0 - first.white / second.white), run_name(first.record), run_name(second.record));
-        let text = if comparison.is_significant(lead) {
+        let text = if lead.differs {
             format!("{a} is significantly the quietest: N {percent:.1} % below {b} ({})", chance(lead))
         } else {
             format!("no significant difference: {a} is {percent:.1} % below {b} ({})", chance(lead))
@@ -232,7 +151,7 @@ fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -
 }
 
 fn write_octaves(out: &mut String, comparison: &Comparison) -> fmt::Result {
-    let tests = comparison.octaves.len();
+    let tests: usize = comparison.channels.iter().map(|channel| channel.octaves.len()).sum();
     writeln!(out, "\nStatistically significant differences of deviations")?;
     if tests == 0 {
         return writeln!(out, "  nothing could be tested");
@@ -243,17 +162,16 @@ fn write_octaves(out: &mut String, comparison: &Comparison) -> fmt::Result {
     );
     writeln!(out, "{}", fill(&legend, "", ""))?;
     let mut any = false;
-    for channel in tests_by_channel(&comparison.octaves) {
-        for pair in channel.chunk_by(|a, b| a.records == b.records) {
-            let differ: Vec<&OctaveTest> =
-                pair.iter().copied().filter(|test| comparison.is_significant(test.chance)).collect();
+    for channel in &comparison.channels {
+        for pair in channel.pairs() {
+            let differ: Vec<&OctaveTest> = pair.iter().filter(|test| test.chance.differs).collect();
             let surest = differ.iter().min_by(|a, b| a.chance.p.total_cmp(&b.chance.p));
             let (Some(surest), Some(first), Some(last)) = (surest, differ.first(), differ.last()) else { continue };
             any = true;
             let ratio = larger_over_smaller(surest.records, surest.deviations);
             let text = format!(
                 "{:<12}{} of {} octaves, tau {} to {} s; most significant at {} s: {ratio} ({})",
-                surest.channel,
+                channel.name,
                 differ.len(),
                 pair.len(),
                 short(first.tau_s),
@@ -295,32 +213,18 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
     if comparison.means.is_empty() {
         return Ok(());
     }
-    writeln!(out, "\nMeans with standard errors, and their differences")?;
-    let legend = "The standard error follows from N, B and K of the run. A difference is tested against the noise of both runs and the time \
-                  between them; p with Holm's correction for all channels. The spread is the turn-on to turn-on bias if each run is a power \
-                  cycle of one sensor that was not moved; its interval is chi-squared with one degree of freedom less than there are runs.";
+    writeln!(out, "\nMeans")?;
+    let legend = "The spread is the turn-on to turn-on bias if each run is a power cycle of one sensor that was not moved; its interval is \
+                  chi-squared with one degree of freedom less than there are runs.";
     writeln!(out, "{}", fill(legend, "", ""))?;
     for channel in &comparison.means {
         let group = if channel.bias_removed { ", bias removed by the sensor" } else { "" };
-        writeln!(out, "{} ({}{group})", channel.channel, channel.unit)?;
-        let means: Vec<String> = (channel.means.iter())
-            .map(|mean| match mean.error {
-                Some(error) => {
-                    format!(
-                        "{} {} ± {:.1e}",
-                        run_name(mean.record),
-                        signed(mean.mean, error.standard_error),
-                        error.standard_error
-                    )
-                }
-                None => format!("{} {}", run_name(mean.record), four_digits(mean.mean)),
-            })
-            .collect();
-        writeln!(out, "{}", fill(&means.join("; "), "  ", "  "))?;
-        write_differences(out, channel, comparison)?;
-        if let Some(spread) = channel.spread.filter(|_| channel.means.len() > 2) {
-            let interval = spread.interval.map_or_else(String::new, |interval| {
-                format!(" ({} to {})", four_digits(interval.lower), four_digits(interval.upper))
+        writeln!(out, "{} ({}{group})", channel.name, channel.unit)?;
+        let means = channel.means.iter().map(|mean| format!("{} {}", run_name(mean.record), four_digits(mean.mean)));
+        writeln!(out, "{}", fill(&means.collect::<Vec<_>>().join("; "), "  ", "  "))?;
+        if let Some(spread) = channel.spread {
+            let interval = spread.lower.zip(spread.upper).map_or_else(String::new, |(lower, upper)| {
+                format!(" ({} to {})", four_digits(lower), four_digits(upper))
             });
             writeln!(out, "  spread {}{interval}", four_digits(spread.deviation))?;
         }
@@ -328,36 +232,6 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
     if comparison.means.iter().any(|channel| channel.bias_removed) {
         let text = "The spread of a compensated gyroscope is that of the filter's remaining bias, not of the sensor's; VNIMU is not compensated.";
         writeln!(out, "{}", fill(text, "", ""))?;
-    }
-    Ok(())
-}
-
-/// Of two records theirs; of more the significant ones.
-fn write_differences(out: &mut String, channel: &ChannelMeans, comparison: &Comparison) -> fmt::Result {
-    for difference in &channel.differences {
-        let [first, second] = difference.records.map(run_name);
-        let differs = difference.test.is_ok_and(|test| comparison.is_significant(test.chance));
-        if channel.means.len() > 2 && !differs {
-            continue;
-        }
-        let text = match difference.test {
-            Ok(test) => {
-                let verdict = if differs { "significant" } else { "not significant" };
-                let (apart, error) = (signed(difference.difference, test.standard_error), test.standard_error);
-                format!("{second} - {first} {apart} ± {error:.1e}: {verdict} ({})", chance(test.chance))
-            }
-            Err(why) => {
-                format!("{second} - {first} {}, not tested: {}", four_digits(difference.difference), untested(why))
-            }
-        };
-        writeln!(out, "{}", fill(&text, "  ", "  "))?;
-    }
-    let tested = channel.differences.iter().filter_map(|difference| difference.test.ok());
-    let (tested, differing) = tested.fold((0, 0), |(tested, differing), test| {
-        (tested + 1, differing + u64::from(comparison.is_significant(test.chance)))
-    });
-    if channel.means.len() > 2 && tested > 0 {
-        writeln!(out, "  {differing} of {} significant", counted(tested, "difference"))?;
     }
     Ok(())
 }
@@ -377,27 +251,14 @@ fn chance(chance: Chance) -> String {
     }
 }
 
-/// With as many decimals as its error has in two digits.
-fn signed(value: f64, error: f64) -> String {
-    let decimals = (1 - error.log10().floor() as i32).clamp(0, 12) as usize;
-    format!("{value:+.decimals$}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn of_two_deviations_the_larger_is_a_multiple_of_the_smaller() {
-        assert_eq!(larger_over_smaller([1, 2], [14_475.819, 1.0]), "run 2 is 1.448e4 times run 3");
+        assert_eq!(larger_over_smaller([1, 2], [14_475.819, 1.0]), "run 2 is 14476 times run 3");
         assert_eq!(larger_over_smaller([1, 2], [1.0, 2240.4]), "run 3 is 2240 times run 2");
         assert_eq!(larger_over_smaller([0, 2], [1.1, 1.0]), "run 1 is 1.100 times run 3");
-    }
-
-    #[test]
-    fn a_mean_has_the_digits_that_are_known() {
-        assert_eq!(signed(0.020_123_456, 1.3e-5), "+0.020123");
-        assert_eq!(signed(-9.806_66, 0.0031), "-9.8067");
-        assert_eq!(signed(3.0, 25.0), "+3");
     }
 }

@@ -22,23 +22,11 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<Completion> {
     let code = args.code.join(" ");
     let found = explained(&code);
     if found.is_empty() {
-        let hint = similar(&code).map_or(String::new(), |similar| format!(" Did you mean '{similar}'?"));
-        report(&format!("'{code}' is no code or parameter.{hint} `vn100 explain` lists all of them"));
+        report(&format!("'{code}' is no code or parameter: `vn100 explain` lists all of them"));
         return Ok(Completion::NotGiven);
     }
     print(&text(|out| write_explanations(out, &found)))?;
     Ok(Completion::Complete)
-}
-
-/// The name that is the most alike, if one is.
-fn similar(code: &str) -> Option<&'static str> {
-    // as alike as the suggestions for commands and options are
-    const ALIKE: f64 = 0.7;
-    let code = code.to_lowercase();
-    let names = glossary().into_iter().flat_map(|entry| std::iter::once(entry.code).chain(entry.aliases));
-    let alike = |name: &'static str| (strsim::jaro_winkler(&code, &name.to_lowercase()), name);
-    let best = names.map(alike).max_by(|a, b| a.0.total_cmp(&b.0));
-    best.filter(|(alike, _)| *alike > ALIKE).map(|(_, name)| name)
 }
 
 fn write_explanations(out: &mut String, found: &[Explanation]) -> fmt::Result {
@@ -76,13 +64,6 @@ mod tests {
     use crate::text::WIDTH;
 
     use super::*;
-
-    #[test]
-    fn a_misspelt_code_has_a_suggestion() {
-        assert_eq!(similar("compensated"), Some("compensated-stream"));
-        assert_eq!(similar("angel random walk"), Some("Angle Random Walk"));
-        assert_eq!(similar("zzz"), None);
-    }
 
     #[test]
     fn no_line_is_wider_than_the_text() {

@@ -16,9 +16,7 @@ use crate::{
 };
 
 pub(crate) fn export(args: &ExportArgs) -> Result<Completion> {
-    let (Some(rate_hz), Some(window)) = (args.rate, args.window) else {
-        bail!("internal error: rate and window are asked for before");
-    };
+    let ExportArgs { rate: rate_hz, window, .. } = *args;
     let sheet = open_datasheet(&args.datasheet)?;
     let refresh_hz = args.refresh.or(sheet.onboard.map(|onboard| onboard.refresh_hz));
     let stream = SheetStream { rate_hz, aliasing: aliasing(rate_hz, window, refresh_hz, &sheet.name)? };

@@ -8,8 +8,8 @@ use vn100_analysis::{
     Completion, Datasheet, DatasheetFigure, Given, Known, Onboard, Plan, PlannedMessage, SENSORS, TakenAt, TakenFrom,
     Want, axes_name, letter,
 };
-use vn100_protocol::{BaudRate, PACKET_MESSAGES, PacketMessage};
-use vn100_report::{PlanCommands, PlanDocument, numbers::plain::span, printable, vn100_datasheet};
+use vn100_protocol::BaudRate;
+use vn100_report::{PlanCommands, numbers::plain::span, plan_document, printable, vn100_datasheet};
 
 use crate::{
     args::{Fixed, PlanArgs},
@@ -49,9 +49,9 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Completion> {
     let wants = if asked { args.want.clone() } else { usual_wants(message)? };
     let sheet = args.datasheet.as_deref().map_or_else(|| Ok(vn100_datasheet()?), open_datasheet)?;
     let plan = Plan::new(&wants, given, &sheet)?;
-    if args.json {
+    if args.output.json {
         let commands = commands(&plan, given, asked);
-        print_json(&PlanDocument::new(&plan, given, &sheet, asked, commands))?;
+        print_json(&plan_document(&plan, given, &sheet, asked, &commands))?;
     } else {
         print(&text(|out| write_plan(out, &plan, given, &sheet, asked)))?;
     }
@@ -95,22 +95,10 @@ const METHOD: &str = "Lengths at which 80 % of records meet the target on all it
 /// Of a length.
 const OUT_OF_REACH: &str = "more than 100 days";
 
-const MOUNTING: [&str; 5] = [
-    "a rigid, heavy base (stone or concrete floor); the sensor screwed or clamped, its cable held near it so that it cannot pull",
-    "no fans, pumps or disks on the same base, no footsteps or doors: nights and weekends; do not touch the table",
-    "a steady temperature: no sun, no draught, no heater that switches; the record contains the temperature for a later check",
-    "no iron and no changing current near it, if the magnetometer is measured",
-    "a computer that does not sleep, a USB latency of 1 ms, enough disk space",
-];
-
 fn write_plan(out: &mut String, plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool) -> fmt::Result {
     write_wants(out, plan, given.confidence, asked)?;
     write_assumed(out, datasheet)?;
     write_settings(out, plan, given)?;
-    writeln!(out, "\nmounting")?;
-    for line in MOUNTING {
-        writeln!(out, "{}", fill(line, "  - ", "    "))?;
-    }
     let commands = commands(plan, given, asked);
     if let Some(configure) = &commands.configure {
         writeln!(out, "\nconfigure the sensor; the settings are lost at power-off")?;
@@ -180,25 +168,6 @@ fn taken_words(want: &Want, taken: TakenAt) -> String {
     };
     format!("if it is {} ({from}); nearer to the limit it takes longer{minimum}", value.replacen("<= ", "", 1))
 }
-
-/// What each baud rate carries of the packets, the one that is given among them.
-fn rates_of_packets(given: Option<BaudRate>) -> String {
-    let mut bauds: Vec<u32> = OFFERED_BAUDS.into_iter().chain(given.map(BaudRate::bits_per_s)).collect();
-    bauds.sort_unstable();
-    bauds.dedup();
-    let at = |message: PacketMessage| {
-        let fits = |bits_per_s: u32| {
-            let rate_hz = message.highest_rate_hz(BaudRate::new(bits_per_s)?)?;
-            Some(format!("{rate_hz} Hz at {bits_per_s} baud"))
-        };
-        let rates: Vec<_> = bauds.iter().copied().filter_map(fits).collect();
-        format!("{}, {} bytes: {}", message.name, message.packet_length(), rates.join(", "))
-    };
-    PACKET_MESSAGES.map(at).join("; ")
-}
-
-/// Those that hosts and adapters have.
-const OFFERED_BAUDS: [u32; 4] = [115_200, 230_400, 460_800, 921_600];
 
 /// The noise behind every length.
 fn write_assumed(out: &mut String, datasheet: &Datasheet) -> fmt::Result {
@@ -272,14 +241,10 @@ fn write_settings(out: &mut String, plan: &Plan, given: Given) -> fmt::Result {
                 "{baud} baud carry {} bytes a second; {} bytes{}, {rate_hz} times a second are {load} ({:.0} %)",
                 baud / 10,
                 plan.frame_bytes,
-                if are_packets { "" } else { ", counter included" },
+                if are_packets { "" } else { ", with a counter that shows dropped samples exactly" },
                 100.0 * f64::from(load) / (f64::from(baud) / 10.0)
             ),
         ),
-        match are_packets {
-            true => ("packets", rates_of_packets(given.baud)),
-            false => ("counter", "on: dropped samples are then counted exactly".into()),
-        },
         (
             "warm-up",
             format!(
@@ -347,13 +312,5 @@ mod tests {
             let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
             assert!(words.contains(expected), "{want}: {words}");
         }
-    }
-
-    #[test]
-    fn the_packets_of_a_given_baud_rate_are_listed() {
-        let rates = |baud: Option<u32>| rates_of_packets(baud.and_then(BaudRate::new));
-        assert!(!rates(None).contains("at 9600 baud"), "{}", rates(None));
-        assert!(rates(Some(9600)).starts_with("BINARY, 44 bytes: 20 Hz at 9600 baud, "), "{}", rates(Some(9600)));
-        assert_eq!(rates(Some(115_200)), rates(None));
     }
 }

@@ -1,29 +1,21 @@
 //! `vn100 ports`: the serial ports of this machine, the likely ones first.
 
-use std::{borrow::Cow, fmt::Write, path::Path};
+use std::{fmt::Write, path::Path};
 
 use anyhow::Result;
-use serde::Serialize;
 use vn100_analysis::Completion;
-use vn100_driver::{PortEntry, UsbAdapter, list_ports, other_program_on};
+use vn100_driver::{PortEntry, list_ports, other_program_on};
 use vn100_report::printable;
 
-use crate::{
-    args::PortsArgs,
-    exit::{print, print_json},
-};
+use crate::exit::print;
 
-pub(crate) fn ports(args: &PortsArgs) -> Result<Completion> {
+pub(crate) fn ports() -> Result<Completion> {
     let held = |port: PortEntry| {
         let held_by = other_program_on(Path::new(&port.name));
         (port, held_by)
     };
     let ports: Vec<HeldPort> = list_ports().into_iter().map(held).collect();
-    if args.json {
-        print_json(&ports.iter().map(document).collect::<Vec<_>>())?;
-    } else {
-        print(&listing(&ports))?;
-    }
+    print(&listing(&ports))?;
     Ok(Completion::Complete)
 }
 
@@ -75,38 +67,10 @@ pub(crate) fn only_likely(ports: &[PortEntry]) -> Result<String, String> {
     Err(format!("no SOURCE given, and {why}; {available}; `vn100 attach sim` measures an emulated sensor"))
 }
 
-#[derive(Serialize)]
-struct PortDocument<'a> {
-    name: &'a str,
-    likely: bool,
-    stable_name: Option<Cow<'a, str>>,
-    usb: Option<UsbDocument<'a>>,
-    in_use_by: &'a Option<String>,
-}
-
-#[derive(Serialize)]
-struct UsbDocument<'a> {
-    vendor_id: u16,
-    product_id: u16,
-    manufacturer: &'a Option<String>,
-    product: &'a Option<String>,
-    serial_number: &'a Option<String>,
-}
-
-fn document((PortEntry { name, stable_name, usb, likely }, in_use_by): &HeldPort) -> PortDocument<'_> {
-    PortDocument {
-        name,
-        likely: *likely,
-        stable_name: stable_name.as_ref().map(|path| path.to_string_lossy()),
-        usb: usb.as_ref().map(|UsbAdapter { vendor_id, product_id, manufacturer, product, serial_number }| {
-            UsbDocument { vendor_id: *vendor_id, product_id: *product_id, manufacturer, product, serial_number }
-        }),
-        in_use_by,
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use vn100_driver::UsbAdapter;
+
     use super::*;
 
     #[test]

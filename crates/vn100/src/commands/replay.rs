@@ -27,7 +27,6 @@ use vn100_view::{MessageQueue, SourceMonitor, View};
 
 use crate::{
     args::{FileArgs, Ndjson, ReplayArgs, refused},
-    asked::measure_options,
     exit::{HangUp, report, stop_on_interrupt, unless_closed, usage},
     inputs::{FileStream, inputs},
     log::{Entries, run_logged, takes_terminal},
@@ -70,7 +69,7 @@ fn replay_in_view(args: &ReplayArgs, speed: Speed) -> Result<Completion> {
         );
     }
     if !args.serve.is_asked() && takes_terminal(&args.files.log) {
-        bail!("-v would overwrite the view: use --log FILE");
+        bail!("-v would overwrite the view: send it to a file, as in -v 2>FILE");
     }
     let work = async |log| replay_all(args, speed, log).await;
     run_logged(&mut Builder::new_multi_thread(), &args.files.log, work)
@@ -93,9 +92,8 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
     let monitors = sessions.iter().map(|session| SourceMonitor::of(session, goals.clone())).collect();
     let server = match watched {
         Some(watched) => {
-            let asked = measure_options(&files.measure, files.taus.as_ref());
             let say = |text| said(messages.as_ref(), text);
-            Some(watched.asked(&asked).show(&sessions, &goals, &files.settings(), &evaluation, say)?)
+            Some(watched.show(&sessions, &goals, &files.settings(), &evaluation, say)?)
         }
         None => None,
     };
@@ -106,7 +104,8 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
         Some(messages) => {
             let all_stop = stop.clone();
             let view = View::show(monitors, messages, evaluation, view_options.unwrap_or_default(), stop)?;
-            unless_closed(writer.write_shown(view.until(all_of(results), || all_stop.cancel(), report).await))?;
+            let results = view.until(all_of(results), || all_stop.cancel(), report).await?;
+            unless_closed(results.into_iter().try_for_each(|measured| writer.write(measured)))?;
         }
         None => unless_closed(all_of(results).await?.into_iter().try_for_each(|measured| writer.write(measured)))?,
     }

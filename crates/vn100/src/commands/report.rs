@@ -4,28 +4,24 @@
 mod exports;
 
 use std::{
-    env,
     fmt::Write,
     fs::{self, File},
     io::{self, Read},
-    path::{self, Path},
-    process::{Command, Stdio},
-    sync::mpsc,
+    path::Path,
     thread,
-    time::Duration,
 };
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Result, anyhow};
 use sha2::{Digest, Sha256};
 use vn100_analysis::{Completion, DEFAULT_CONFIDENCE, FileFacts, SourceResult};
 use vn100_report::html::{PageOptions, write_page};
-use vn100_report::{DEFAULT_SPAN_S, figure::Figures, run_name, run_prefix};
+use vn100_report::{figure::Figures, run_name, run_prefix};
 
 use vn100_report::remedies::page_words;
 
 use crate::{
     args::ReportArgs,
-    asked::{length, measure_options},
+    asked::asked,
     commands::replay::{Outputs, measure_files},
     exit::{print, report as complain, unless_closed},
     inputs::{FileStream, inputs},
@@ -71,7 +67,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     if let Some(path) = output.page().filter(|_| is_read) {
         let options = PageOptions {
             confidence: files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE),
-            asked: &option_text(args),
+            asked: &asked(),
             words: page_words,
             program: PROGRAM,
             span_s: args.span.as_secs_f64(),
@@ -80,59 +76,12 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
         print_written(path)?;
     }
     let exported = exports.write(&records, &figures, &together, &evaluation);
-    if let Some(page) = output.page().filter(|_| args.open && is_read)
-        && let Err(error) = open(page)
-    {
-        // the page is there, and any browser shows it
-        complain(&format!("no browser could be opened ({error:#}); the report is in {}", page.display()));
-    }
     Ok(records.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete).max(exported))
 }
 
 /// A file that was written is the result of this command.
 fn print_written(path: &Path) -> Result<()> {
     unless_closed(print(&format!("wrote {}\n", path.display())))
-}
-
-/// How long what opens pages may take to fail.
-const OPENER_PATIENCE: Duration = Duration::from_secs(3);
-
-/// Opens the page in what the desktop has for pages, which may run until the browser is closed.
-fn open(page: &Path) -> Result<()> {
-    let (opener, before): (_, &[&str]) = match env::consts::OS {
-        "windows" => ("cmd", &["/C", "start", ""]),
-        "macos" => ("open", &[]),
-        _ => ("xdg-open", &[]),
-    };
-    // a name that begins with a dash is no option
-    let page = path::absolute(page)?;
-    let mut command = Command::new(opener);
-    // it may print a line for each browser that it tried
-    let command = command.args(before).arg(&page).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    let mut opener_process = command.spawn().with_context(|| format!("{opener} cannot be started"))?;
-    let (sender, ended) = mpsc::channel();
-    thread::spawn(move || sender.send(opener_process.wait()));
-    match ended.recv_timeout(OPENER_PATIENCE) {
-        Ok(status) => {
-            let status = status?;
-            if !status.success() {
-                bail!("{opener} ended with {status}");
-            }
-            Ok(())
-        }
-        // it has become the browser, or waits for it
-        Err(_) => Ok(()),
-    }
-}
-
-fn option_text(args: &ReportArgs) -> String {
-    let files = &args.files;
-    let mut asked = measure_options(&files.measure, files.taus.as_ref());
-    asked.add("topic", files.topic.clone());
-    asked.add("window", files.window.map(|window| window.to_string()));
-    let span = Some(args.span).filter(|span| span.as_secs_f64() != DEFAULT_SPAN_S);
-    asked.add("span", span.map(length));
-    asked.text()
 }
 
 /// That of a capture; parts that are joined are several files, and have none.

@@ -3,28 +3,17 @@
 use std::fmt::{self, Write};
 
 use anyhow::Result;
-use serde::Serialize;
-use vn100_analysis::Completion;
-use vn100_analysis::{SelfTestCheck, SelfTestSuite, self_test};
+use vn100_analysis::{Completion, SelfTestCheck, SelfTestSuite, self_test};
 
 use crate::{
-    args::SelftestArgs,
-    exit::{print, print_json, unless_closed},
+    exit::{print, unless_closed},
     text::text,
 };
 
-pub(crate) fn selftest(args: &SelftestArgs) -> Result<Completion> {
+pub(crate) fn selftest() -> Result<Completion> {
     let suites = self_test();
     let passed = failures(&suites) == 0;
-    if args.json {
-        unless_closed(print_json(&SelftestDocument {
-            schema: "vn100.selftest/1",
-            passed,
-            suites: suites.iter().map(SuiteDocument::new).collect(),
-        }))?;
-    } else {
-        unless_closed(print(&text(|out| write_suites(out, &suites))))?;
-    }
+    unless_closed(print(&text(|out| write_suites(out, &suites))))?;
     Ok(if passed { Completion::Complete } else { Completion::Failed })
 }
 
@@ -68,45 +57,6 @@ fn difference(check: &SelfTestCheck) -> String {
         Some(difference) if difference.abs() < 1e-9 => "< 1e-9".into(),
         Some(difference) => format!("{difference:+.0e}"),
         None => "-".into(),
-    }
-}
-
-#[derive(Serialize)]
-struct SelftestDocument {
-    schema: &'static str,
-    passed: bool,
-    suites: Vec<SuiteDocument>,
-}
-
-#[derive(Serialize)]
-struct SuiteDocument {
-    source: &'static str,
-    checks: Vec<CheckDocument>,
-}
-
-#[derive(Serialize)]
-struct CheckDocument {
-    statistic: String,
-    m: Option<u64>,
-    reference: Option<f64>,
-    ours: Option<f64>,
-    relative_difference: Option<f64>,
-    tolerance: f64,
-    passed: bool,
-}
-
-impl SuiteDocument {
-    fn new(suite: &SelfTestSuite) -> Self {
-        let check = |check: &SelfTestCheck| CheckDocument {
-            statistic: check.statistic.clone(),
-            m: check.m,
-            reference: check.reference.parse().ok(),
-            ours: check.ours,
-            relative_difference: check.relative_difference(),
-            tolerance: check.tolerance,
-            passed: check.passes(),
-        };
-        Self { source: suite.source, checks: suite.checks.iter().map(check).collect() }
     }
 }
 

@@ -21,7 +21,6 @@ use crate::{
     exit::{HangUp, print, print_json, report, stop_on_interrupt, unless_closed},
     live_source::live_source,
     log::run_logged,
-    status::up,
     text::{fill, text},
 };
 
@@ -37,7 +36,7 @@ pub(crate) fn info(args: InfoArgs) -> Result<Completion> {
     let info = with_sensor(&args.source, &args.link, async |link, stop| {
         stop.run_until_cancelled(ask(&link, name)).await.unwrap_or_else(|| bail!("interrupted"))
     })?;
-    if args.json {
+    if args.output.json {
         print_json(&info)?
     } else {
         print(&info.text())?
@@ -74,11 +73,6 @@ struct Info {
     /// All messages in words.
     #[serde(skip)]
     sends: String,
-    /// Whether there may be sentences, which the checksum and the count belong to.
-    #[serde(skip)]
-    has_sentences: bool,
-    #[serde(skip)]
-    has_packets: bool,
     /// How often the message comes.
     rate_hz: Option<u32>,
     /// Refreshes averaged for a sample of magnetometer, accelerometer, gyroscope.
@@ -109,7 +103,7 @@ async fn ask(link: &LinkHandle, source: String) -> Result<Info> {
             Err(error) => return Err(error.into()),
         }
     }
-    let baud = up(&link.state().borrow()).and_then(|up| up.baud);
+    let baud = link.state().borrow().up().and_then(|up| up.baud);
     Ok(Info::new(source, baud, registers))
 }
 
@@ -151,9 +145,7 @@ impl Info {
             firmware: text(4),
             baud,
             message: alone.map_or_else(|| message.and_then(AsyncType::header), packet_name),
-            sends: sends(message.zip(rate), &packets),
-            has_sentences: message != Some(AsyncType::OFF),
-            has_packets: !packets.is_empty(),
+            sends: sends(message.zip(rate), control.as_ref(), &packets),
             rate_hz: match alone {
                 Some(packets) => MEASUREMENTS_PER_S.checked_div(packets.rate_divisor.into()),
                 None => rate.map(AsyncRate::hz),
@@ -184,16 +176,7 @@ impl Info {
             known(&self.firmware),
             known(&self.hardware_revision)
         )?;
-        let check = self.checksum_bits.map_or(String::new(), |bits| format!(", {bits}-bit checksum"));
-        let count = if self.count == Some(true) { ", counted" } else { "" };
-        let form = match (self.has_sentences, self.has_packets) {
-            (false, _) => String::new(),
-            (true, false) => format!("{check}{count}"),
-            (true, true) if check.is_empty() && count.is_empty() => String::new(),
-            (true, true) => format!("; sentences: {}", format!("{check}{count}").trim_start_matches(", ")),
-        };
-        let sends = format!("{}{form}", self.sends);
-        writeln!(out, "{}", fill(&sends, "  sends      ", "             "))?;
+        writeln!(out, "{}", fill(&self.sends, "  sends      ", "             "))?;
         if let Some(line) = &self.line {
             let speed = self.baud.map_or("serial server".into(), |baud| format!("{baud} baud"));
             let share = 100.0 * line.bytes_per_s / f64::from(line.bytes_per_s_at_most);
@@ -234,14 +217,24 @@ impl Info {
 }
 
 /// The sentences and packets that a sensor sends, in words.
-fn sends(sentences: Option<(AsyncType, AsyncRate)>, packets: &[BinaryOutput]) -> String {
+fn sends(
+    sentences: Option<(AsyncType, AsyncRate)>,
+    control: Option<&ProtocolControl>,
+    packets: &[BinaryOutput],
+) -> String {
+    let check = match control.and_then(ProtocolControl::check) {
+        Some(Check::Xor8) => ", 8-bit checksum",
+        Some(Check::Crc16) => ", 16-bit checksum",
+        _ => "",
+    };
+    let count = if control.is_some_and(|control| control.serial_count != 0) { ", counted" } else { "" };
     let sentences = match sentences {
         Some((AsyncType::OFF, _)) => None,
         Some((message, rate)) => {
             let name = message.header().map_or_else(|| format!("unsupported message {message}"), Into::into);
-            Some(format!("{name} at {rate} Hz"))
+            Some(format!("{name} at {rate} Hz{check}{count}"))
         }
-        None => Some("unknown".into()),
+        None => Some(format!("unknown{check}{count}")),
     };
     let packets = packets.iter().map(|output| {
         let fields = || format!("packets of {}", output.field_names().collect::<Vec<_>>().join(" "));
@@ -361,7 +354,7 @@ mod tests {
         for (sentences, packets, sends, at_40_hz) in [
             ("0", "1,8,05,0001,001C", "BINARY at 100 Hz", false),
             ("0", "1,20,05,0001,003E", "BINARY+MAG at 40 Hz", true),
-            ("14", "2,1,05,0001,001C", "VNYMR at 40 Hz and BINARY at 800 Hz; sentences: 8-bit checksum", true),
+            ("14", "2,1,05,0001,001C", "VNYMR at 40 Hz, 8-bit checksum and BINARY at 800 Hz", true),
             ("0", "1,3,01,0008", "packets of YawPitchRoll at 266.7 Hz", false),
             ("0", "0,8,05,0001,001C", "no message; --set-message VNYMR makes it send one", true),
         ] {

@@ -1,6 +1,7 @@
 //! `vn100 sim`: the emulated sensor on a serial port or at a TCP address, or a capture of it.
 
 mod tcp;
+mod twin;
 
 use std::{
     fs::{self, File},
@@ -15,13 +16,11 @@ use tokio::{runtime::Runtime, task, time};
 use vn100_analysis::Completion;
 use vn100_capture::{Clock, RecordingWriter};
 use vn100_protocol::stream::Chunk;
-use vn100_sim::{
-    Generator, PacketStream,
-    capture::write_next,
-    pty::{PtyOptions, PtyStats, serve},
-};
+#[cfg(target_os = "linux")]
+use vn100_sim::pty::{PtyOptions, PtyStats, serve};
+use vn100_sim::{Generator, PacketStream, capture::write_next};
 
-use self::tcp::TcpSensor;
+use self::{tcp::TcpSensor, twin::twin_of};
 use crate::{
     args::{CaptureMessage, SimArgs, SimSensorArgs},
     emulated_sensor::{device, emulated_port},
@@ -31,14 +30,14 @@ use crate::{
 /// The length of a capture, unless asked for.
 const CAPTURE_DURATION: Duration = Duration::from_secs(60);
 
-/// The rate of a capture in hertz, unless asked for: the sensor's own.
-const CAPTURE_RATE_HZ: u32 = 40;
-
-pub(crate) fn sim(args: &SimArgs) -> Result<Completion> {
+pub(crate) fn sim(mut args: SimArgs) -> Result<Completion> {
+    if let Some(like) = &args.like {
+        args.sensor.profile = twin_of(like)?;
+    }
     match (&args.output, args.tcp_address()) {
-        (Some(output), _) => capture(args, output),
-        (None, Some(address)) => emulate_at(address, args),
-        (None, None) => emulate(args),
+        (Some(output), _) => capture(&args, output),
+        (None, Some(address)) => emulate_at(address, &args),
+        (None, None) => emulate(&args),
     }
 }
 
@@ -47,7 +46,7 @@ fn emulate_at(address: SocketAddr, args: &SimArgs) -> Result<Completion> {
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     runtime.block_on(async {
         let stop = stop_on_interrupt(HangUp::Stops)?;
-        let (port, baud) = emulated_port(&args.sensor, args.usb, Clock::start());
+        let (port, baud) = emulated_port(&args.sensor, Clock::start());
         let mut sensor = TcpSensor::bind(port, baud, address).await?;
         print(&format!("{}\n", sensor.address()?))?;
         let duration = args.duration.unwrap_or(Duration::MAX);
@@ -61,12 +60,19 @@ fn emulate_at(address: SocketAddr, args: &SimArgs) -> Result<Completion> {
     })
 }
 
+#[cfg(not(target_os = "linux"))]
+fn emulate(_: &SimArgs) -> Result<Completion> {
+    bail!("--link needs a pseudo-terminal of Linux: --tcp serves the sensor at a TCP address")
+}
+
 /// The sensor on a pseudo-terminal.
+#[cfg(target_os = "linux")]
 fn emulate(args: &SimArgs) -> Result<Completion> {
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     runtime.block_on(async {
         let stop = stop_on_interrupt(HangUp::Stops)?;
-        let options = PtyOptions { link: args.link.clone(), usb_latency: args.usb, ..pty_options(&args.sensor) };
+        let SimSensorArgs { faults, seed, .. } = args.sensor.clone();
+        let options = PtyOptions { link: args.link.clone(), faults, seed, ..PtyOptions::default() };
         let sensor = serve(device(&args.sensor), options)?;
         let path = args.link.clone().unwrap_or_else(|| sensor.path());
         print(&format!("{}\n", path.display()))?;
@@ -75,27 +81,27 @@ fn emulate(args: &SimArgs) -> Result<Completion> {
             None => stop.cancelled().await,
         }
         let stats = task::spawn_blocking(|| sensor.stop()).await.context("internal error: the emulator stopped")??;
-        report(&summary(&stats));
+        let PtyStats { openings, bytes_sent, bytes_dropped, bytes_unread } = stats;
+        report(&format!(
+            "opened {}, {bytes_sent} bytes sent; dropped: {bytes_dropped} because the terminal was full, {bytes_unread} because no \
+             program read them",
+            times(openings)
+        ));
         Ok(Completion::Complete)
     })
 }
 
-fn summary(stats: &PtyStats) -> String {
-    let PtyStats { openings, bytes_sent, bytes_dropped, bytes_unread } = *stats;
-    let opened = if openings == 1 { "once".to_owned() } else { format!("{openings} times") };
-    format!(
-        "opened {opened}, {bytes_sent} bytes sent; dropped: {bytes_dropped} because the terminal was full, {bytes_unread} because \
-         no program read them"
-    )
-}
-
-fn pty_options(args: &SimSensorArgs) -> PtyOptions {
-    PtyOptions { faults: args.faults.clone(), seed: args.seed, ..PtyOptions::default() }
+fn times(openings: u64) -> String {
+    if openings == 1 { "once".to_owned() } else { format!("{openings} times") }
 }
 
 fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
-    let (duration, rate_hz) = (args.duration.unwrap_or(CAPTURE_DURATION), args.rate.unwrap_or(CAPTURE_RATE_HZ));
     let (truth, seed) = (args.sensor.truth(), args.sensor.seed);
+    let (duration, rate_hz) = (args.duration.unwrap_or(CAPTURE_DURATION), args.rate.map_or(truth.rate_hz, f64::from));
+    if rate_hz.fract() != 0.0 {
+        bail!("it was measured at {rate_hz} Hz, which the emulated sensor does not have: give --rate HZ");
+    }
+    let rate_hz = rate_hz as u32;
     let mut write_frame: Box<WriteFrame> = match args.message {
         CaptureMessage::Sentence(message) => {
             let mut generator = Generator::for_message(&truth, message, rate_hz, seed)?;
@@ -166,11 +172,11 @@ fn write(out: impl Write, write_frame: &mut WriteFrame, samples: u64) -> io::Res
 /// Writes each frame as a read of its own, at the very time of its sample; the first is at 0.
 fn record(file: File, write_frame: &mut WriteFrame, samples: u64, rate_hz: u32, args: &SimArgs) -> io::Result<()> {
     let recipe = [
-        ("profile", args.sensor.profile.name.to_owned()),
+        ("profile", args.sensor.profile.name.clone()),
         ("rate_hz", rate_hz.to_string()),
         ("seed", args.sensor.seed.to_string()),
     ];
-    let thermal = args.sensor.thermal.map(|thermal| ("thermal", thermal.to_string()));
+    let thermal = args.sensor.thermal.map(|thermal| ("thermal", format!("{thermal:?}")));
     let recipe = recipe.into_iter().chain(thermal).map(|(name, value)| (format!("sim.{name}"), value)).collect();
     let mut recording = RecordingWriter::new(file, &recipe)?;
     for sample in 0..samples {
@@ -180,18 +186,4 @@ fn record(file: File, write_frame: &mut WriteFrame, samples: u64, rate_hz: u32, 
         recording.write(&Chunk { bytes: frame.into(), at_ns }.into())?;
     }
     recording.finish(Some("the record has its length"))?.sync_all()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn dropped_bytes_are_reported_with_their_cause() {
-        let stats = PtyStats { openings: 1, bytes_sent: 5124, bytes_dropped: 7, bytes_unread: 3 };
-        assert_eq!(
-            summary(&stats),
-            "opened once, 5124 bytes sent; dropped: 7 because the terminal was full, 3 because no program read them"
-        );
-    }
 }

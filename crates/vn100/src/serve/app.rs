@@ -38,8 +38,8 @@ impl App {
 
     /// Draws the page, and publishes it to the readers of its events.
     pub(crate) async fn draw(&self) {
-        if let Ok(page) = self.ask(Drawer::draw).await {
-            self.page.send_replace(page);
+        if let Ok(state) = self.ask(Drawer::draw).await {
+            self.page.send_replace(state);
         }
     }
 }

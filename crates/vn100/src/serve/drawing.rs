@@ -1,10 +1,11 @@
-//! The parts of the page. Curves and parameters are drawn again for a new assessment, the recent
-//! signal every few seconds, and all other parts at each look.
+//! The parts of the pages: the state of a source at each look, and the parts of its report for a new
+//! assessment; and the documents of the same states.
 
 #[cfg(test)]
 mod tests;
 
 use std::{
+    collections::HashMap,
     sync::Arc,
     time::{Duration, SystemTime},
 };
@@ -12,108 +13,81 @@ use std::{
 use axum::body::Bytes;
 use tokio::{sync::watch, time::Instant};
 use vn100_analysis::{Assessment, Parts, SourceFacts, SourceResult};
-use vn100_report::html::{
-    LiveStage, PagePart, PageSource, live_page, now_part, result_parts, signal_part, sources_part, write_page,
-};
 use vn100_report::{
-    Document, Evaluation, MeasuredSource, MetricsForm, figure::Figures, goals::Goals, json_line, metrics_text,
-    run_name, run_prefix,
-};
-use vn100_report::{
+    Document, Evaluation, MeasuredSource, MetricsForm,
+    figure::Figures,
+    goals::Goals,
+    html::{
+        PageOptions, PagePart, PageSource, ShownPage, live_page, result_parts, sources_part, state_part, write_page,
+    },
+    json_line, metrics_text,
     remedies::{page_words, remedy_words},
+    run_name, run_prefix,
     words::end,
 };
 use vn100_session::{SourceState, Stage};
 
 use crate::serve::{ReportSettings, ServedSource};
 
-/// A drawn result is kept at least this long; at first for a third of the time since the start.
-const RESULT_LASTS: Duration = Duration::from_secs(10);
-const SIGNAL_LASTS: Duration = Duration::from_secs(10);
-/// A drawn page is kept this long, however often it is requested.
-const PAGE_LASTS: Duration = Duration::from_millis(250);
-const REPORT_LASTS: Duration = Duration::from_secs(5);
-/// A drawn part that no reader requests is dropped after this time.
-const DRAWN_LASTS: Duration = Duration::from_secs(30);
+/// An answer is kept this long, however often it is requested.
+const KEPT: Duration = Duration::from_millis(250);
+const REPORT_KEPT: Duration = Duration::from_secs(5);
 
 /// The shortest silence of a stream that the page mentions.
 const SILENT: Duration = Duration::from_secs(3);
 
-/// The page at one moment.
+/// How long the parts of a report are shown in a measurement of that age: half of it at first, and a
+/// twentieth of a long one, which changes slowly.
+fn result_lasts(age: Duration) -> Duration {
+    (age / 2).min(Duration::from_secs(20)).max(age / 20).min(Duration::from_secs(60))
+}
+
+/// All pages at one moment: that of a single source, or a list of several, each with a page of its own.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PageState {
     /// Identifies this run of the program: its start in microseconds since 1970.
-    run: u64,
-    version: u64,
-    parts: Vec<Arc<Versioned>>,
+    pub(crate) run: u64,
+    pub(crate) version: u64,
+    parts: Vec<DrawnPart>,
 }
 
-#[derive(Debug)]
-struct Versioned {
-    /// The version of the page in which the part changed last.
+#[derive(Debug, Clone)]
+struct DrawnPart {
+    /// The page that it belongs to: 0 is the first, and `n` that of the `n`th of several sources.
+    page: usize,
+    /// The version of the state in which the part changed last.
     version: u64,
     part: Arc<PagePart>,
 }
 
 impl PageState {
-    pub(crate) const fn run(&self) -> u64 {
-        self.run
+    /// The parts of a page that have changed since that version.
+    pub(crate) fn since(&self, version: u64, page: usize) -> impl Iterator<Item = &PagePart> {
+        self.parts.iter().filter(move |part| part.page == page && part.version > version).map(|part| &*part.part)
     }
 
-    pub(crate) const fn version(&self) -> u64 {
-        self.version
-    }
-
-    /// The parts that have changed since that version.
-    pub(crate) fn since(&self, version: u64) -> impl Iterator<Item = Arc<PagePart>> {
-        self.parts.iter().filter(move |part| part.version > version).map(|part| Arc::clone(&part.part))
-    }
-
-    /// The page without its parts; those drawn next are new to every reader.
-    fn forgotten(&self) -> Self {
-        Self { parts: Vec::new(), ..*self }
-    }
-
-    /// The next version of the page, with these parts.
-    fn next(&self, parts: Vec<Arc<PagePart>>) -> Self {
+    /// The next version, with these parts by the numbers of their pages.
+    fn next(&self, parts: Vec<(usize, Arc<PagePart>)>) -> Self {
         let version = self.version + 1;
-        let drawn = |part: Arc<PagePart>| match self.parts.iter().find(|old| old.part.id == part.id) {
-            Some(old) if Arc::ptr_eq(&old.part, &part) || old.part == part => Arc::clone(old),
-            _ => Arc::new(Versioned { version, part }),
+        let drawn = |(page, part): (usize, Arc<PagePart>)| {
+            let same = self.parts.iter().find(|old| old.page == page && old.part == part);
+            DrawnPart { page, version: same.map_or(version, |old| old.version), part }
         };
-        let parts: Vec<Arc<Versioned>> = parts.into_iter().map(drawn).collect();
+        let parts: Vec<DrawnPart> = parts.into_iter().map(drawn).collect();
         let has_changed = parts.iter().any(|part| part.version == version);
         Self { run: self.run, version: if has_changed { version } else { self.version }, parts }
     }
 }
 
-/// Draws the page, and makes the documents of the same states.
+/// Draws the pages, and makes the documents of the same states.
 pub(crate) struct Drawer {
     sources: Vec<SourceDrawer>,
     evaluation: Arc<Evaluation>,
     report_settings: ReportSettings,
-    page: Arc<PageState>,
+    state: Arc<PageState>,
     drawn_at: Option<Instant>,
-    documents: Kept,
-    report: Kept,
-    prometheus: Kept,
-    open_metrics: Kept,
-}
-
-/// A rendered answer that is kept for a while.
-#[derive(Debug, Default)]
-struct Kept(Option<(Instant, Bytes)>);
-
-impl Kept {
-    fn get(&mut self, now: Instant, lasts: Duration, make: impl FnOnce() -> String) -> Bytes {
-        self.forget(now, lasts);
-        self.0.get_or_insert_with(|| (now, make().into())).1.clone()
-    }
-
-    /// Drops an answer that was rendered at least `lasts` ago.
-    fn forget(&mut self, now: Instant, lasts: Duration) {
-        self.0.take_if(|(at, _)| now.saturating_duration_since(*at) >= lasts);
-    }
+    /// The latest answers by their addresses.
+    kept: HashMap<&'static str, (Instant, Bytes)>,
 }
 
 impl Drawer {
@@ -123,103 +97,105 @@ impl Drawer {
         report_settings: ReportSettings,
         now: Instant,
     ) -> Self {
-        let is_alone = sources.len() == 1;
-        let of = |(place, source): (usize, ServedSource)| {
-            let prefix = if is_alone { String::new() } else { run_prefix(place) };
-            SourceDrawer::new(source, prefix, now)
-        };
         // a later run has another number, unless the clock was set back by exactly that time
         let run = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_micros() as u64;
         Self {
-            sources: sources.into_iter().enumerate().map(of).collect(),
+            sources: sources.into_iter().map(|source| SourceDrawer::new(source, now)).collect(),
             evaluation,
             report_settings,
-            page: Arc::new(PageState { run, ..PageState::default() }),
+            state: Arc::new(PageState { run, ..PageState::default() }),
             drawn_at: None,
-            documents: Kept::default(),
-            report: Kept::default(),
-            prometheus: Kept::default(),
-            open_metrics: Kept::default(),
+            kept: HashMap::new(),
         }
     }
 
-    /// Notes which sources have given samples, and drops what no reader asks for.
+    /// Notes which sources have given samples.
     pub(crate) fn look(&mut self, now: Instant) {
         self.sources.iter_mut().for_each(|source| source.look(now));
-        for kept in [&mut self.documents, &mut self.report, &mut self.prometheus, &mut self.open_metrics] {
-            kept.forget(now, REPORT_LASTS);
-        }
-        if self.drawn_at.is_some_and(|at| now.saturating_duration_since(at) >= DRAWN_LASTS) {
-            self.drawn_at = None;
-            self.page = Arc::new(self.page.forgotten());
-            self.sources.iter_mut().for_each(|source| (source.results, source.signal) = (None, None));
-        }
     }
 
-    /// Whether any drawn part is kept.
-    pub(crate) const fn is_drawn(&self) -> bool {
-        self.drawn_at.is_some()
-    }
-
-    /// The page as it is now, or was a moment ago.
-    pub(crate) fn page(&mut self, now: Instant) -> Arc<PageState> {
-        if self.drawn_at.is_none_or(|at| now.saturating_duration_since(at) >= PAGE_LASTS) {
+    /// The pages as they are now, or were a moment ago.
+    pub(crate) fn state(&mut self, now: Instant) -> Arc<PageState> {
+        if self.drawn_at.is_none_or(|at| now.saturating_duration_since(at) >= KEPT) {
             self.draw(now);
         }
-        Arc::clone(&self.page)
+        Arc::clone(&self.state)
     }
 
     pub(crate) fn draw(&mut self, now: Instant) -> Arc<PageState> {
         self.drawn_at = Some(now);
-        let evaluation = &self.evaluation;
-        let seen: Vec<Seen> = self.sources.iter_mut().map(|source| source.see(evaluation, now)).collect();
-        let live: Vec<(String, PageSource<'_>)> = (self.sources.iter().zip(&seen))
-            .map(|(source, seen)| {
-                (source.prefix.clone(), seen.live(&source.goals, now.saturating_duration_since(source.began)))
+        let (evaluation, options) = (&self.evaluation, self.report_settings.options());
+        let seen: Vec<Seen> = self.sources.iter_mut().map(|source| source.see(evaluation, options, now)).collect();
+        let live: Vec<PageSource<'_>> = (self.sources.iter().zip(&seen))
+            .map(|(source, seen)| PageSource {
+                result: &seen.result,
+                goals: &source.goals,
+                is_preparing: matches!(seen.stage, Stage::Preparing),
+                elapsed: now.saturating_duration_since(source.began),
+                silent: seen.silent,
             })
             .collect();
-        let mut parts = vec![Arc::new(sources_part(&live))];
-        for ((prefix, source), drawer) in live.iter().zip(&self.sources) {
-            parts.push(Arc::new(now_part(source, prefix)));
-            parts.extend(drawer.results.iter().flat_map(|results| results.parts.iter().cloned()));
-            parts.extend(drawer.signal.iter().map(|(_, part)| Arc::clone(part)));
+        let first = usize::from(live.len() > 1);
+        let mut parts = Vec::new();
+        if first > 0 {
+            parts.push((0, Arc::new(sources_part(&live))));
         }
-        self.page = Arc::new(self.page.next(parts));
-        Arc::clone(&self.page)
+        for (place, (source, drawer)) in live.iter().zip(&self.sources).enumerate() {
+            parts.push((first + place, Arc::new(state_part(source))));
+            let of_result = drawer.drawn.iter().flat_map(|drawn| &drawn.parts);
+            parts.extend(of_result.map(|part| (first + place, Arc::clone(part))));
+        }
+        self.state = Arc::new(self.state.next(parts));
+        Arc::clone(&self.state)
     }
 
-    /// The whole page.
-    pub(crate) fn html(&mut self, now: Instant) -> String {
-        let page = self.page(now);
-        let parts: Vec<&PagePart> = page.parts.iter().map(|part| &*part.part).collect();
-        let name = |source: &SourceDrawer| (source.prefix.clone(), source.state.borrow().name().to_owned());
-        let names: Vec<(String, String)> = self.sources.iter().map(name).collect();
-        live_page(&names, &parts, &format!("{}-{}", page.run, page.version), self.report_settings.program.name)
+    /// The whole page of this number; `None` if there is none.
+    pub(crate) fn html(&mut self, now: Instant, page: usize) -> Option<String> {
+        let state = self.state(now);
+        let count = self.sources.len();
+        let source = if count == 1 { page } else { page.wrapping_sub(1) };
+        let name = self.sources.get(source).map(|source| source.state.borrow().name().to_owned());
+        let shown = match &name {
+            None if page == 0 => ShownPage::List(count),
+            None => return None,
+            Some(name) if count == 1 => ShownPage::Source(name),
+            Some(name) => ShownPage::SourceOfSeveral(name),
+        };
+        let part = |id: &str| Some(&*state.since(0, page).find(|part| part.id == id)?.html);
+        Some(live_page(shown, part, &format!("{}-{}", state.run, state.version), self.report_settings.program.name))
+    }
+
+    /// The answer at an address, made anew if it is older than `lasts`.
+    fn kept(&mut self, at: &'static str, now: Instant, lasts: Duration, make: impl FnOnce(&Self) -> String) -> Bytes {
+        if let Some((_, answer)) = self.kept.get(at).filter(|(made, _)| now.saturating_duration_since(*made) < lasts) {
+            return answer.clone();
+        }
+        let answer = Bytes::from(make(self));
+        self.kept.insert(at, (now, answer.clone()));
+        answer
     }
 
     /// The JSON document of `--json`; of several sources an array of their documents.
     pub(crate) fn documents(&mut self, now: Instant) -> Bytes {
-        let (sources, evaluation) = (&self.sources, &self.evaluation);
-        self.documents.get(now, PAGE_LASTS, || {
+        self.kept("snapshot", now, KEPT, |drawer| {
             let document = |source: &SourceDrawer| {
-                let is_over = source.state.borrow().facts().ended;
-                let parts = if is_over { Parts::All } else { Parts::WithoutSignals };
-                let result = evaluation.complete(result_of(&source.state.borrow().clone(), parts));
+                let state = source.state.borrow().clone();
+                let parts = if state.facts().ended { Parts::All } else { Parts::WithoutSignals };
+                let result = drawer.evaluation.complete(result_of(&state, parts));
                 // numbers and texts alone are serialised
                 serde_json::to_string(&Document::new(&result, remedy_words)).unwrap_or_default()
             };
-            let documents: Vec<String> = sources.iter().map(document).collect();
+            let documents: Vec<String> = drawer.sources.iter().map(document).collect();
             json_line(&if let [only] = &documents[..] { only.clone() } else { format!("[{}]", documents.join(",")) })
         })
     }
 
     /// The report so far.
     pub(crate) fn report(&mut self, now: Instant) -> Bytes {
-        let (sources, evaluation) = (&self.sources, &self.evaluation);
-        let options = self.report_settings.options();
-        self.report.get(now, REPORT_LASTS, || {
+        self.kept("report", now, REPORT_KEPT, |drawer| {
             let result = |source: &SourceDrawer| result_of(&source.state.borrow().clone(), Parts::All);
-            let records: Vec<SourceResult> = sources.iter().map(|source| evaluation.complete(result(source))).collect();
+            let records: Vec<SourceResult> =
+                drawer.sources.iter().map(|source| drawer.evaluation.complete(result(source))).collect();
             let is_alone = records.len() == 1;
             let prefix = |place| if is_alone { String::new() } else { run_prefix(place) };
             let figures: Vec<Figures> =
@@ -228,7 +204,7 @@ impl Drawer {
             let together = if is_alone { Figures::default() } else { Figures::together(&records, &names) };
             let mut page = Vec::new();
             // writing into memory does not fail
-            let _ = write_page(&mut page, &records, &figures, &together, options);
+            let _ = write_page(&mut page, &records, &figures, &together, drawer.report_settings.options());
             String::from_utf8_lossy(&page).into_owned()
         })
     }
@@ -236,16 +212,11 @@ impl Drawer {
     /// The metrics of all sources.
     pub(crate) fn metrics(&mut self, now: Instant, form: MetricsForm) -> Bytes {
         self.look(now);
-        let sources = &self.sources;
-        let kept = match form {
-            MetricsForm::Prometheus => &mut self.prometheus,
-            MetricsForm::OpenMetrics => &mut self.open_metrics,
-        };
-        kept.get(now, PAGE_LASTS, || {
+        self.kept(form.content_type(), now, KEPT, |drawer| {
             let result = |source: &SourceDrawer| result_of(&source.state.borrow().clone(), Parts::WithoutSignals);
-            let seen: Vec<_> = sources.iter().map(|source| (result(source), source.last_sample_age(now))).collect();
-            let sources: Vec<MeasuredSource<'_>> = (seen.iter())
-                .map(|(result, last_sample_age)| MeasuredSource { result, last_sample_age: *last_sample_age })
+            let results: Vec<SourceResult> = drawer.sources.iter().map(result).collect();
+            let sources: Vec<MeasuredSource<'_>> = (results.iter().zip(&drawer.sources))
+                .map(|(result, source)| MeasuredSource { result, last_sample_age: source.last_sample_age(now) })
                 .collect();
             metrics_text(&sources, form)
         })
@@ -269,16 +240,14 @@ impl Drawer {
 struct SourceDrawer {
     state: watch::Receiver<SourceState>,
     goals: Goals,
-    prefix: String,
     began: Instant,
     /// Number of samples at the last change of it that a look has found, and the time of that look.
     samples: (u64, Instant),
-    results: Option<Results>,
-    signal: Option<(Instant, Arc<PagePart>)>,
+    drawn: Option<DrawnResult>,
 }
 
 /// The parts drawn from one assessment.
-struct Results {
+struct DrawnResult {
     assessment: Arc<Assessment>,
     is_over: bool,
     at: Instant,
@@ -292,22 +261,6 @@ struct Seen {
     silent: Option<Duration>,
 }
 
-impl Seen {
-    fn live<'a>(&'a self, goals: &'a Goals, elapsed: Duration) -> PageSource<'a> {
-        PageSource {
-            result: &self.result,
-            goals,
-            elapsed,
-            stage: match self.stage {
-                Stage::Preparing => LiveStage::Preparing,
-                Stage::Measuring | Stage::Finishing => LiveStage::Measuring,
-                Stage::Ended(_) => LiveStage::Ended(self.result.source.error.as_deref()),
-            },
-            silent: self.silent,
-        }
-    }
-}
-
 /// Whether the measurement has ended, so that no more samples follow.
 fn is_over(state: &SourceState) -> bool {
     matches!(state.stage, Stage::Ended(_)) || state.playback.is_some_and(|playback| playback.at_end)
@@ -316,7 +269,7 @@ fn is_over(state: &SourceState) -> bool {
 /// The facts of the source, with the reason in words why its result is not complete.
 fn facts_of(state: &SourceState) -> SourceFacts {
     let error = match &state.stage {
-        Stage::Ended(reason) => end(state.name(), &reason.plain(), state.snapshot.link.tally.bytes(), page_words),
+        Stage::Ended(reason) => end(state.name(), reason, state.snapshot.link.tally.bytes(), page_words),
         _ => None,
     };
     SourceFacts { error, ..state.facts() }
@@ -327,9 +280,8 @@ fn result_of(state: &SourceState, parts: Parts) -> SourceResult {
 }
 
 impl SourceDrawer {
-    fn new(source: ServedSource, prefix: String, now: Instant) -> Self {
-        let ServedSource { state, goals } = source;
-        Self { state, goals, prefix, began: now, samples: (0, now), results: None, signal: None }
+    fn new(ServedSource { state, goals }: ServedSource, now: Instant) -> Self {
+        Self { state, goals, began: now, samples: (0, now), drawn: None }
     }
 
     fn look(&mut self, now: Instant) {
@@ -348,35 +300,29 @@ impl SourceDrawer {
         (is_due && silent >= SILENT).then_some(silent)
     }
 
-    fn see(&mut self, evaluation: &Evaluation, now: Instant) -> Seen {
+    fn see(&mut self, evaluation: &Evaluation, options: PageOptions<'_>, now: Instant) -> Seen {
         self.look(now);
         let state = self.state.borrow().clone();
         let (is_over, snapshot) = (is_over(&state), &state.snapshot);
-        let lasts = RESULT_LASTS.min(now.saturating_duration_since(self.began) / 3);
-        let fits = |results: &&Results| {
-            results.is_over == is_over
-                && results.assessment.channels.len() == snapshot.channels.len()
-                && results.assessment.samples <= snapshot.timing.samples
-                && now.saturating_duration_since(results.at) < lasts
+        let lasts = result_lasts(now.saturating_duration_since(self.began));
+        let fits = |drawn: &&DrawnResult| {
+            drawn.is_over == is_over
+                && drawn.assessment.channels.len() == snapshot.channels.len()
+                && drawn.assessment.samples <= snapshot.timing.samples
+                && (is_over || now.saturating_duration_since(drawn.at) < lasts)
         };
-        let assessment = match self.results.as_ref().filter(fits) {
-            Some(results) => Arc::clone(&results.assessment),
-            None => state.assessment(),
+        let assessment = match self.drawn.as_ref().filter(fits) {
+            Some(drawn) => Arc::clone(&drawn.assessment),
+            None => {
+                let assessment = state.assessment();
+                let so_far =
+                    SourceResult::new(facts_of(&state), Arc::clone(snapshot), Arc::clone(&assessment), Parts::All);
+                let parts = result_parts(&evaluation.complete(so_far), options).into_iter().map(Arc::new).collect();
+                self.drawn = Some(DrawnResult { assessment: Arc::clone(&assessment), is_over, at: now, parts });
+                assessment
+            }
         };
-        let is_drawn = |results: &&Results| results.is_over == is_over && Arc::ptr_eq(&results.assessment, &assessment);
-        if self.results.as_ref().filter(is_drawn).is_none() {
-            let so_far = SourceResult::new(facts_of(&state), Arc::clone(snapshot), Arc::clone(&assessment), Parts::All);
-            let parts = result_parts(&evaluation.complete(so_far), page_words, &self.prefix);
-            let parts = parts.into_iter().map(Arc::new).collect();
-            self.results = Some(Results { assessment: Arc::clone(&assessment), is_over, at: now, parts });
-        }
         let result = SourceResult::new(facts_of(&state), Arc::clone(snapshot), assessment, Parts::WithoutSignals);
-        let signal_lasts = SIGNAL_LASTS.min(now.saturating_duration_since(self.began) / 3);
-        let is_drawn =
-            |(at, _): &(Instant, Arc<PagePart>)| !is_over && now.saturating_duration_since(*at) < signal_lasts;
-        if !self.signal.as_ref().is_some_and(is_drawn) {
-            self.signal = Some((now, Arc::new(signal_part(&result, &self.prefix))));
-        }
         let silent = self.silent(&state, now);
         Seen { result, stage: state.stage, silent }
     }

@@ -3,7 +3,6 @@
 //! present state and the end of the stream, and asks again after five seconds.
 
 use std::{
-    collections::VecDeque,
     convert::Infallible,
     pin::Pin,
     sync::Arc,
@@ -18,7 +17,6 @@ use tokio::{
 };
 use tokio_stream::{Stream, wrappers::WatchStream};
 use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
-use vn100_report::html::PagePart;
 
 use crate::serve::{STREAMS, drawing::PageState};
 
@@ -41,56 +39,22 @@ impl EventPlace {
 /// program runs, and is marked as old after five seconds without one.
 const KEEP_ALIVE: Duration = Duration::from_secs(2);
 
-/// Begins each stream that stays open, and keeps it.
+/// Says that a stream stays open, and that the program runs.
 const ALIVE: &[u8] = b"event: alive\ndata:\n\n";
 
 /// Ends the stream of a reader who found all streams taken; browsers ask again after the time in
 /// milliseconds.
 const FULL: &str = "retry: 5000\nevent: full\ndata: ";
 
-/// The content of a part, which all readers share.
-struct Html(Arc<PagePart>);
-
-impl AsRef<[u8]> for Html {
-    fn as_ref(&self) -> &[u8] {
-        self.0.html.as_bytes()
-    }
-}
-
-/// Which parts of the page a reader receives.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum ShownParts {
-    /// Every part.
-    All,
-    /// The details of these sources alone, by their prefixes.
-    Open(Vec<String>),
-}
-
-impl ShownParts {
-    /// The details of the sources with these prefixes, separated by commas.
-    pub(crate) fn open(prefixes: &str) -> Self {
-        Self::Open(prefixes.split(',').filter(|prefix| !prefix.is_empty()).map(str::to_owned).collect())
-    }
-
-    fn has(&self, part: &PagePart) -> bool {
-        match (self, &part.detail_of) {
-            (Self::All, _) | (_, None) => true,
-            (Self::Open(open), Some(prefix)) => open.iter().any(|one| **one == **prefix),
-        }
-    }
-}
-
-/// The text of the events for one reader, piece by piece.
+/// The text of the events of one page for one reader.
 pub(crate) struct PageEvents {
-    pages: WatchStream<Arc<PageState>>,
+    states: WatchStream<Arc<PageState>>,
     over: Pin<Box<WaitForCancellationFutureOwned>>,
+    page: usize,
     /// What the reader has received so far; `None` for nothing.
     place: Option<EventPlace>,
-    shown: ShownParts,
-    /// The text that is still to be sent of the present state.
-    unsent: VecDeque<Bytes>,
     quiet: Interval,
-    /// Whether a state was taken from the pages.
+    /// Whether a state was taken.
     has_state: bool,
     is_over: bool,
     /// The place of the stream among those that stay open; `None` for a reader of one state.
@@ -99,35 +63,37 @@ pub(crate) struct PageEvents {
 
 impl PageEvents {
     pub(crate) fn new(
-        pages: watch::Receiver<Arc<PageState>>,
-        (place, shown): (Option<EventPlace>, ShownParts),
+        states: watch::Receiver<Arc<PageState>>,
+        (page, place): (usize, Option<EventPlace>),
         over: CancellationToken,
         stream: Option<OwnedSemaphorePermit>,
     ) -> Self {
         let over = Box::pin(over.cancelled_owned());
-        let pages = WatchStream::new(pages);
         let quiet = time::interval(KEEP_ALIVE);
-        let unsent = stream.iter().map(|_| Bytes::from_static(ALIVE)).collect();
-        Self { pages, over, place, shown, unsent, quiet, has_state: false, is_over: false, stream }
+        Self { states: WatchStream::new(states), over, page, place, quiet, has_state: false, is_over: false, stream }
     }
 
-    /// Takes the parts of this page that the reader does not have. Whether the reader had those of
-    /// another run.
-    fn take(&mut self, page: &PageState) -> bool {
-        let run = page.run();
-        if self.place.is_some_and(|place| place.run != run) {
-            return true;
+    /// An event for each part of this state that the reader does not have; `None` if the reader had
+    /// those of another run.
+    fn events(&mut self, state: &PageState) -> Option<String> {
+        if self.place.is_some_and(|place| place.run != state.run) {
+            return None;
         }
-        let (seen, version) = (self.place.map_or(0, |place| place.version), page.version());
-        let mut parts = page.since(seen).filter(|part| self.shown.has(part)).peekable();
+        let seen = self.place.map_or(0, |place| place.version);
+        let mut parts = state.since(seen, self.page).peekable();
+        let mut text = String::new();
         while let Some(part) = parts.next() {
+            // between words a new line is a space, and elsewhere there is none
+            let html = part.html.replace(['\n', '\r'], " ");
+            text += &format!("event: snapshot\ndata: {}\ndata: {html}\n", part.id);
             // the id of the last event is where the reader continues
-            let end = if parts.peek().is_some() { "\n\n".into() } else { format!("\nid: {run}-{version}\n\n") };
-            let begin = format!("event: snapshot\ndata: {}\ndata: ", part.id);
-            self.unsent.extend([begin.into(), Bytes::from_owner(Html(part)), end.into()]);
+            if parts.peek().is_none() {
+                text += &format!("id: {}-{}\n", state.run, state.version);
+            }
+            text.push('\n');
         }
-        self.place = Some(EventPlace { run, version });
-        false
+        self.place = Some(EventPlace { run: state.run, version: state.version });
+        Some(text)
     }
 
     /// The last event of the stream.
@@ -144,30 +110,32 @@ impl Stream for PageEvents {
         if self.is_over {
             return Poll::Ready(None);
         }
-        loop {
-            if let Some(piece) = self.unsent.pop_front() {
+        if self.stream.is_none() && self.has_state {
+            return self.last(format!("{FULL}{STREAMS}\n\n"));
+        }
+        // the first one at once, unless a state is there already
+        if self.stream.is_some() && self.quiet.poll_tick(context).is_ready() {
+            return Poll::Ready(Some(Ok(Bytes::from_static(ALIVE))));
+        }
+        while let Poll::Ready(state) = Pin::new(&mut self.states).poll_next(context) {
+            let Some(state) = state else { return Poll::Ready(None) };
+            // not drawn yet
+            if state.run == 0 {
+                continue;
+            }
+            let Some(text) = self.events(&state) else { return self.last("event: other\ndata: another run\n\n") };
+            self.has_state = true;
+            if !text.is_empty() {
                 self.quiet.reset();
-                return Poll::Ready(Some(Ok(piece)));
+                return Poll::Ready(Some(Ok(text.into())));
             }
-            if self.stream.is_none() && self.has_state {
+            if self.stream.is_none() {
                 return self.last(format!("{FULL}{STREAMS}\n\n"));
-            }
-            match Pin::new(&mut self.pages).poll_next(context) {
-                // not drawn yet
-                Poll::Ready(Some(page)) if page.run() == 0 => {}
-                Poll::Ready(Some(page)) => {
-                    if self.take(&page) {
-                        return self.last("event: other\ndata: another run\n\n");
-                    }
-                    self.has_state = true;
-                }
-                Poll::Ready(None) => return Poll::Ready(None),
-                Poll::Pending => break,
             }
         }
         if self.over.as_mut().poll(context).is_ready() {
             return self.last("event: end\ndata: the program ends\n\n");
         }
-        self.quiet.poll_tick(context).map(|_| Some(Ok(Bytes::from_static(ALIVE))))
+        Poll::Pending
     }
 }

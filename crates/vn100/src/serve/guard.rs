@@ -13,7 +13,10 @@ use axum::{
     response::{IntoResponse, Response},
 };
 
-use crate::serve::app::App;
+use crate::serve::{
+    app::App,
+    compression::{compressed, takes_gzip},
+};
 
 /// The address of this machine that a connection came to.
 #[derive(Debug, Clone, Copy)]
@@ -38,12 +41,13 @@ const HEADERS: [(HeaderName, &str); 5] = [
     (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
 ];
 
-/// The content security policy of all answers without one of their own.
-const POLICY: &str = "default-src 'none'; style-src 'self'; script-src 'self'; connect-src 'self'; img-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+/// The content security policy of all answers that are no page.
+const POLICY: &str = "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 pub(crate) async fn guard(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
     let local = request.extensions().get::<Local>().and_then(|local| local.0);
     let host = asked_host(request.uri(), request.headers());
+    let is_packed = request.method() == Method::GET && takes_gzip(request.headers());
     let mut response = match host {
         _ if !matches!(*request.method(), Method::GET | Method::HEAD) => {
             (StatusCode::METHOD_NOT_ALLOWED, [(header::ALLOW, "GET, HEAD")], "this page only reads\n").into_response()
@@ -52,6 +56,9 @@ pub(crate) async fn guard(State(app): State<Arc<App>>, request: Request, next: N
         Some(_) => (StatusCode::FORBIDDEN, format!("this name is unknown here{}\n", app.hosts.advice)).into_response(),
         None => (StatusCode::BAD_REQUEST, "a request names one host\n").into_response(),
     };
+    if is_packed {
+        response = compressed(response);
+    }
     let headers = response.headers_mut();
     for (name, value) in HEADERS {
         headers.insert(name, HeaderValue::from_static(value));

@@ -10,9 +10,11 @@
 //! | `guard.rs` | which requests are answered, and with which headers |
 //! | `routes.rs` | what is answered |
 //! | `events.rs` | the stream of what has changed |
-//! | `drawing.rs` | the parts of the page, drawn when they have changed |
+//! | `compression.rs` | answers as a browser unpacks them |
+//! | `drawing.rs` | the parts of the pages, drawn when they have changed |
 
 mod app;
+mod compression;
 mod connection;
 mod drawing;
 mod events;
@@ -175,16 +177,12 @@ async fn keep_drawn(app: Arc<App>, ending: CancellationToken) {
             _ = ticks.tick() => {}
             () = ending.cancelled() => break,
         }
-        let is_drawn = {
-            let mut drawer = app.drawer.lock().unwrap_or_else(PoisonError::into_inner);
-            drawer.look(Instant::now());
-            drawer.is_drawn()
-        };
+        app.drawer.lock().unwrap_or_else(PoisonError::into_inner).look(Instant::now());
         if app.page.receiver_count() > 0 {
             app.draw().await;
-        } else if !is_drawn {
-            // a reader who comes meanwhile waits for the next page
-            app.page.send_if_modified(|page| std::mem::take(page).run() > 0);
+        } else {
+            // a reader who comes meanwhile waits for the next state
+            app.page.send_replace(Arc::default());
         }
     }
     if app.page.receiver_count() > 0 {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use axum::{
     Router,
-    body::Body,
-    extract::{Request, State},
+    body::{Body, Bytes},
+    extract::{Path, Request, State},
     http::{HeaderMap, StatusCode, header},
     middleware::from_fn_with_state,
     response::{IntoResponse, Response},
@@ -13,21 +13,20 @@ use axum::{
 };
 use sha2::{Digest, Sha256};
 use vn100_report::MetricsForm;
-use vn100_report::html::{live_icon, live_script, live_style};
+use vn100_report::html::LIVE_ICON;
 
 use crate::serve::{
     app::App,
     drawing::Drawer,
-    events::{EventPlace, PageEvents, ShownParts},
+    events::{EventPlace, PageEvents},
     guard::guard,
 };
 
 pub(crate) fn router(app: &Arc<App>) -> Router {
     Router::new()
-        .route("/", get(page))
-        .route("/page.css", get(async || text("text/css; charset=utf-8", live_style())))
-        .route("/page.js", get(async || text("text/javascript; charset=utf-8", live_script())))
-        .route("/icon.svg", get(async || text("image/svg+xml", live_icon())))
+        .route("/", get(async |state| page(state, Path("0".into())).await))
+        .route("/{place}", get(page))
+        .route("/icon.svg", get(async || text("image/svg+xml", LIVE_ICON)))
         .route("/events", get(events))
         .route("/snapshot.json", get(snapshot))
         .route("/report.html", get(report))
@@ -37,14 +36,26 @@ pub(crate) fn router(app: &Arc<App>) -> Router {
         .with_state(Arc::clone(app))
 }
 
-const HTML: &str = "text/html; charset=utf-8";
-
 fn text(kind: &'static str, text: impl Into<Body>) -> Response {
     ([(header::CONTENT_TYPE, kind)], text.into()).into_response()
 }
 
-async fn page(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
-    Ok(text(HTML, app.ask(Drawer::html).await?))
+/// A page that carries its style and its script in itself, and nothing else may run on it.
+fn html(page: Bytes) -> Response {
+    let content = String::from_utf8_lossy(&page);
+    let policy = format!(
+        "default-src 'none'; style-src {}; script-src {}; connect-src 'self'; img-src 'self'; base-uri 'none'; \
+         form-action 'none'; frame-ancestors 'none'",
+        hashes(&content, "style"),
+        hashes(&content, "script")
+    );
+    ([(header::CONTENT_SECURITY_POLICY, policy)], text("text/html; charset=utf-8", page)).into_response()
+}
+
+async fn page(State(app): State<Arc<App>>, Path(place): Path<String>) -> Result<Response, StatusCode> {
+    let place = place.parse().map_err(|_| StatusCode::NOT_FOUND)?;
+    let page = app.ask(move |drawer, now| drawer.html(now, place)).await?;
+    page.map(|page| html(page.into())).ok_or(StatusCode::NOT_FOUND)
 }
 
 async fn snapshot(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
@@ -52,14 +63,7 @@ async fn snapshot(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
 }
 
 async fn report(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
-    let page = app.ask(Drawer::report).await?;
-    let content = String::from_utf8_lossy(&page);
-    let policy = format!(
-        "default-src 'none'; style-src {}; script-src {}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
-        hashes(&content, "style"),
-        hashes(&content, "script")
-    );
-    Ok(([(header::CONTENT_SECURITY_POLICY, policy)], text(HTML, page.clone())).into_response())
+    Ok(html(app.ask(Drawer::report).await?))
 }
 
 async fn metrics(State(app): State<Arc<App>>, headers: HeaderMap) -> Result<Response, StatusCode> {
@@ -81,34 +85,28 @@ async fn health(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
 
 async fn events(State(app): State<Arc<App>>, request: Request) -> Response {
     let stream = Arc::clone(&app.streams).try_acquire_owned().ok();
-    let query = request.uri().query();
-    let events = PageEvents::new(
-        app.page.subscribe(),
-        (place(request.headers(), query), shown(query)),
-        app.over.clone(),
-        stream,
-    );
-    text("text/event-stream", Body::from_stream(events))
+    let query = request.uri().query().unwrap_or_default();
+    let page = asked(query, "page").and_then(|page| page.parse().ok()).unwrap_or(0);
+    let place = (page, place(request.headers(), query));
+    text("text/event-stream", Body::from_stream(PageEvents::new(app.page.subscribe(), place, app.over.clone(), stream)))
 }
 
 /// How far the reader has come: a browser that connects again sends the id of its last event.
-fn place(headers: &HeaderMap, query: Option<&str>) -> Option<EventPlace> {
+fn place(headers: &HeaderMap, query: &str) -> Option<EventPlace> {
     let again = headers.get("last-event-id").and_then(|id| EventPlace::parse(id.to_str().ok()?));
-    let since = || query?.split('&').find_map(|part| EventPlace::parse(part.strip_prefix("since=")?));
-    again.or_else(since)
+    again.or_else(|| EventPlace::parse(asked(query, "since")?))
 }
 
-/// Which parts the reader shows: the page names the sources whose details are open.
-fn shown(query: Option<&str>) -> ShownParts {
-    let open = query.and_then(|query| query.split('&').find_map(|part| part.strip_prefix("open=")));
-    // a comma is the only character of the prefixes that a browser escapes
-    open.map_or(ShownParts::All, |open| ShownParts::open(&open.replace("%2C", ",")))
+/// A value of a query.
+fn asked<'a>(query: &'a str, name: &str) -> Option<&'a str> {
+    query.split('&').find_map(|part| part.strip_prefix(name)?.strip_prefix('='))
 }
 
-/// The hashes of the contents of all elements of that name, for a content security policy.
+/// The hashes of the contents of all elements of that name that have no attribute, for a content
+/// security policy. What has one is data, which does not run.
 fn hashes(page: &str, element: &str) -> String {
-    let (begin, end) = (format!("<{element}"), format!("</{element}>"));
-    let contents = page.split(&begin).skip(1).filter_map(|rest| Some(rest.split_once('>')?.1.split_once(&end)?.0));
+    let (begin, end) = (format!("<{element}>"), format!("</{element}>"));
+    let contents = page.split(&begin).skip(1).filter_map(|rest| Some(rest.split_once(&end)?.0));
     let hash = |content: &str| format!("'sha256-{}'", base64(&Sha256::digest(content)));
     let hashes: Vec<String> = contents.map(hash).collect();
     if hashes.is_empty() { "'none'".into() } else { hashes.join(" ") }
@@ -140,11 +138,11 @@ mod tests {
     }
 
     #[test]
-    fn every_script_and_style_has_its_hash() {
+    fn every_script_that_runs_and_every_style_has_its_hash() {
         let page = "<style>a{}</style><p>x</p><script type=\"application/json\">[]</script><script>alert(1)</script>";
         // printf 'alert(1)' | openssl dgst -sha256 -binary | base64
         let script = "'sha256-bhHHL3z2vDgxUt0W3dWQOrprscmda2Y5pLsLg4GF+pI='";
-        assert!(hashes(page, "script").ends_with(script), "{}", hashes(page, "script"));
+        assert_eq!(hashes(page, "script"), script, "data has none");
         assert_eq!(hashes(page, "style").matches("sha256-").count(), 1);
         assert_eq!(hashes("<p>", "style"), "'none'");
     }
@@ -152,19 +150,11 @@ mod tests {
     #[test]
     fn a_reader_is_known_by_its_last_event() {
         let mut headers = HeaderMap::new();
-        assert_eq!(place(&headers, None), None);
+        assert_eq!(place(&headers, ""), None);
         let since = Some(EventPlace { run: 7, version: 3 });
-        assert_eq!(place(&headers, Some("x=1&since=7-3")), since);
-        assert_eq!(place(&headers, Some("since=nonsense")), None);
+        assert_eq!(place(&headers, "x=1&since=7-3"), since);
+        assert_eq!(place(&headers, "since=nonsense"), None);
         headers.insert("last-event-id", "7-9".parse().unwrap());
-        assert_eq!(place(&headers, Some("since=7-3")), Some(EventPlace { run: 7, version: 9 }));
-    }
-
-    #[test]
-    fn details_are_sent_of_the_sources_that_are_open() {
-        assert_eq!(shown(None), ShownParts::All);
-        assert_eq!(shown(Some("since=&open=")), ShownParts::open(""));
-        let two = ShownParts::Open(vec!["run1-".into(), "run12-".into()]);
-        assert_eq!(shown(Some("since=7-3&open=run1-%2Crun12-")), two);
+        assert_eq!(place(&headers, "since=7-3"), Some(EventPlace { run: 7, version: 9 }));
     }
 }

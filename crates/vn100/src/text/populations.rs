@@ -66,14 +66,13 @@ fn write_axes(out: &mut String, axes: &[&Population]) -> fmt::Result {
         })?;
     }
     row(out, "  median", axes, |axis| four_digits(axis.median))?;
-    row(out, "    lowest", axes, |axis| four_digits(axis.range[0]))?;
-    row(out, "    highest", axes, |axis| four_digits(axis.range[1]))?;
+    row(out, "    lowest", axes, |axis| four_digits(axis.lowest))?;
+    row(out, "    highest", axes, |axis| four_digits(axis.highest))?;
     row(out, "  spread, %", axes, |axis| axis.spread.map_or("-".into(), |spread| format!("{:.1}", 100.0 * spread)))?;
-    for (label, end) in [("  next, lower", 0), ("    upper", 1)] {
-        row(out, label, axes, |axis| axis.prediction.map_or("-".into(), |next| four_digits(next[end])))?;
-    }
+    row(out, "  next, lower", axes, |axis| axis.next_lower.map_or("-".into(), four_digits))?;
+    row(out, "    upper", axes, |axis| axis.next_upper.map_or("-".into(), four_digits))?;
     let mut reasons = Vec::new();
-    for why in axes.iter().filter_map(|axis| axis.prediction.err()) {
+    for why in axes.iter().filter_map(|axis| axis.no_interval) {
         if !reasons.contains(&why) {
             reasons.push(why);
         }

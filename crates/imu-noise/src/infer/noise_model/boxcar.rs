@@ -1,7 +1,7 @@
 //! White noise as a stream carries it: averaged on board over a window that may be longer than the
 //! interval between outputs, or filtered out at long averaging times.
 
-use crate::accumulate::record::{Deviation, Octave, RecordShape};
+use crate::accumulate::record::{Octave, RecordShape};
 use crate::infer::chi_squared;
 use crate::infer::confidence::edf;
 use crate::infer::power_law::{PowerLaw, expected_variance};
@@ -58,32 +58,12 @@ impl BoxcarWindow {
     }
 }
 
-struct StreamedWhite {
-    /// At distances of 0, 1, 2, ... outputs.
-    autocovariance: Vec<f64>,
-}
-
-impl StreamedWhite {
-    fn new(window: Option<BoxcarWindow>) -> Self {
-        Self { autocovariance: window.map_or_else(|| vec![1.0], BoxcarWindow::autocovariance) }
-    }
-
-    fn length(&self) -> u64 {
-        self.autocovariance.len() as u64
-    }
-
-    fn phase_covariance(&self, lag: f64) -> f64 {
-        let phase = |lag| PowerLaw::White.phase_covariance(lag);
-        let neighbours = self.autocovariance.iter().enumerate().skip(1);
-        let sides = neighbours.map(|(apart, weight)| weight * (phase(lag - apart as f64) + phase(lag + apart as f64)));
-        self.autocovariance[0] * phase(lag) + sides.sum::<f64>()
-    }
-}
-
-/// What an octave shows of white noise, averaged so, of density 1 at long averaging times.
-pub(super) fn white_variance(octave: &Octave, deviation: Deviation, window: Option<BoxcarWindow>) -> f64 {
-    let averaged = StreamedWhite::new(window);
-    expected_variance(octave, deviation, |lag| averaged.phase_covariance(lag))
+/// Generalised covariance of the phase of white noise with these autocovariances.
+pub(super) fn phase_covariance(autocovariance: &[f64], lag: f64) -> f64 {
+    let phase = |lag| PowerLaw::White.phase_covariance(lag);
+    let neighbours = autocovariance.iter().enumerate().skip(1);
+    let sides = neighbours.map(|(apart, weight)| weight * (phase(lag - apart as f64) + phase(lag + apart as f64)));
+    autocovariance[0] * phase(lag) + sides.sum::<f64>()
 }
 
 /// Octaves with fewer degrees of freedom are too uncertain to count.
@@ -109,14 +89,15 @@ pub fn white_deficit(
     white: f64,
     window: Option<BoxcarWindow>,
 ) -> f64 {
-    let averaged = StreamedWhite::new(window);
+    let averaged = window.map_or_else(|| vec![1.0], BoxcarWindow::autocovariance);
     let deviates: Vec<f64> = octaves
         .iter()
         .zip(variances)
-        .filter(|(octave, _)| octave.m >= averaged.length())
+        .filter(|(octave, _)| octave.m >= averaged.len() as u64)
         .filter_map(|(octave, variance)| {
             let edf = edf(octave, shape, PowerLaw::White).filter(|edf| *edf >= LEAST_EDF)?;
-            let expected = white * white / shape.interval_s * white_variance(octave, shape.deviation, window);
+            let of_white = expected_variance(octave, shape.deviation, |lag| phase_covariance(&averaged, lag));
+            let expected = white * white / shape.interval_s * of_white;
             let below = 1.0 - chi_squared::probability_above(variance / expected * edf, edf)?;
             // far out the deviate would be infinite
             Some(chi_squared::normal_quantile(below.clamp(1e-15, 1.0 - 1e-15)))
@@ -138,7 +119,7 @@ pub fn white_deficit(
 mod tests {
     use super::*;
     use crate::accumulate::octaves::Octaves;
-    use crate::accumulate::record::Estimator;
+    use crate::accumulate::record::{Deviation, Estimator};
 
     #[test]
     fn factors_are_those_of_the_theory() {

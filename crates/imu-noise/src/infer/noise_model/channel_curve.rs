@@ -9,9 +9,9 @@ pub struct ChannelCurve<'a> {
     /// In the order of the octaves, in the unit of the channel squared. If one is missing, zero
     /// or no number, nothing is observable.
     pub variances: &'a [f64],
-    /// Slope of the regression line, in the unit of the channel per second; without it, a ramp is
-    /// not observable and is not in the model.
-    pub slope_unit_s: Option<f64>,
+    /// The mean may have a ramp; not across a gap of unknown length. It is observable only with the
+    /// blocks of `signal`.
+    pub has_ramp: bool,
     /// Spectrum and blocks of the same record, and one count in the unit of the channel. Without
     /// them the octaves alone decide, which do not tell a short filter from white noise.
     pub signal: Option<(&'a ChannelSignal, f64)>,
@@ -28,7 +28,7 @@ pub struct ChannelCurve<'a> {
 impl<'a> ChannelCurve<'a> {
     /// A channel without lines, of which the octaves alone are known.
     #[must_use]
-    pub const fn new(variances: &'a [f64], slope_unit_s: Option<f64>) -> Self {
-        Self { variances, slope_unit_s, signal: None, bands: &[], is_averaging_known: false, fourth_cumulant: 0.0 }
+    pub const fn new(variances: &'a [f64], has_ramp: bool) -> Self {
+        Self { variances, has_ramp, signal: None, bands: &[], is_averaging_known: false, fourth_cumulant: 0.0 }
     }
 }

@@ -4,7 +4,6 @@ use super::{
     ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, Parameter, Rival, Status, Term,
     density::variance_of_process,
     noise_fit::RollOff,
-    parameter::ramp,
     search::{Candidate, Found, Search, WHITE},
     spectral_rows::ChannelData,
     thresholds::{
@@ -14,9 +13,6 @@ use super::{
 };
 use crate::accumulate::record::{Deviation, Octave};
 use crate::infer::chi_squared;
-
-/// Blocks in which the noise of the slope is looked at where the level is not known.
-const VIRTUAL_BLOCKS: usize = 64;
 
 impl NoiseModel {
     /// Fits the model to one channel.
@@ -48,7 +44,7 @@ impl NoiseModel {
     #[must_use]
     pub fn fit_part(&self, curve: &ChannelCurve<'_>, octaves: usize, confidence: f64) -> NoiseFit {
         let octaves = self.places.partition_point(|place| *place < octaves);
-        let mut fit = self.fit_octaves(&ChannelCurve { slope_unit_s: None, ..*curve }, octaves, confidence);
+        let mut fit = self.fit_octaves(&ChannelCurve { has_ramp: false, ..*curve }, octaves, confidence);
         fit.parameters[Term::RateRamp as usize] = None;
         fit
     }
@@ -76,7 +72,7 @@ pub(super) struct ReadOut<'a> {
     model: &'a NoiseModel,
     data: &'a ChannelData<'a>,
     search: Option<Search<'a>>,
-    slope_unit_s: Option<f64>,
+    has_ramp: bool,
     /// Relative variance of the power of white noise of heavy tails beyond that of normal noise.
     tails: f64,
     lacks_free_band: bool,
@@ -92,7 +88,8 @@ impl<'a> ReadOut<'a> {
         z: f64,
         is_part: bool,
     ) -> Option<Self> {
-        let has_ramp = curve.slope_unit_s.is_some() && model.terms.contains(Term::RateRamp);
+        let is_parted = curve.signal.is_some_and(|(signal, _)| signal.is_parted());
+        let has_ramp = curve.has_ramp && !is_parted && model.terms.contains(Term::RateRamp);
         let level = data.level.as_ref().filter(|_| !is_part);
         let shapes = level.map(|level| model.shapes(level.coefficients.len() + 1));
         let ramp = usize::from(model.terms.contains(Term::RateRamp));
@@ -104,15 +101,7 @@ impl<'a> ReadOut<'a> {
         let search = Search::new(data, &model.layout, shapes, has_ramp, z);
         let tails = curve.fourth_cumulant.max(0.0) / (data.scale * data.scale) / model.shape.samples as f64;
         let lacks_free_band = curve.bands.iter().map(|band| band.share_of_band).sum::<f64>() > 0.5;
-        Some(Self {
-            model,
-            data,
-            search,
-            slope_unit_s: curve.slope_unit_s.filter(|_| has_ramp),
-            tails,
-            lacks_free_band,
-            z,
-        })
+        Some(Self { model, data, search, has_ramp, tails, lacks_free_band, z })
     }
 
     /// Of a record that shows what is expected, for plans: a short filter is not looked for.
@@ -120,8 +109,7 @@ impl<'a> ReadOut<'a> {
         let has_ramp = model.terms.contains(Term::RateRamp);
         let shapes = data.level.as_ref().map(|level| model.shapes(level.coefficients.len() + 1));
         let search = Search::new(data, &model.layout, shapes, has_ramp, z)?;
-        let slope_unit_s = has_ramp.then_some(0.0);
-        Some(Self { model, data, search: Some(search), slope_unit_s, tails: 0.0, lacks_free_band: false, z })
+        Some(Self { model, data, search: Some(search), has_ramp, tails: 0.0, lacks_free_band: false, z })
     }
 
     /// Standard deviations by which the absence of a slow term is excluded.
@@ -139,9 +127,7 @@ impl<'a> ReadOut<'a> {
     pub(super) fn relative_variance(&self, column: usize) -> Option<f64> {
         let search = self.search.as_ref()?;
         let candidate = search.candidates.iter().find(|candidate| !candidate.has_processes)?;
-        let structure = search.structure(candidate.filter, false, &[]);
-        let covariance = search.rows.covariance(&structure, &candidate.scored);
-        let relative = covariance(column, column) / candidate.scored.parameters[column].powi(2);
+        let relative = candidate.covariance(column, column) / candidate.scored.parameters[column].powi(2);
         relative.is_finite().then_some(relative)
     }
 
@@ -182,7 +168,6 @@ impl<'a> ReadOut<'a> {
             (Term::BiasInstability, model.layout.flicker, false),
             (Term::RateRandomWalk, model.layout.walk, true),
         ];
-        let mut upper = best.scored.parameters.clone();
         for (term, column, is_beside_processes) in slow {
             let Some(column) = column else { continue };
             let mut found = search.slow(column, is_beside_processes);
@@ -192,12 +177,11 @@ impl<'a> ReadOut<'a> {
             {
                 found = Found { evidence: 0.0, rival: Some(Rival::Process), ..found };
             }
-            upper[column] = found.upper;
             fit.rivals[term as usize] = found.rival;
             fit.parameters[term as usize] = Some(self.amplitude(term, found));
         }
-        if let Some(slope_unit_s) = self.slope_unit_s {
-            let (parameter, rival) = self.ramp(search, slope_unit_s, &upper);
+        if self.has_ramp {
+            let (parameter, rival) = self.ramp(search);
             fit.parameters[Term::RateRamp as usize] = Some(parameter);
             fit.rivals[Term::RateRamp as usize] = rival;
         }
@@ -207,7 +191,6 @@ impl<'a> ReadOut<'a> {
         }
         self.add_filter(search, &mut fit);
         self.add_curve(search, &mut fit);
-        self.add_correlations(search, &mut fit);
         Some(fit)
     }
 
@@ -240,12 +223,11 @@ impl<'a> ReadOut<'a> {
     /// white noise and whatever adds, so that its upper end bounds N². The upper ends of all octaves
     /// hold together (Bonferroni), with the degrees of freedom of a random walk, which has fewest.
     fn white_ceiling(&self, shortest: f64, risk: f64) -> f64 {
-        let counted = self
-            .data
-            .octaves()
-            .filter(|(octave, _, walk_edf)| octave.m as f64 >= shortest && *walk_edf >= LEAST_EDF_OF_BOUND);
-        let of = |(octave, value, walk_edf): (&Octave, f64, f64)| {
-            let square = value / self.model.white_variance(octave);
+        let octaves = self.data.octaves().enumerate();
+        let counted =
+            octaves.filter(|(_, (octave, _, walk_edf))| octave.m as f64 >= shortest && *walk_edf >= LEAST_EDF_OF_BOUND);
+        let of = |(place, (_, value, walk_edf)): (usize, (&Octave, f64, f64))| {
+            let square = value / self.data.grid.columns(place)[WHITE];
             // heavy tails make each less certain
             (square, 2.0 / (2.0 / walk_edf + self.tails / (square * square)))
         };
@@ -273,26 +255,10 @@ impl<'a> ReadOut<'a> {
         Parameter { p, ..parameter }.scaled(term.per_second(self.model.shape.interval_s))
     }
 
-    fn ramp(&self, search: &Search<'_>, slope_unit_s: f64, upper: &[f64]) -> (Parameter, Option<Rival>) {
+    fn ramp(&self, search: &Search<'_>) -> (Parameter, Option<Rival>) {
         let interval_s = self.model.shape.interval_s;
-        let of_level = self.data.level.as_ref().zip(search.slope());
-        let Some((level, found)) = of_level else {
-            let samples = self.model.shape.samples as f64;
-            let shapes = self.model.shapes(VIRTUAL_BLOCKS);
-            let length = samples / VIRTUAL_BLOCKS as f64;
-            let square: f64 = shapes.ramp.iter().map(|ramp| ramp * ramp).sum();
-            let variance = (1..).zip(&shapes.ramp).map(|(k, ramp)| {
-                let components = self.model.layout.components.iter().zip(upper);
-                let of_level =
-                    components.map(|(component, parameter)| parameter * component.of_level(k, VIRTUAL_BLOCKS, length));
-                (ramp / square).powi(2) * of_level.sum::<f64>()
-            });
-            let deviation = (variance.sum::<f64>() * self.data.scale).sqrt() / (length * interval_s);
-            let parameter = match deviation.is_finite() {
-                true => ramp(slope_unit_s, deviation, self.z),
-                false => Parameter::without_value(Status::NotObservable),
-            };
-            return (parameter, None);
+        let Some((level, found)) = self.data.level.as_ref().zip(search.slope()) else {
+            return (Parameter::without_value(Status::NotObservable), None);
         };
         let per_block = self.data.scale.sqrt() / (level.block_samples as f64 * interval_s);
         let parameter = match found.evidence > RAMP_PRESENT {
@@ -351,7 +317,7 @@ impl<'a> ReadOut<'a> {
                     .multiples
                     .first()
                     .zip(self.data.level.as_ref())
-                    .filter(|_| self.slope_unit_s.is_some())
+                    .filter(|_| self.has_ramp)
                     .map_or(0.0, |(multiple, level)| (multiple / level.block_samples as f64).powi(2))
             },
             |column| best.scored.parameters[column],
@@ -373,33 +339,6 @@ impl<'a> ReadOut<'a> {
             }
             let mixed = self.model.mixed_edf(place, of_components);
             fit.edf.extend(mixed.map(|edf| (octave.m, edf)));
-        }
-    }
-
-    fn add_correlations(&self, search: &Search<'_>, fit: &mut NoiseFit) {
-        let best = search.best();
-        let structure = search.structure(best.filter, best.has_processes, &[]);
-        let covariance = search.rows.covariance(&structure, &best.scored);
-        let layout = &self.model.layout;
-        let terms = [
-            (Term::Quantization, layout.quantization),
-            (Term::White, Some(WHITE)),
-            (Term::BiasInstability, layout.flicker),
-            (Term::RateRandomWalk, layout.walk),
-        ];
-        let there: Vec<(Term, usize)> = terms
-            .into_iter()
-            .filter_map(|(term, column)| Some((term, column?)))
-            .filter(|(_, column)| best.scored.parameters[*column] > 0.0)
-            .collect();
-        for (i, (term, column)) in there.iter().enumerate() {
-            for (other, other_column) in &there[..i] {
-                let variances = covariance(*column, *column) * covariance(*other_column, *other_column);
-                let correlation = covariance(*column, *other_column) / variances.sqrt();
-                if correlation.is_finite() {
-                    fit.correlations.push((*other, *term, correlation.clamp(-1.0, 1.0)));
-                }
-            }
         }
     }
 }

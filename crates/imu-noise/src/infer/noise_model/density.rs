@@ -3,10 +3,9 @@
 
 use core::f64::consts::TAU;
 
-use super::boxcar::BoxcarWindow;
+use super::boxcar::{BoxcarWindow, phase_covariance};
 use crate::accumulate::record::{Deviation, Octave, RecordShape};
-use crate::infer::level_noise::{flicker_variance, walk_variance};
-use crate::infer::power_law::PowerLaw;
+use crate::infer::power_law::{PowerLaw, expected_variance, flicker_variance, walk_variance};
 
 /// A component of the density, which is a multiple of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,7 +50,9 @@ impl Component {
     /// What an octave shows of it, where a formula says so.
     pub(super) fn exact_octave(&self, octave: &Octave, deviation: Deviation) -> Option<f64> {
         let law = match self {
-            Self::White(autocovariance) if autocovariance.len() == 1 => PowerLaw::White,
+            Self::White(autocovariance) => {
+                return Some(expected_variance(octave, deviation, |lag| phase_covariance(autocovariance, lag)));
+            }
             Self::Flicker => PowerLaw::Flicker,
             Self::Walk => PowerLaw::RandomWalk,
             Self::Quantization => PowerLaw::WhitePhase,

@@ -27,7 +27,6 @@ pub struct NoiseFit {
     pub(super) edf: Vec<(u64, f64)>,
     /// Averaging factor and expected variance of each octave in use, in the unit squared.
     pub(super) expected: Vec<(u64, f64)>,
-    pub(super) correlations: Vec<(Term, Term, f64)>,
 }
 
 /// Goodness of a fit.
@@ -76,7 +75,6 @@ impl NoiseFit {
             rivals: [None; Term::ALL.len()],
             edf: Vec::new(),
             expected: Vec::new(),
-            correlations: Vec::new(),
         }
     }
 
@@ -130,12 +128,5 @@ impl NoiseFit {
     #[must_use]
     pub fn deviation(&self, m: u64) -> Option<f64> {
         self.expected.iter().find(|(octave, _)| *octave == m).map(|(_, variance)| variance.sqrt())
-    }
-
-    /// Of the squared amplitudes of two terms, -1 to 1; `None` unless both are positive.
-    #[must_use]
-    pub fn correlation(&self, a: Term, b: Term) -> Option<f64> {
-        let found = self.correlations.iter().find(|(p, q, _)| (*p, *q) == (a, b) || (*p, *q) == (b, a));
-        found.map(|(.., correlation)| *correlation)
     }
 }

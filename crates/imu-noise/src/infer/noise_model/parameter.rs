@@ -1,6 +1,5 @@
 //! The noise parameters: the components of the noise of a rate, and what is known of each.
 
-use crate::infer::chi_squared;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -86,14 +85,4 @@ impl Parameter {
         let scaled = |value: Option<f64>| value.map(|value| value * factor);
         Self { value: scaled(self.value), lower: scaled(self.lower), upper: scaled(self.upper), ..self }
     }
-}
-
-/// The ramp from the slope of the regression line and the standard deviation that noise gives it at
-/// most. It is there above twice that, which a random walk reaches at K √(1.2/T).
-pub(super) fn ramp(slope: f64, deviation: f64, z: f64) -> Parameter {
-    let found = match slope.abs() > 2.0 * deviation {
-        true => Parameter::estimated(slope, slope - z * deviation, slope + z * deviation),
-        false => Parameter::bounded(slope.abs() + z * deviation),
-    };
-    Parameter { p: Some(2.0 * chi_squared::normal_above(slope.abs() / deviation)), ..found }
 }

@@ -16,16 +16,10 @@ use crate::infer::chi_squared;
 const UNLUCKY: f64 = 0.02;
 
 impl NoiseModel {
-    /// Whether about nine of ten records with these parameters estimate `term`. The squared
-    /// amplitude is estimated with a standard deviation, and so with degrees of freedom; an unlucky
-    /// record shows the quantile of χ² at 2 % instead. If that record finds the term, 83 to 91 % of
-    /// simulated ones do: the quantile is chosen for that, as slow noise is far from independent.
-    #[must_use]
-    pub fn is_found(&self, truth: &[(Term, f64)], term: Term) -> bool {
-        self.evidence(truth, term).is_some_and(|evidence| evidence > margin(term) * PRESENT)
-    }
-
-    /// By how many standard deviations the unlucky record excludes that `term` is zero.
+    /// By how many standard deviations an unlucky record excludes that `term` is zero. The squared amplitude
+    /// is estimated with a standard deviation, and so with degrees of freedom; such a record shows the
+    /// quantile of χ² at 2 %. If it finds the term, 83 to 91 % of simulated ones do: the quantile is
+    /// chosen for that, as slow noise is far from independent.
     fn evidence(&self, truth: &[(Term, f64)], term: Term) -> Option<f64> {
         let z = chi_squared::normal_two_sided(0.95)?;
         let data = self.unlucky(truth, term, UNLUCKY, z)?;
@@ -52,7 +46,7 @@ impl NoiseModel {
         Some(ChannelData::expecting(grid, &self.layout.components, &squares))
     }
 
-    /// The smallest value of `term`, in its unit, that [is found](Self::is_found) in the noise of
+    /// The smallest value of `term`, in its unit, that about nine of ten records estimate in the noise of
     /// `others`, too high by 5 % at most. `None` if the model does not have the term, where
     /// `others` are nothing, and where no value is ever found.
     #[must_use]

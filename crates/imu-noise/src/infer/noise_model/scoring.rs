@@ -2,9 +2,16 @@
 //!
 //! Every statistic is a power with the expectation Σ x θ and some degrees of freedom, which follows
 //! χ² (Whittle, 1953). Fisher's scoring finds the largest likelihood by least squares with
-//! non-negative components, each step shortened until the likelihood rises.
+//! non-negative components, each step shortened until the likelihood rises. The information of the
+//! parameters, which is most of the work, is computed again only if the steps converge slowly.
 
 use core::ops::Range;
+
+use multiversion::multiversion;
+
+use super::cholesky::Cholesky;
+use crate::accumulate::counts::dot;
+use crate::infer::power_law::{flicker_variance, walk_variance};
 
 /// Most steps of the scoring, and most halvings of each.
 const STEPS: usize = 40;
@@ -13,110 +20,144 @@ const HALVINGS: usize = 10;
 /// The log-likelihood rises by less in the last step.
 const TOLERANCE: f64 = 2e-4;
 
+/// Of the rise of the step before: with less, the information is good enough for another step.
+const FAST: f64 = 0.1;
+
 /// Statistics of one channel, and what each component with parameter 1 adds to them.
-#[derive(Debug, Default)]
-pub(super) struct Rows {
-    pub(super) columns: usize,
-    /// By row.
-    pub(super) x: Vec<f64>,
-    pub(super) power: Vec<f64>,
+#[derive(Clone, Debug, Default)]
+pub(in crate::infer) struct Rows {
+    /// By column and row.
+    pub(in crate::infer) columns: Vec<Vec<f64>>,
+    pub(in crate::infer) power: Vec<f64>,
     /// Half of the degrees of freedom: what the row says beside its neighbours, which may be less
     /// than it says alone.
-    pub(super) weight: Vec<f64>,
+    pub(in crate::infer) weight: Vec<f64>,
     /// The same of the row alone.
-    pub(super) alone: Vec<f64>,
+    pub(in crate::infer) alone: Vec<f64>,
     /// The coefficients of the level, whose squares are the powers of the rows from `first_level`
     /// on, and the shapes that the level may have; see [`Structure::shapes`].
-    pub(super) level: Vec<f64>,
-    pub(super) first_level: usize,
+    pub(in crate::infer) level: Vec<f64>,
+    pub(in crate::infer) first_level: usize,
     /// Mean density over the band, which no autocovariance exceeds.
-    pub(super) mean_density: f64,
+    pub(in crate::infer) mean_density: f64,
 }
 
 /// Which components are in, and which shapes of the level.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Structure<'a> {
+pub(in crate::infer) struct Structure<'a> {
     /// Columns with an amplitude that is not negative.
-    pub(super) components: Vec<usize>,
+    pub(in crate::infer) components: Vec<usize>,
     /// Columns with one of either sign.
-    pub(super) cosines: Range<usize>,
+    pub(in crate::infer) cosines: Range<usize>,
     /// Variance of each of these before the record is known, about zero.
-    pub(super) cosine_variances: Vec<f64>,
+    pub(in crate::infer) cosine_variances: Vec<f64>,
     /// By shape its coefficients.
-    pub(super) shapes: Vec<&'a [f64]>,
+    pub(in crate::infer) shapes: Vec<&'a [f64]>,
     /// A component, if it is held at a value.
-    pub(super) held: Option<(usize, f64)>,
+    pub(in crate::infer) held: Option<(usize, f64)>,
     /// The multiple of the first shape, if it is held.
-    pub(super) held_shape: Option<f64>,
+    pub(in crate::infer) held_shape: Option<f64>,
     /// The first shape is a ramp whose multiple is free: the likelihood is that of what it leaves
     /// (restricted, Patterson and Thompson, 1971), so that it takes nothing from a walk.
-    pub(super) is_restricted: bool,
+    pub(in crate::infer) is_restricted: bool,
 }
 
 /// The likeliest parameters.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Scored {
-    pub(super) log_likelihood: f64,
+#[derive(Debug, Default)]
+pub(in crate::infer) struct Scored {
+    pub(in crate::infer) log_likelihood: f64,
     /// By column; 0 for those that are not in.
-    pub(super) parameters: Vec<f64>,
+    pub(in crate::infer) parameters: Vec<f64>,
     /// By shape.
-    pub(super) multiples: Vec<f64>,
+    pub(in crate::infer) multiples: Vec<f64>,
     /// Expected power by row.
-    pub(super) expected: Vec<f64>,
+    pub(in crate::infer) expected: Vec<f64>,
     /// Power by row, the level without its shapes.
-    pub(super) powers: Vec<f64>,
+    pub(in crate::infer) powers: Vec<f64>,
     /// The same with what the ramp took of it.
     targets: Vec<f64>,
     /// What the restriction takes off the log-likelihood.
     restriction: f64,
+    /// Near the likeliest parameters.
+    information: Information,
+}
+
+/// Information of the free parameters of a structure.
+#[derive(Debug, Default)]
+struct Information {
+    columns: Vec<usize>,
+    matrix: Vec<f64>,
+}
+
+/// Covariance of the parameters that are in.
+#[derive(Debug)]
+pub(super) struct Covariance {
+    columns: Vec<usize>,
+    factor: Cholesky,
 }
 
 impl Rows {
-    pub(super) fn push(&mut self, power: f64, weight: f64, alone: f64, x: impl Iterator<Item = f64>) {
-        self.x.extend(x);
+    /// Of a level alone, by its cosine coefficients, in white noise, flicker noise and a random walk.
+    pub(in crate::infer) fn of_level(level: Vec<f64>) -> Self {
+        let blocks = level.len() + 1;
+        let mut rows = Self { columns: vec![Vec::new(); 3], ..Self::default() };
+        for (k, coefficient) in (1..).zip(&level) {
+            let noises = [1.0, flicker_variance(k, blocks), walk_variance(k, blocks)];
+            rows.push(coefficient * coefficient, 0.5, 0.5, noises.into_iter());
+        }
+        Self { level, ..rows }
+    }
+
+    pub(in crate::infer) fn push(&mut self, power: f64, weight: f64, alone: f64, x: impl Iterator<Item = f64>) {
+        self.columns.iter_mut().zip(x).for_each(|(column, x)| column.push(x));
         self.power.push(power);
         self.weight.push(weight);
         self.alone.push(alone);
     }
 
-    fn row(&self, row: usize) -> &[f64] {
-        &self.x[row * self.columns..][..self.columns]
-    }
-
     /// `None` where no parameters explain the rows.
-    pub(super) fn fit(&self, structure: &Structure<'_>, near: Option<&[f64]>) -> Option<Scored> {
-        let active = Active::new(self, structure);
-        let mut now = match near {
-            Some(near) => self.at(structure, structure.in_structure(near)),
-            None => self.at(structure, self.start(structure, &active)),
+    pub(in crate::infer) fn fit(&self, structure: &Structure<'_>, near: Option<&Scored>) -> Option<Scored> {
+        let columns = structure.free_columns();
+        let from_near = near.map(|near| self.at(structure, structure.in_structure(&near.parameters)));
+        let mut now = match from_near.filter(|now| now.log_likelihood.is_finite()) {
+            Some(now) => now,
+            None => self.at(structure, self.start(structure, &columns)),
         };
-        if !now.log_likelihood.is_finite() {
-            now = self.at(structure, self.start(structure, &active));
-        }
         if !now.log_likelihood.is_finite() {
             return None;
         }
+        let mut known = near.and_then(|near| near.information.of(&columns));
+        let mut rise = f64::INFINITY;
         for _ in 0..STEPS {
-            let aim = active.aim(self, structure, &now)?;
-            let mut part = 1.0;
-            let better = (0..HALVINGS).find_map(|_| {
-                let towards = |(now, aim): (&f64, &f64)| now + part * (aim - now);
-                let next = self.at(structure, now.parameters.iter().zip(&aim).map(towards).collect());
-                part *= 0.5;
-                (next.log_likelihood > now.log_likelihood).then_some(next)
-            });
-            let Some(next) = better else { break };
-            let rise = next.log_likelihood - now.log_likelihood;
-            now = next;
-            if rise < TOLERANCE {
+            let is_old = known.is_some();
+            let information = known.unwrap_or_else(|| self.information(columns.clone(), &now.expected));
+            let next = self.aim(structure, &information, &now).and_then(|aim| self.step(structure, &now, &aim));
+            let before = rise;
+            rise = next.as_ref().map_or(0.0, |next| next.log_likelihood - now.log_likelihood);
+            now = next.unwrap_or(now);
+            let is_fast = rise < FAST * before && rise > 0.0;
+            if rise < TOLERANCE && (is_fast || !is_old) {
+                now.information = information;
                 break;
             }
+            known = is_fast.then_some(information);
         }
         Some(now)
     }
 
+    /// Towards `aim`, as far as the likelihood rises.
+    fn step(&self, structure: &Structure<'_>, now: &Scored, aim: &[f64]) -> Option<Scored> {
+        let mut part = 1.0;
+        (0..HALVINGS).find_map(|_| {
+            let towards = |(now, aim): (&f64, &f64)| now + part * (aim - now);
+            let next = self.at(structure, now.parameters.iter().zip(aim).map(towards).collect());
+            part *= 0.5;
+            (next.log_likelihood > now.log_likelihood).then_some(next)
+        })
+    }
+
     /// From weights by the powers around each row, which favour no row that is low by chance.
-    fn start(&self, structure: &Structure<'_>, active: &Active) -> Vec<f64> {
+    fn start(&self, structure: &Structure<'_>, columns: &[usize]) -> Vec<f64> {
         const AROUND: usize = 4;
         let around = |row: usize| {
             let rows = if row < self.first_level { 0..self.first_level } else { self.first_level..self.power.len() };
@@ -126,17 +167,25 @@ impl Rows {
             });
             sum / weight
         };
-        let expected = (0..self.power.len()).map(around).collect();
-        let parameters = structure.in_structure(&vec![0.0; self.columns]);
-        let begin = Scored { expected, targets: self.power.clone(), parameters, ..Scored::default() };
-        active.aim(self, structure, &begin).unwrap_or(begin.parameters)
+        let smooth: Vec<f64> = (0..self.power.len()).map(around).collect();
+        let parameters = structure.in_structure(&vec![0.0; self.columns.len()]);
+        let information = self.information(columns.to_vec(), &smooth);
+        // weights of the smoothed powers, and no part of the powers explained but what is held
+        let mut expected = vec![0.0; smooth.len()];
+        if let Some((column, value)) = structure.held {
+            add_multiple(&mut expected, &self.columns[column], value);
+        }
+        let weights = self.weights(&smooth);
+        let off: Vec<f64> = self.power.iter().zip(&expected).map(|(power, expected)| power - expected).collect();
+        self.solved(structure, &information, &weights, &off, &parameters).unwrap_or(parameters)
     }
 
     /// What `parameters` expect, with the likeliest multiples of the shapes.
     fn at(&self, structure: &Structure<'_>, parameters: Vec<f64>) -> Scored {
-        let expected =
-            |row: usize| self.row(row).iter().zip(&parameters).map(|(x, parameter)| x * parameter).sum::<f64>();
-        let expected: Vec<f64> = (0..self.power.len()).map(expected).collect();
+        let mut expected = vec![0.0; self.power.len()];
+        for (column, parameter) in self.columns.iter().zip(&parameters).filter(|(_, parameter)| **parameter != 0.0) {
+            add_multiple(&mut expected, column, *parameter);
+        }
         let mut powers = self.power.clone();
         let mut multiples = Vec::new();
         if !structure.shapes.is_empty() {
@@ -156,27 +205,61 @@ impl Rows {
             targets.iter_mut().zip(*ramp).for_each(|(target, ramp)| *target += ramp * ramp / information);
             restriction = 0.5 * (information / square).ln();
         }
-        let log_likelihood = |(row, weight): (usize, &f64)| match expected[row] {
-            expected if expected > 0.0 => {
-                // of the density over that of a level of its own in each row
-                let own = if row < self.first_level { powers[row].ln() + 1.0 } else { 0.0 };
-                -weight * (expected.ln() + powers[row] / expected - own)
-            }
-            _ => f64::NEG_INFINITY,
+        let of_row = |(row, weight): (usize, &f64)| {
+            let ratio = powers[row] / expected[row];
+            // of the density over that of a level of its own in each row
+            weight * if row < self.first_level { 1.0 + ratio.ln() - ratio } else { -ratio - expected[row].ln() }
         };
+        let is_possible = expected.iter().all(|expected| *expected > 0.0);
         let cosines = parameters[structure.cosines.clone()].iter().zip(&structure.cosine_variances);
         let unlikely = cosines.map(|(cosine, variance)| 0.5 * cosine * cosine / variance).sum::<f64>();
-        let log_likelihood = self.weight.iter().enumerate().map(log_likelihood).sum::<f64>() - restriction - unlikely;
-        let log_likelihood = if log_likelihood.is_nan() { f64::NEG_INFINITY } else { log_likelihood };
-        Scored { log_likelihood, parameters, multiples, expected, powers, targets, restriction }
+        let likely = self.weight.iter().enumerate().map(of_row).sum::<f64>() - restriction - unlikely;
+        let log_likelihood = if is_possible && !likely.is_nan() { likely } else { f64::NEG_INFINITY };
+        Scored { log_likelihood, parameters, multiples, expected, powers, targets, restriction, ..Scored::default() }
     }
 
-    /// Effective number of the cosines: each counts by the part of it that the record decides, and
-    /// not what is known before (the trace of the smoother, Hastie and Tibshirani, 1990).
-    pub(super) fn effective_cosines(&self, structure: &Structure<'_>, scored: &Scored) -> f64 {
-        let covariance = self.covariance(structure, scored);
-        let decided = |(column, variance): (usize, &f64)| 1.0 - (covariance(column, column) / variance).min(1.0);
-        structure.cosines.clone().zip(&structure.cosine_variances).map(decided).sum()
+    fn weights(&self, expected: &[f64]) -> Vec<f64> {
+        self.weight.iter().zip(expected).map(|(weight, expected)| weight / (expected * expected)).collect()
+    }
+
+    fn information(&self, columns: Vec<usize>, expected: &[f64]) -> Information {
+        let x: Vec<&[f64]> = columns.iter().map(|column| self.columns[*column].as_slice()).collect();
+        let matrix = products(&x, &self.weights(expected));
+        Information { columns, matrix }
+    }
+
+    /// The parameters that explain the powers best with the weights of `now`.
+    fn aim(&self, structure: &Structure<'_>, information: &Information, now: &Scored) -> Option<Vec<f64>> {
+        let off: Vec<f64> = now.targets.iter().zip(&now.expected).map(|(target, expected)| target - expected).collect();
+        self.solved(structure, information, &self.weights(&now.expected), &off, &now.parameters)
+    }
+
+    /// The parameters that explain best what is `off` with these.
+    fn solved(
+        &self,
+        structure: &Structure<'_>,
+        information: &Information,
+        weights: &[f64],
+        off: &[f64],
+        parameters: &[f64],
+    ) -> Option<Vec<f64>> {
+        let columns = &information.columns;
+        let size = columns.len();
+        let now: Vec<f64> = columns.iter().map(|column| parameters[*column]).collect();
+        let weighted: Vec<f64> = weights.iter().zip(off).map(|(weight, off)| weight * off).collect();
+        let right = |(i, column): (usize, &usize)| {
+            dot(&self.columns[*column], &weighted) + dot(&information.matrix[i * size..][..size], &now)
+        };
+        let right: Vec<f64> = columns.iter().enumerate().map(right).collect();
+        let components = size - structure.cosine_variances.len();
+        let mut matrix = information.matrix.clone();
+        for (i, variance) in (components..size).zip(&structure.cosine_variances) {
+            matrix[i * size + i] += 1.0 / variance;
+        }
+        let found = non_negative(&matrix, &right, components, now)?;
+        let mut parameters = parameters.to_vec();
+        columns.iter().zip(found).for_each(|(column, value)| parameters[*column] = value);
+        Some(parameters)
     }
 
     /// The squares of the multiples of the shapes from `first` on over their variances.
@@ -189,29 +272,43 @@ impl Rows {
         shapes.map(of).collect()
     }
 
-    /// Covariance of the parameters that are in, 0 for those at zero.
-    pub(super) fn covariance(
-        &self,
-        structure: &Structure<'_>,
-        scored: &Scored,
-    ) -> impl Fn(usize, usize) -> f64 + use<> {
-        let active = Active::new(self, structure);
-        let is_in = |column: &usize| structure.cosines.contains(column) || scored.parameters[*column] > 0.0;
-        let columns: Vec<usize> = active.columns.iter().copied().filter(is_in).collect();
-        let (matrix, _) = active.normal(self, structure, scored);
+    /// Covariance of the parameters that are in, 0 for those at zero; `None` where some are alike.
+    /// Keeps the information for fits near to this one.
+    pub(super) fn covariance(&self, structure: &Structure<'_>, scored: &mut Scored) -> Option<Covariance> {
+        scored.information = self.information(structure.free_columns(), &scored.expected);
+        let Information { columns, matrix } = &scored.information;
         let size = columns.len();
-        let place = |column: usize| active.columns.iter().position(|other| *other == column).unwrap_or_default();
-        let entry = |i: usize, j: usize| matrix[place(columns[i]) * active.columns.len() + place(columns[j])];
-        let inverse: Vec<Vec<f64>> = (0..size)
-            .map(|column| {
-                let unit = (0..size).map(|i| f64::from(u8::from(i == column))).collect();
-                solved(size, entry, unit).unwrap_or_else(|| vec![f64::INFINITY; size])
-            })
-            .collect();
-        move |a, b| {
-            let place = |column| columns.iter().position(|other| *other == column);
-            place(a).zip(place(b)).map_or(0.0, |(a, b)| inverse[a][b])
-        }
+        let is_in =
+            |place: &usize| structure.cosines.contains(&columns[*place]) || scored.parameters[columns[*place]] > 0.0;
+        let places: Vec<usize> = (0..size).filter(is_in).collect();
+        let prior = |place: usize| {
+            let cosine = columns[place].checked_sub(structure.cosines.start);
+            cosine.and_then(|cosine| structure.cosine_variances.get(cosine)).map_or(0.0, |variance| 1.0 / variance)
+        };
+        let entry = |i: usize, j: usize| {
+            let (i, j) = (places[i], places[j]);
+            matrix[i * size + j] + if i == j { prior(i) } else { 0.0 }
+        };
+        let factor = Cholesky::new(places.len(), entry)?.inverted();
+        Some(Covariance { columns: places.into_iter().map(|place| columns[place]).collect(), factor })
+    }
+}
+
+impl Information {
+    /// Of these columns alone; `None` where one of them is not in.
+    fn of(&self, columns: &[usize]) -> Option<Self> {
+        let place = |column: &usize| self.columns.iter().position(|known| known == column);
+        let places = columns.iter().map(place).collect::<Option<Vec<usize>>>()?;
+        let size = self.columns.len();
+        let row = |i: &usize| places.iter().map(|j| self.matrix[i * size + j]).collect::<Vec<f64>>();
+        Some(Self { columns: columns.to_vec(), matrix: places.iter().flat_map(row).collect() })
+    }
+}
+
+impl Covariance {
+    pub(super) fn of(&self, a: usize, b: usize) -> f64 {
+        let place = |column| self.columns.iter().position(|other| *other == column);
+        place(a).zip(place(b)).map_or(0.0, |(a, b)| self.factor.product(a, b))
     }
 }
 
@@ -223,6 +320,12 @@ impl Scored {
 }
 
 impl Structure<'_> {
+    /// The components that are not held, then the cosines.
+    fn free_columns(&self) -> Vec<usize> {
+        let is_free = |column: &usize| self.held.is_none_or(|(held, _)| held != *column);
+        self.components.iter().copied().filter(is_free).chain(self.cosines.clone()).collect()
+    }
+
     /// These parameters, those that are not in at zero.
     fn in_structure(&self, near: &[f64]) -> Vec<f64> {
         let value = |(column, value): (usize, &f64)| match self.held {
@@ -235,108 +338,69 @@ impl Structure<'_> {
     }
 }
 
-/// The columns whose parameters are free.
-struct Active {
-    columns: Vec<usize>,
-    /// How many of these, the first ones, are not negative.
-    components: usize,
+fn add_multiple(sum: &mut [f64], values: &[f64], multiple: f64) {
+    sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += multiple * value);
 }
 
-impl Active {
-    fn new(rows: &Rows, structure: &Structure<'_>) -> Self {
-        let is_free = |column: &usize| structure.held.is_none_or(|(held, _)| held != *column);
-        let mut columns: Vec<usize> = structure.components.iter().copied().filter(is_free).collect();
-        let components = columns.len();
-        columns.extend(structure.cosines.clone().filter(|column| *column < rows.columns));
-        Self { columns, components }
-    }
-
-    /// Information of the parameters, and its product with those that explain the powers best.
-    fn normal(&self, rows: &Rows, structure: &Structure<'_>, now: &Scored) -> (Vec<f64>, Vec<f64>) {
-        let size = self.columns.len();
-        let (mut matrix, mut right) = (vec![0.0; size * size], vec![0.0; size]);
-        let mut values = vec![0.0; size];
-        for row in 0..rows.power.len() {
-            let x = rows.row(row);
-            values.iter_mut().zip(&self.columns).for_each(|(value, column)| *value = x[*column]);
-            let known = structure.held.map_or(0.0, |(column, value)| x[column] * value);
-            let weight = rows.weight[row] / now.expected[row].powi(2);
-            let target = weight * (now.targets[row] - known);
-            for (i, value) in values.iter().enumerate() {
-                right[i] += target * value;
-                let scaled = weight * value;
-                for (entry, other) in matrix[i * size..][..=i].iter_mut().zip(&values) {
-                    *entry += scaled * other;
-                }
-            }
+/// The weighted products of all pairs of columns.
+#[multiversion(targets("x86_64+avx2"))]
+fn products(columns: &[&[f64]], weights: &[f64]) -> Vec<f64> {
+    let size = columns.len();
+    let mut matrix = vec![0.0; size * size];
+    let mut weighted = vec![0.0; weights.len()];
+    for (i, column) in columns.iter().enumerate() {
+        for ((weighted, x), weight) in weighted.iter_mut().zip(*column).zip(weights) {
+            *weighted = x * weight;
         }
-        for (i, variance) in (self.components..size).zip(&structure.cosine_variances) {
-            matrix[i * size + i] += 1.0 / variance;
+        for (j, other) in columns[..=i].iter().enumerate() {
+            let entry = dot(&weighted, other);
+            (matrix[i * size + j], matrix[j * size + i]) = (entry, entry);
         }
-        for i in 0..size {
-            for j in 0..i {
-                matrix[j * size + i] = matrix[i * size + j];
-            }
-        }
-        (matrix, right)
     }
+    matrix
+}
 
-    /// The parameters that explain the powers best with the weights of `now`.
-    fn aim(&self, rows: &Rows, structure: &Structure<'_>, now: &Scored) -> Option<Vec<f64>> {
-        let (matrix, right) = self.normal(rows, structure, now);
-        let found = self.non_negative(&matrix, &right, now)?;
-        let mut parameters = structure.in_structure(&now.parameters);
-        self.columns.iter().zip(found).for_each(|(column, value)| parameters[*column] = value);
-        Some(parameters)
-    }
-
-    /// By the active-set method of Lawson and Hanson (Solving Least Squares Problems, 1974, chapter
-    /// 23), from the columns on that are positive now.
-    fn non_negative(&self, matrix: &[f64], right: &[f64], now: &Scored) -> Option<Vec<f64>> {
-        let size = self.columns.len();
-        let entry = |i: usize, j: usize| matrix[i * size + j];
-        let is_free = |i: usize| i >= self.components;
-        let mut passive: Vec<usize> =
-            (0..size).filter(|i| is_free(*i) || now.parameters[self.columns[*i]] > 0.0).collect();
-        passive.retain(|i| entry(*i, *i) > 0.0);
-        let solve = |passive: &[usize]| {
-            solved(passive.len(), |i, j| entry(passive[i], passive[j]), passive.iter().map(|i| right[*i]).collect())
-        };
-        let mut x = vec![0.0; size];
-        passive.iter().for_each(|i| x[*i] = now.parameters[self.columns[*i]]);
-        for _ in 0..3 * size + 3 {
-            loop {
-                let Some(solution) = solve(&passive) else {
-                    // columns that are alike: one of them is enough
-                    passive.pop()?;
-                    continue;
-                };
-                let mut step = 1.0_f64;
-                for (i, value) in passive.iter().zip(&solution).filter(|(i, value)| !is_free(**i) && **value <= 0.0) {
-                    step = step.min(x[*i] / (x[*i] - value).max(f64::MIN_POSITIVE));
-                }
-                for (i, value) in passive.iter().zip(&solution) {
-                    x[*i] += step * (value - x[*i]);
-                }
-                if step >= 1.0 {
-                    break;
-                }
-                passive.retain(|i| is_free(*i) || x[*i] > 1e-14 * right[*i].abs() / entry(*i, *i));
-                (0..size).filter(|i| !passive.contains(i)).for_each(|i| x[i] = 0.0);
-            }
-            let slope = |i: usize| {
-                let fall: f64 = passive.iter().map(|j| entry(i, *j) * x[*j]).sum();
-                (right[i] - fall) / entry(i, i).sqrt()
+/// The smallest x' matrix x / 2 - right' x whose first `components` values are not negative, from
+/// `x` on: the active-set method of Lawson and Hanson (Solving Least Squares Problems, 1974, chapter 23).
+fn non_negative(matrix: &[f64], right: &[f64], components: usize, mut x: Vec<f64>) -> Option<Vec<f64>> {
+    let size = right.len();
+    let entry = |i: usize, j: usize| matrix[i * size + j];
+    let is_free = |i: usize| i >= components;
+    let mut passive: Vec<usize> = (0..size).filter(|i| (is_free(*i) || x[*i] > 0.0) && entry(*i, *i) > 0.0).collect();
+    (0..size).filter(|i| !passive.contains(i)).for_each(|i| x[i] = 0.0);
+    for _ in 0..3 * size + 3 {
+        loop {
+            let factor = Cholesky::new(passive.len(), |i, j| entry(passive[i], passive[j]));
+            let Some(solution) = factor.map(|factor| factor.solve(passive.iter().map(|i| right[*i]).collect())) else {
+                // columns that are alike: one of them is enough
+                x[passive.pop()?] = 0.0;
+                continue;
             };
-            let outside = (0..size).filter(|i| !passive.contains(i) && entry(*i, *i) > 0.0);
-            let steepest = outside.map(|i| (i, slope(i))).max_by(|(_, a), (_, b)| a.total_cmp(b));
-            match steepest.filter(|(_, slope)| *slope > 1e-9) {
-                Some((entering, _)) => passive.push(entering),
-                None => break,
+            let mut step = 1.0_f64;
+            for (i, value) in passive.iter().zip(&solution).filter(|(i, value)| !is_free(**i) && **value <= 0.0) {
+                step = step.min(x[*i] / (x[*i] - value).max(f64::MIN_POSITIVE));
             }
+            for (i, value) in passive.iter().zip(&solution) {
+                x[*i] += step * (value - x[*i]);
+            }
+            if step >= 1.0 {
+                break;
+            }
+            passive.retain(|i| is_free(*i) || x[*i] > 1e-14 * right[*i].abs() / entry(*i, *i));
+            (0..size).filter(|i| !passive.contains(i)).for_each(|i| x[i] = 0.0);
         }
-        x.iter().all(|value| value.is_finite()).then_some(x)
+        let slope = |i: usize| {
+            let fall: f64 = passive.iter().map(|j| entry(i, *j) * x[*j]).sum();
+            (right[i] - fall) / entry(i, i).sqrt()
+        };
+        let outside = (0..size).filter(|i| !passive.contains(i) && entry(*i, *i) > 0.0);
+        let steepest = outside.map(|i| (i, slope(i))).max_by(|(_, a), (_, b)| a.total_cmp(b));
+        match steepest.filter(|(_, slope)| *slope > 1e-9) {
+            Some((entering, _)) => passive.push(entering),
+            None => break,
+        }
     }
+    x.iter().all(|value| value.is_finite()).then_some(x)
 }
 
 /// The multiples of `shapes` that explain `level` best.
@@ -351,43 +415,7 @@ fn multiples_of(level: &[f64], shapes: &[&[f64]], weights: &[f64], held: Option<
     let right = free
         .iter()
         .map(|shape| product(shape, level) - first.iter().map(|first| known * product(shape, first)).sum::<f64>());
-    let found = solved(free.len(), |i, j| product(free[i], free[j]), right.collect());
-    held.into_iter().chain(found.unwrap_or_else(|| vec![0.0; free.len()])).collect()
-}
-
-/// Cholesky's factor of a symmetric positive matrix, with what scales its diagonal to 1; `None` where
-/// it is as good as singular.
-fn factored(size: usize, entry: impl Fn(usize, usize) -> f64) -> Option<(Vec<f64>, Vec<f64>)> {
-    let scale: Vec<f64> = (0..size).map(|i| 1.0 / entry(i, i).sqrt()).collect();
-    let mut factor = vec![0.0; size * size];
-    for i in 0..size {
-        for j in 0..=i {
-            let sum: f64 = (0..j).map(|k| factor[i * size + k] * factor[j * size + k]).sum();
-            let rest = entry(i, j) * scale[i] * scale[j] - sum;
-            factor[i * size + j] = if i == j {
-                if rest.is_nan() || rest < 1e-11 {
-                    return None;
-                }
-                rest.sqrt()
-            } else {
-                rest / factor[j * size + j]
-            };
-        }
-    }
-    Some((factor, scale))
-}
-
-/// Solves a symmetric positive system by Cholesky's factors; `None` where it is as good as singular.
-pub(super) fn solved(size: usize, entry: impl Fn(usize, usize) -> f64, mut right: Vec<f64>) -> Option<Vec<f64>> {
-    let (factor, scale) = factored(size, entry)?;
-    for i in 0..size {
-        let sum: f64 = (0..i).map(|k| factor[i * size + k] * right[k]).sum();
-        right[i] = (right[i] * scale[i] - sum) / factor[i * size + i];
-    }
-    for i in (0..size).rev() {
-        let sum: f64 = (i + 1..size).map(|k| factor[k * size + i] * right[k]).sum();
-        right[i] = (right[i] - sum) / factor[i * size + i];
-    }
-    right.iter_mut().zip(scale).for_each(|(value, scale)| *value *= scale);
-    Some(right)
+    let factor = Cholesky::new(free.len(), |i, j| product(free[i], free[j]));
+    let found = factor.map_or_else(|| vec![0.0; free.len()], |factor| factor.solve(right.collect()));
+    held.into_iter().chain(found).collect()
 }

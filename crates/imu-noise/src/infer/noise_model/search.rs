@@ -10,8 +10,8 @@ use std::sync::Arc;
 
 use super::{
     density::Component,
-    scoring::{Rows, Scored, Structure},
-    shapes::{FoundShape, MeanShapes},
+    scoring::{Covariance, Rows, Scored, Structure},
+    shapes::{FoundShape, MeanShape, MeanShapes},
     spectral_rows::ChannelData,
     thresholds::{
         BENT_LINE, BESIDE_KNOWN_AVERAGING, CYCLE, DEFINITE, FILTER_IN_VALUE, FILTERS, LEAST_RISE, MOST_DEFINITE,
@@ -67,6 +67,14 @@ pub(super) struct Candidate {
     /// Penalised.
     pub(super) score: f64,
     pub(super) scored: Scored,
+    /// `None` where some components are alike.
+    covariance: Option<Covariance>,
+}
+
+impl Candidate {
+    pub(super) fn covariance(&self, a: usize, b: usize) -> f64 {
+        self.covariance.as_ref().map_or(f64::INFINITY, |covariance| covariance.of(a, b))
+    }
 }
 
 /// What else explains the record about as well as a term does.
@@ -115,7 +123,7 @@ pub(super) struct Search<'a> {
 struct Nuisance {
     coefficients: Vec<Vec<f64>>,
     penalty: f64,
-    rival: Option<Rival>,
+    rival: Rival,
 }
 
 impl<'a> Search<'a> {
@@ -189,7 +197,7 @@ impl<'a> Search<'a> {
             let Some(fitted) = rows.fit(&self.structure(0, true, &[]), None) else { return };
             let variances = &fitted.expected[rows.first_level..];
             let known = self.known_shapes();
-            let find = |is_cycle| shapes.likeliest(&rows.level, variances, &known, is_cycle, DEFINITE);
+            let find = |is_cycle| shapes.likeliest(&rows.level, variances, &known, |of| is_of(of, is_cycle), DEFINITE);
             let found = [false, true].into_iter().filter_map(find).max_by(|a, b| a.rise.total_cmp(&b.rise));
             let Some(found) = found.filter(|found| found.rise > DEFINITE) else { return };
             self.definite.extend(found.coefficients);
@@ -207,7 +215,7 @@ impl<'a> Search<'a> {
         for of_memory in FILTERS[..filters].chunk_by(|a, b| a.memory == b.memory) {
             let mut likeliest = f64::NEG_INFINITY;
             for _ in of_memory {
-                let near = self.candidates.last().map(|candidate| candidate.scored.parameters.as_slice());
+                let near = self.candidates.last().map(|candidate| &candidate.scored);
                 let Some(candidate) = self.candidate(self.candidates.len(), false, near) else { continue };
                 likeliest = likeliest.max(candidate.score);
                 self.candidates.push(candidate);
@@ -219,16 +227,21 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn candidate(&self, filter: usize, has_processes: bool, near: Option<&[f64]>) -> Option<Candidate> {
-        let rows = &self.rows;
+    fn candidate(&self, filter: usize, has_processes: bool, near: Option<&Scored>) -> Option<Candidate> {
         let structure = self.structure(filter, has_processes, &[]);
-        let scored = rows.fit(&structure, near)?;
+        let mut scored = self.rows.fit(&structure, near)?;
+        let covariance = self.rows.covariance(&structure, &mut scored);
+        let left = |column| covariance.as_ref().map_or(f64::INFINITY, |covariance| covariance.of(column, column));
+        // each counts by the part of it that the record decides, and not what is known before (the trace
+        // of the smoother, Hastie and Tibshirani, 1990)
+        let decided = |(column, variance): (usize, &f64)| 1.0 - (left(column) / variance).min(1.0);
+        let effective = structure.cosines.clone().zip(&structure.cosine_variances).map(decided).sum();
         let is_filtered = filter > 0;
         let unexpected = if is_filtered && self.data.is_averaging_known { BESIDE_KNOWN_AVERAGING } else { 0.0 };
-        let of_filter = if filter > 0 { (FILTERS.len() as f64 - 1.0).ln() } else { 0.0 };
-        let effective = rows.effective_cosines(&structure, &scored);
+        let of_filter = if is_filtered { (FILTERS.len() as f64 - 1.0).ln() } else { 0.0 };
         let penalty = unexpected + of_filter + effective + if has_processes { PROCESSES } else { 0.0 };
-        Some(Candidate { filter, has_processes, score: scored.log_likelihood - penalty, effective, scored })
+        let score = scored.log_likelihood - penalty;
+        Some(Candidate { filter, has_processes, score, effective, scored, covariance })
     }
 
     /// With processes, the orders that are near to the best one.
@@ -241,7 +254,7 @@ impl<'a> Search<'a> {
         let is_near = |candidate: &&Candidate| candidate.score > best - HOPELESS || candidate.filter == 0;
         let near = self.candidates.iter().filter(is_near);
         let added: Vec<Candidate> =
-            near.filter_map(|near| self.candidate(near.filter, true, Some(&near.scored.parameters))).collect();
+            near.filter_map(|near| self.candidate(near.filter, true, Some(&near.scored))).collect();
         self.candidates.extend(added);
     }
 
@@ -303,7 +316,7 @@ impl<'a> Search<'a> {
             .filter(|(weight, _)| *weight > NEGLIGIBLE)
             .map(|(weight, candidate)| {
                 let structure = self.structure(candidate.filter, candidate.has_processes, &[]);
-                let profile = Profile::of_component(&self.rows, structure, &candidate.scored, WHITE);
+                let profile = Profile::of_component(&self.rows, structure, candidate, WHITE);
                 let value = candidate.scored.parameters[WHITE];
                 if value <= 0.0 {
                     let logarithm = profile.upper(self.drop()).ln() - target;
@@ -378,30 +391,30 @@ impl<'a> Search<'a> {
             };
             add_bare(&[], penalty, process);
             for nuisance in &nuisances {
-                add_bare(&nuisance.coefficients, penalty + nuisance.penalty, nuisance.rival.or(process));
+                add_bare(&nuisance.coefficients, penalty + nuisance.penalty, Some(nuisance.rival));
             }
             let structure = self.structure(candidate.filter, candidate.has_processes, &[]);
-            explained.push((candidate.score, structure, &candidate.scored));
+            explained.push((candidate, structure));
         }
-        explained.sort_by(|(a, ..), (b, ..)| b.total_cmp(a));
-        let Some((most, _, likeliest)) = explained.first() else {
+        explained.sort_by(|(a, _), (b, _)| b.score.total_cmp(&a.score));
+        let Some((likeliest, _)) = explained.first() else {
             return Found { value: 0.0, lower: 0.0, upper: f64::INFINITY, evidence: 0.0, rival: None };
         };
-        let evidence =
-            bare.map_or(f64::INFINITY, |(score, _)| (2.0 * (most - score).max(0.0) / self.dispersion).sqrt());
+        let evidence = bare
+            .map_or(f64::INFINITY, |(score, _)| (2.0 * (likeliest.score - score).max(0.0) / self.dispersion).sqrt());
         let rival = bare.and_then(|(_, rival)| rival).filter(|_| is_there && evidence <= PRESENT);
-        let value = likeliest.parameters[column];
+        let value = likeliest.scored.parameters[column];
         let (lower, upper) = self.limits_of(column, &explained, evidence > PRESENT);
         Found { value, lower, upper, evidence, rival }
     }
 
     /// The limits of a component by all of these structures, the likeliest one first; the lower one is 0
     /// unless the component `is_present`.
-    fn limits_of(&self, column: usize, explained: &[(f64, Structure<'_>, &Scored)], is_present: bool) -> (f64, f64) {
-        let most = explained.first().map_or(f64::NEG_INFINITY, |(score, ..)| *score);
+    fn limits_of(&self, column: usize, explained: &[(&Candidate, Structure<'_>)], is_present: bool) -> (f64, f64) {
+        let most = explained.first().map_or(f64::NEG_INFINITY, |(likeliest, _)| likeliest.score);
         let (mut lower, mut upper) = (f64::INFINITY, 0.0_f64);
-        for (score, structure, with) in explained {
-            let drop = self.drop() - (most - score);
+        for (with, structure) in explained {
+            let drop = self.drop() - (most - with.score);
             if drop <= 0.0 {
                 break;
             }
@@ -409,7 +422,7 @@ impl<'a> Search<'a> {
             if is_present {
                 lower = lower.min(profile.lower(drop));
             }
-            let value = with.parameters[column];
+            let value = with.scored.parameters[column];
             if value + 0.7 * (2.0 * drop).sqrt() * profile.deviation > upper || value == 0.0 && upper == 0.0 {
                 upper = upper.max(profile.upper(drop));
             }
@@ -429,7 +442,7 @@ impl<'a> Search<'a> {
                 is_restricted: false,
                 ..self.structure(best.filter, best.has_processes, &[])
             };
-            rows.fit(&structure, Some(&best.scored.parameters))
+            rows.fit(&structure, Some(&best.scored))
         };
         let fit_beside = |known: &[&[f64]], more: &[Vec<f64>]| {
             let further = more.iter().map(Vec::as_slice);
@@ -446,7 +459,13 @@ impl<'a> Search<'a> {
             // the likelihood with a further shape beside those that are known
             let beside = |known: &[&[f64]]| {
                 let variances = &without.expected[rows.first_level..];
-                let found = self.shapes.as_deref()?.likeliest(&rows.level, variances, known, is_cycle, LEAST_RISE)?;
+                let found = self.shapes.as_deref()?.likeliest(
+                    &rows.level,
+                    variances,
+                    known,
+                    |of| is_of(of, is_cycle),
+                    LEAST_RISE,
+                )?;
                 Some(fit_beside(known, &found.coefficients)?.log_likelihood - penalty)
             };
             // instead of the ramp
@@ -488,7 +507,7 @@ impl<'a> Search<'a> {
     }
 
     fn held(&self, rows: &Rows, structure: &Structure<'_>, column: usize, near: &Scored) -> Option<Scored> {
-        rows.fit(&Structure { held: Some((column, 0.0)), ..structure.clone() }, Some(&near.parameters))
+        rows.fit(&Structure { held: Some((column, 0.0)), ..structure.clone() }, Some(near))
     }
 
     /// The likeliest warm-up and the likeliest cycle beside a ramp in noise of these variances.
@@ -496,10 +515,15 @@ impl<'a> Search<'a> {
         let Some(shapes) = self.shapes.as_deref() else { return Vec::new() };
         let known = self.known_shapes();
         let find = |is_cycle| {
-            let FoundShape { coefficients, rise, .. } =
-                shapes.likeliest(&rows.level, &expected[rows.first_level..], &known, is_cycle, LEAST_RISE)?;
+            let FoundShape { coefficients, rise, .. } = shapes.likeliest(
+                &rows.level,
+                &expected[rows.first_level..],
+                &known,
+                |of| is_of(of, is_cycle),
+                LEAST_RISE,
+            )?;
             let (penalty, rival) = if is_cycle { (CYCLE, Rival::Cycle) } else { (RELAXATION, Rival::WarmUp) };
-            (rise > LEAST_RISE).then_some(Nuisance { coefficients, penalty, rival: Some(rival) })
+            (rise > LEAST_RISE).then_some(Nuisance { coefficients, penalty, rival })
         };
         [false, true].into_iter().filter_map(find).collect()
     }
@@ -537,22 +561,22 @@ struct Profile<'a, 's> {
 }
 
 impl<'a, 's> Profile<'a, 's> {
-    fn of_component(rows: &'a Rows, structure: Structure<'s>, best: &'a Scored, column: usize) -> Self {
-        let variance = match best.parameters[column] > 0.0 {
-            true => rows.covariance(&structure, best)(column, column),
+    fn of_component(rows: &'a Rows, structure: Structure<'s>, best: &'a Candidate, column: usize) -> Self {
+        let scored = &best.scored;
+        let variance = match scored.parameters[column] > 0.0 {
+            true => best.covariance(column, column),
             // at zero the component alone
             false => {
-                let information = (0..rows.power.len())
-                    .map(|row| rows.weight[row] * (rows.x[row * rows.columns + column] / best.expected[row]).powi(2));
-                1.0 / information.sum::<f64>()
+                let each = rows.columns[column].iter().zip(&rows.weight).zip(&scored.expected);
+                1.0 / each.map(|((x, weight), expected)| weight * (x / expected).powi(2)).sum::<f64>()
             }
         };
-        Self { rows, structure, best, column, deviation: variance.sqrt() }
+        Self { rows, structure, best: scored, column, deviation: variance.sqrt() }
     }
 
     fn fall(&self, value: f64) -> f64 {
         let structure = Structure { held: Some((self.column, value)), ..self.structure.clone() };
-        let found = self.rows.fit(&structure, Some(&self.best.parameters));
+        let found = self.rows.fit(&structure, Some(self.best));
         found.map_or(f64::INFINITY, |found| self.best.log_likelihood - found.log_likelihood)
     }
 
@@ -570,8 +594,13 @@ impl<'a, 's> Profile<'a, 's> {
     }
 }
 
+/// Warm-up or cycle.
+const fn is_of(shape: MeanShape, is_cycle: bool) -> bool {
+    matches!(shape, MeanShape::Cycle(_)) == is_cycle
+}
+
 /// The distance at which the log-likelihood has fallen by `drop`, whose root rises about evenly.
-fn crossing(drop: f64, deviation: f64, fall: impl Fn(f64) -> f64) -> f64 {
+pub(in crate::infer) fn crossing(drop: f64, deviation: f64, fall: impl Fn(f64) -> f64) -> f64 {
     let target = (2.0 * drop).sqrt();
     let mut distance = target * deviation;
     if !distance.is_finite() {

@@ -12,7 +12,7 @@ use super::{
     thresholds::{LEAST_EDF, LEAST_REST, MOST_LINES, STOPPED},
 };
 use crate::accumulate::blocks::{MAX_BLOCKS, WINDOW};
-use crate::accumulate::record::{Deviation, Octave, RecordShape};
+use crate::accumulate::record::{Octave, RecordShape};
 use crate::accumulate::spectrum::{LONG, Powers, SHORT};
 use crate::infer::level_series::{LevelSeries, MIN_BLOCKS};
 use crate::infer::narrow_bands::NarrowBand;
@@ -226,12 +226,14 @@ impl<'a> ChannelData<'a> {
         let (strongest, others) = bands.split_at(bands.len().min(MOST_LINES));
         let groups = strongest.iter().map(core::slice::from_ref).chain((!others.is_empty()).then_some(others));
         let lines = groups.map(|group| {
-            let of = |octave: &Octave| {
-                let deviation = grid.shape.deviation;
-                let at = |band: &&NarrowBand, deviation, m| band.power / scale * band.variance(deviation, m).0;
-                let whole = group.iter().map(|band| at(band, deviation, octave.m)).sum();
-                octave.expected(whole, |m| group.iter().map(|band| at(band, Deviation::Allan, m)).sum())
+            // of a part of a band, twice its width times the density
+            let of_part = |octave: &Octave, (from, to, share): &(f64, f64, f64)| {
+                share * octave_filter(octave, grid.shape.deviation, *from, *to) / (2.0 * (to - from))
             };
+            let of_band = |octave: &Octave, band: &NarrowBand| {
+                band.power / scale * band.parts.iter().map(|part| of_part(octave, part)).sum::<f64>()
+            };
+            let of = |octave: &Octave| group.iter().map(|band| of_band(octave, band)).sum();
             grid.octaves.iter().map(of).collect()
         });
         let lines = lines.collect();
@@ -317,7 +319,8 @@ impl<'a> ChannelData<'a> {
     /// show.
     pub(super) fn rows(&self, components: &[Component], has_ramp: bool) -> Rows {
         let lines = self.lines.len();
-        let mut rows = Rows { columns: components.len() + lines + usize::from(has_ramp), ..Rows::default() };
+        let columns = components.len() + lines + usize::from(has_ramp);
+        let mut rows = Rows { columns: vec![Vec::new(); columns], ..Rows::default() };
         // without segments the first octave, in its own unit
         rows.mean_density = self.segments.as_ref().map_or(1.0, Segments::mean_density);
         let others = lines + usize::from(has_ramp);

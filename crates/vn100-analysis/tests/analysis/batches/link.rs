@@ -270,7 +270,7 @@ fn a_step_of_the_time_of_the_sensor_is_no_data_time() {
 fn packets_at_a_rate_that_no_sensor_or_register_has_are_told() {
     let told = |period_ns: u64, register: Option<&str>| {
         let mut batch = by_device_time(0..4000, 0);
-        batch.layout = vn100_protocol::PacketForm::new(5, &[1, 0x1C]).map(|form| Arc::clone(form.layout()));
+        batch.layout = vn100_protocol::PacketForm::new(5, &[1, 0x1C]).map(|form| form.layout);
         batch.counts = vec![7; 4000 * batch.layout.as_ref().unwrap().channels.len()];
         batch.device_ns = (0..4000).map(|row| row * period_ns).collect();
         let register = register

@@ -80,7 +80,7 @@ fn axes_follow_the_temperature_of_the_stream() {
         let white = 2000e-6 / (12.0 * octave.m as f64).sqrt();
         assert!((octave.after / white - 1.0).abs() < 0.25 && octave.after <= octave.before, "{octave:?}");
     }
-    assert!(measured.1.channels[8].disturbed.level_change.is_some(), "a cycle of the level");
+    assert!(measured.1.channels[8].stationarity.level_change.is_some(), "a cycle of the level");
 }
 
 #[test]

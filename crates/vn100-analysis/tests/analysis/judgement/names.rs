@@ -1,8 +1,8 @@
-//! The names that results have for kinds and reasons: as in the code, in lower case, with hyphens.
+//! The names that results have for kinds: as in the code, in lower case, with hyphens.
 
 use std::fmt::Debug;
 
-use vn100_analysis::{CaveatKind, Untested, WarningKind, WhyNone, WhyUse};
+use vn100_analysis::WarningKind;
 
 fn assert_named<K: Copy + Debug>(kinds: &[K], name: fn(K) -> &'static str) {
     for kind in kinds {
@@ -15,22 +15,6 @@ fn assert_named<K: Copy + Debug>(kinds: &[K], name: fn(K) -> &'static str) {
         }
         assert_eq!(name(*kind), expected);
     }
-}
-
-#[test]
-fn caveats_are_named() {
-    use CaveatKind::*;
-    assert_named(&[NoSamples, RateAssumed, Channels, NoCommonTau, Sampling, Compensation], CaveatKind::name);
-    assert_named(&[SeveralSensors, Moved, SameSamples, StartUnknown, MayHaveBeenOff], CaveatKind::name);
-}
-
-#[test]
-fn reasons_are_named() {
-    use Untested::*;
-    assert_named(&[SeveralSensors, SameSamples, StartUnknown, MayHaveBeenOff, SameTime, NoiseUnknown], Untested::name);
-    use WhyUse::*;
-    assert_named(&[OnlyUndisturbed, Quietest, LongestOfQuiet, SmallestOfQuiet], WhyUse::name);
-    assert_named(&[WhyNone::SeveralSensors, WhyNone::AllDisturbed, WhyNone::NotRanked], WhyNone::name);
 }
 
 #[test]

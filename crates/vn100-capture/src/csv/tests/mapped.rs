@@ -82,7 +82,7 @@ fn floats_are_rounded_to_a_power_of_two_and_larger_ones_later_have_room() {
     );
     let plan = planned(&text, Some("gyro_x=w:deg/s"));
     let channel = layout(&plan).channels[0].clone();
-    assert_eq!((plan.rounded(), channel.decimals), (vec!["gyro_x".to_owned()], 0));
+    assert_eq!((rounded(&plan), channel.decimals), (vec!["gyro_x".to_owned()], 0));
     let degree = std::f64::consts::PI / 180.0;
     assert!(channel.scale < 1e-5 * degree && (channel.scale / degree).log2().fract() == 0.0, "{}", channel.scale);
     let whole = read(plan, text.as_bytes());
@@ -99,7 +99,7 @@ fn floats_are_rounded_to_a_power_of_two_and_larger_ones_later_have_room() {
 fn digits_beyond_those_of_the_head_are_rounded_and_reported() {
     let text = format!("w\n{}0.25\n0.26\n", "1.5\n".repeat(resolution::HEAD_ROWS));
     let plan = plan(&text, Some("gyro_x=w:deg/s")).unwrap().unwrap();
-    assert!(plan.rounded().is_empty());
+    assert!(rounded(&plan).is_empty());
     let whole = read(plan, text.as_bytes());
     assert_eq!(whole.counts[resolution::HEAD_ROWS - 1..], [15, 2, 3]);
     assert_eq!((whole.report.rounded, whole.report.rejected), (vec!["gyro_x".to_owned()], vec![]));

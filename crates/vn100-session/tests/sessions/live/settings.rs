@@ -92,9 +92,7 @@ async fn a_sensor_that_cannot_be_configured_is_not_measured() {
     let recording = recording(&folder);
     let path = recording.as_ref().unwrap().path.clone();
     let (result, events) = ended(Session::live(LiveSpec { output: rate(20), recording, ..of(&sensor) })).await;
-    let EndReason::NotStarted(StartError::Setup(SetupError::Configure(error))) = &*result.end else {
-        panic!("{:?}", result.end)
-    };
+    let Some(StartError::Setup(SetupError::Configure(error))) = &result.start_error else { panic!("{:?}", result.end) };
     assert!(matches!(error, ConfigureError::Command(_)), "{error:?}");
     assert!(events.is_empty() && !path.exists() && result.recording.is_none());
     assert_eq!(sensor.world().registers[&7], "40");
@@ -111,7 +109,7 @@ async fn a_stop_while_the_sensor_is_set_is_no_error_and_leaves_it_as_it_was() {
         time::sleep(Duration::from_millis(stop_after)).await;
         stop.cancel();
         let (result, events) = ended(session).await;
-        assert!(matches!(*result.end, EndReason::Stopped), "{stop_after}: {:?}", result.end);
+        assert!(matches!(*result.end, End::Stopped), "{stop_after}: {:?}", result.end);
         assert!(
             matches!(events[..], [] | [.., SessionEvent::SettingsRestored { output_paused: false }]),
             "{stop_after}: {events:?}"

@@ -16,7 +16,7 @@ async fn a_sensor_that_is_lost_for_good_is_given_up() {
     let began = time::Instant::now();
     sensor.world().plugged = false;
     let (result, _) = ended(session).await;
-    let EndReason::GaveUp { after, cause: Some(_) } = &*result.end else { panic!("{:?}", result.end) };
+    let End::GaveUp { after, cause: Some(_) } = &*result.end else { panic!("{:?}", result.end) };
     assert_eq!(*after, Duration::from_secs(5));
     let waited_s = began.elapsed().as_secs_f64();
     assert!((4.9..5.2).contains(&waited_s), "{waited_s}");
@@ -36,7 +36,7 @@ async fn a_sensor_without_a_sample_is_given_up_from_when_it_was_there() {
     until(&mut session, |state| matches!(state.link, Some(LinkState::Up(_)))).await;
     let there = time::Instant::now();
     let (result, _) = ended(session).await;
-    assert!(matches!(*result.end, EndReason::GaveUp { cause: None, .. }), "{:?}", result.end);
+    assert!(matches!(*result.end, End::GaveUp { cause: None, .. }), "{:?}", result.end);
     assert!((1.9..2.2).contains(&there.elapsed().as_secs_f64()), "{:?}", there.elapsed());
 }
 
@@ -52,7 +52,7 @@ async fn the_measurement_of_a_sensor_that_returns_in_time_continues() {
         sensor.world().plugged = true;
     }
     let (result, _) = ended(session).await;
-    assert!(matches!(*result.end, EndReason::DurationReached), "{:?}", result.end);
+    assert!(matches!(*result.end, End::DurationReached), "{:?}", result.end);
     assert_eq!((result.shortfall, result.measured.source.end), (None, Some(EndKind::Duration)));
 }
 
@@ -65,7 +65,7 @@ async fn the_wall_time_ends_the_session_in_any_case() {
         until(&mut session, |state| state.snapshot.timing.samples >= 80).await;
         sensor.world().plugged = plugged;
         let (result, _) = ended(session).await;
-        let EndReason::WallTime(wall) = &*result.end else { panic!("{:?}", result.end) };
+        let End::WallTime(wall) = &*result.end else { panic!("{:?}", result.end) };
         assert_eq!((*wall, result.shortfall), (Duration::from_secs(7), None), "no duration was asked for");
         assert!((7.0..7.1).contains(&began.elapsed().as_secs_f64()));
         assert!(result.measured.timing.samples >= 80);
@@ -99,7 +99,7 @@ async fn a_stream_that_brings_nothing_is_given_up() {
     let (_alive, mute) = std::sync::mpsc::channel();
     let source = LiveSource::stream(Mute(mute));
     let (result, _) = ended(Session::live(LiveSpec { limits: limits(Some(5), None), ..spec(source) })).await;
-    assert!(matches!(*result.end, EndReason::GaveUp { cause: None, .. }), "{:?}", result.end);
+    assert!(matches!(*result.end, End::GaveUp { cause: None, .. }), "{:?}", result.end);
 }
 
 #[tokio::test(start_paused = true)]
@@ -141,7 +141,7 @@ async fn a_sensor_lost_at_night_leaves_five_hours_and_the_reason() {
         unplugged.world().plugged = false;
     });
     let (live, _) = ended(session).await;
-    let EndReason::GaveUp { after, cause: Some(_) } = &*live.end else { panic!("{:?}", live.end) };
+    let End::GaveUp { after, cause: Some(_) } = &*live.end else { panic!("{:?}", live.end) };
     assert_eq!(after.as_secs(), HOUR_S / 2);
     let took_s = began.elapsed().as_secs_f64() - (5 * HOUR_S + HOUR_S / 2) as f64;
     assert!((-1.0..1.0).contains(&took_s), "{took_s}");

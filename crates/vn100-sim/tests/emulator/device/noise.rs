@@ -186,14 +186,6 @@ fn temperature_rises_to_its_rest_and_pressure_is_that_of_the_air() {
 }
 
 #[test]
-fn calibrations_act_only_on_compensated_values() {
-    let mut bench = Bench::quiet_with(drifting(0.0));
-    bench.set("25,2,0,0,0,1,0,0,0,1,-1,0,0.5");
-    assert!(bench.ask("VNRRG,18").starts_with("$VNRRG,18,+02.000,+00.000,-00.500*"));
-    assert!(bench.ask("VNRRG,54").contains(",+00.000,+00.000,+00.000,"));
-}
-
-#[test]
 fn equal_seeds_give_equal_bytes_and_reading_changes_no_noise() {
     let output = |seed: u64, reads: bool| {
         let mut bench = Bench::switched_on(DeviceConfig { seed, ..DeviceConfig::default() });

@@ -155,31 +155,6 @@ fn factory_settings_come_with_their_baud() {
 }
 
 #[test]
-fn the_frame_turns_after_flash_and_restart_only() {
-    let mut bench = Bench::quiet();
-    let accel = |bench: &mut Bench| {
-        let answer = bench.ask("VNRRG,18");
-        let fields: Vec<f64> = answer[10..].split(['*', ',']).take(3).map(|field| field.parse().unwrap()).collect();
-        [fields[0], fields[1], fields[2]].map(|value| value.round())
-    };
-    // z to x, x to y, y to z
-    bench.set("26,0,0,1,1,0,0,0,1,0");
-    assert_eq!(accel(&mut bench)[2], -10.0);
-    bench.send("$VNRST*4D\r\n");
-    bench.wait_ms(BOOT_MS + 10);
-    bench.ask("VNASY,0");
-    assert_eq!(accel(&mut bench)[2], -10.0);
-    bench.set("26,0,0,1,1,0,0,0,1,0");
-    bench.ask("VNWNV");
-    bench.wait_ms(500);
-    assert_eq!(accel(&mut bench)[2], -10.0);
-    bench.send("$VNRST*4D\r\n");
-    bench.wait_ms(BOOT_MS + 10);
-    bench.ask("VNASY,0");
-    assert_eq!(accel(&mut bench)[0], -10.0);
-}
-
-#[test]
 fn a_crash_is_reported_and_restarts_the_sensor() {
     let mut bench = Bench::quiet();
     bench.device.crash(bench.now);

@@ -60,7 +60,7 @@ impl Bench {
     /// A sensor as the options of `sim` describe it; it was switched on two seconds ago.
     pub(super) fn new(options: &str) -> Self {
         let (args, _) = parsed(&format!("attach sim {options}"));
-        let port = emulated_port(&args.link.sim, None, Clock::start()).0;
+        let port = emulated_port(&args.live.link.sim, Clock::start()).0;
         Self { port, folder: tempfile::tempdir().unwrap() }
     }
 
@@ -83,12 +83,12 @@ impl Bench {
             evaluation: Arc::new(evaluation(&args.measure).unwrap()),
             format,
             conditions: BTreeMap::new(),
-            status: StatusLines::new(Some(messages.clone()), false, args.link.log.quiet),
+            status: StatusLines::new(Some(messages.clone()), false, args.live.link.log.quiet),
             log: Entries::default(),
             args,
         });
         let source = SourceName::Port("imu".into());
-        let opened = as_asked(self.source(), &source, &job.args.link, job.read_options(), &job.log);
+        let opened = as_asked(self.source(), &source, &job.args.live.link, job.read_options(), &job.log);
         let stop = CancellationToken::new();
         let samples = job.args.result.samples.as_ref();
         let (writer, samples) =

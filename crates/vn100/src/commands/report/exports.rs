@@ -6,22 +6,16 @@ use std::{
 };
 
 use anyhow::{Error, Result, anyhow};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vn100_analysis::{Completion, SourceResult};
-use vn100_report::{
-    Consumer, CsvTable, Document, Evaluation, FilterNoise, NotWritten,
-    figure::{Figure, Figures},
-    json_line, printable,
-};
+use vn100_report::{Consumer, CsvTable, Document, Evaluation, FilterNoise, NotWritten, figure::Figures, json_line};
 
 use super::print_written;
 use vn100_report::remedies::remedy_words;
 
 use crate::{
-    args::{ExportForm, FileArgs, ReportArgs},
+    args::{ExportForm, ReportArgs},
     exit::report as complain,
     inputs::FileStream,
-    log::takes_terminal,
     output::Output,
 };
 
@@ -76,19 +70,7 @@ impl<'a> Exports<'a> {
                 completion = Completion::Failed;
             }
         };
-        let all_figures = || figures.iter().chain([together]).flat_map(Figures::all);
-        let unknown = self.args.figures.iter().find(|name| !all_figures().any(|figure| is_named(figure, name)));
-        if let Some(unknown) = unknown {
-            let mut names: Vec<&str> = Vec::new();
-            for name in all_figures().map(Figure::name) {
-                if !names.contains(&name) {
-                    names.push(name);
-                }
-            }
-            check(Err(anyhow!("unknown figure {unknown}; the figures are {}", names.join(", "))));
-        }
-        let forms = self.forms.iter().filter(|form| unknown.is_none() || !is_svg(form));
-        for form in forms.clone() {
+        for form in &self.forms {
             for (index, (record, figures)) in records.iter().zip(figures).enumerate() {
                 // nothing could be read: the command says so already
                 if record.timing.samples == 0 {
@@ -97,7 +79,7 @@ impl<'a> Exports<'a> {
                 check(self.write_one(*form, index, record, figures, evaluation));
             }
         }
-        if records.len() > 1 && forms.into_iter().any(is_svg) {
+        if records.len() > 1 && self.forms.iter().any(|form| matches!(form, ExportForm::Svg)) {
             check(self.write_figures(&self.output.beside(SVG), together));
         }
         completion
@@ -114,7 +96,7 @@ impl<'a> Exports<'a> {
         let path = |ending: &str| self.path(index, ending);
         match form {
             ExportForm::Csv => (CsvTable::ALL.iter())
-                .try_for_each(|table| self.text(&path(table.ending), &(table.text)(record, remedy_words))),
+                .try_for_each(|table| self.text(&path(table.ending), &table.text(record, remedy_words))),
             ExportForm::Json => {
                 let document = serde_json::to_string(&Document::new(record, remedy_words))?;
                 self.text(&path(JSON), &json_line(&document))
@@ -138,23 +120,17 @@ impl<'a> Exports<'a> {
             evaluation.fill(&mut noise, record);
         }
         let path = self.path(index, consumer.ending);
-        let text = consumer.file(&noise, self.args.require_estimated).map_err(|error| not_written(&path, &error))?;
+        let text = consumer.file(&noise, false).map_err(|error| not_written(&path, &error))?;
         self.text(&path, &text)
     }
 
     /// Writes figures into this folder.
     fn write_figures(&self, folder: &Path, figures: &Figures) -> Result<()> {
         self.output.make_folder(folder)?;
-        let chosen = &self.args.figures;
-        let is_chosen = |figure: &&Figure| chosen.is_empty() || chosen.iter().any(|name| is_named(figure, name));
-        let figures: Vec<&Figure> = figures.all().filter(is_chosen).collect();
-        let progress = progress(folder, figures.len() as u64, &self.args.files);
-        for figure in figures {
+        for figure in figures.all() {
             let path = folder.join(format!("{}.svg", figure.id));
             self.output.write(&path, |file| Ok(file.write_all(figure.svg_file().as_bytes())?))?;
-            progress.inc(1);
         }
-        progress.finish_and_clear();
         print_written(folder)
     }
 
@@ -172,13 +148,6 @@ impl<'a> Exports<'a> {
     }
 }
 
-/// Whether a figure is of that kind, channel or sensor, or has that name, with or without its run
-/// before it: `allan`, `gyro_y`, `allan-gyro_y` and `run1-allan-gyro_y` are all names of one. A run
-/// alone is no name.
-fn is_named(figure: &Figure, name: &str) -> bool {
-    figure.id == name || format!("-{}-", figure.name()).contains(&format!("-{name}-"))
-}
-
 const JSON: &str = ".json";
 // a folder, because there are many figures
 const SVG: &str = ".svg-figures";
@@ -192,26 +161,11 @@ fn endings(form: ExportForm) -> Vec<&'static str> {
     }
 }
 
-/// A bar for the parts of a file or folder.
-fn progress(path: &Path, parts: u64, files: &FileArgs) -> ProgressBar {
-    let target = if takes_terminal(&files.log) { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    // the default style stands in for a template it does not understand
-    let style = ProgressStyle::with_template("writing {prefix} {wide_bar} {percent} % {eta}");
-    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-    let name = path.file_name().map_or_else(String::new, |name| printable(&name.to_string_lossy()));
-    ProgressBar::with_draw_target(Some(parts), target).with_style(style).with_prefix(name)
-}
-
-const fn is_svg(form: &ExportForm) -> bool {
-    matches!(form, ExportForm::Svg)
-}
-
 /// Why the file of a filter is not written, and what would give what it lacks.
 pub(crate) fn not_written(path: &Path, error: &NotWritten) -> Error {
     let advice = match error {
         NotWritten::Moved => "record it at rest".into(),
-        NotWritten::NotEstimated(_) => "record longer, or remove --require-estimated".into(),
-        NotWritten::Lacks(_) => error.advice(remedy_words).join(", or "),
+        NotWritten::NotEstimated(_) | NotWritten::Lacks(_) => error.advice(remedy_words).join(", or "),
     };
     anyhow!("{} not written: {error}. To get it: {advice}", path.display())
 }

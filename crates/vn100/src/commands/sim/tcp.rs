@@ -2,6 +2,7 @@
 
 use std::{io, net::SocketAddr};
 
+use super::times;
 use anyhow::{Context, Result};
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
@@ -49,8 +50,7 @@ impl TcpSensor {
 
     /// The sentence about a served sensor at its end.
     pub(super) fn summary(&self) -> String {
-        let times = if self.openings == 1 { "once".to_owned() } else { format!("{} times", self.openings) };
-        format!("opened {times}, {} bytes sent", self.bytes_sent)
+        format!("opened {}, {} bytes sent", times(self.openings), self.bytes_sent)
     }
 }
 
@@ -105,7 +105,7 @@ mod tests {
     async fn one_program_after_another_reads_the_sensor_and_asks_it() {
         let device = Device::new(DeviceConfig::default());
         let baud = NonZeroU32::new(device.baud()).unwrap();
-        let wire = Wire::new(device, &FaultPlan::default(), 1, None, baud);
+        let wire = Wire::new(device, &FaultPlan::default(), 1, baud);
         let port = EmulatedPort::new(wire, Duration::from_secs(2), 0);
         let mut sensor = TcpSensor::bind(port, baud.get(), (Ipv4Addr::LOCALHOST, 0).into()).await.unwrap();
         let address = sensor.address().unwrap();

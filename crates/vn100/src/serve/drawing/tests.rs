@@ -15,18 +15,19 @@ use vn100_report::Asked;
 use vn100_report::html::Program;
 
 use super::*;
-use crate::serve::events::{PageEvents, ShownParts};
+use crate::serve::events::PageEvents;
 
-fn parts(htmls: [&str; 2]) -> Vec<Arc<PagePart>> {
-    let part = |(id, html): (&str, &str)| Arc::new(PagePart { id: id.into(), html: html.into(), detail_of: None });
-    ["a", "b"].into_iter().zip(htmls).map(part).collect()
+/// Two parts of the first page, and one of the second.
+fn parts(htmls: [&str; 2]) -> Vec<(usize, Arc<PagePart>)> {
+    let part = |page, id, html: &str| (page, Arc::new(PagePart { id, html: html.into() }));
+    vec![part(0, "a", htmls[0]), part(0, "b", htmls[1]), part(1, "a", "other")]
 }
 
 #[test]
 fn a_reader_gets_what_has_changed_since_it_read() {
     let first = PageState { run: 7, ..PageState::default() }.next(parts(["1", "x"]));
     let since = |page: &PageState, seen: &PageState| -> Vec<String> {
-        page.since(seen.version()).map(|part| format!("{}{}", part.id, part.html)).collect()
+        page.since(seen.version, 0).map(|part| format!("{}{}", part.id, part.html)).collect()
     };
     assert_eq!(since(&first, &PageState::default()), ["a1", "bx"]);
     assert!(since(&first, &first).is_empty());
@@ -35,20 +36,17 @@ fn a_reader_gets_what_has_changed_since_it_read() {
     let third = second.next(parts(["3", "y"]));
     // one who has skipped the second state
     assert_eq!(since(&third, &first), ["a3", "by"]);
-    assert_eq!(third.next(parts(["3", "y"])).version(), third.version(), "nothing has changed");
+    assert_eq!(third.next(parts(["3", "y"])).version, third.version, "nothing has changed");
 }
 
 #[test]
 fn what_is_asked_for_often_is_made_once_in_a_while() {
-    let (begin, mut made) = (Instant::now(), 0);
-    let mut kept = Kept::default();
-    for ms in [0, 1, 249, 250, 251] {
-        kept.get(begin + Duration::from_millis(ms), PAGE_LASTS, || {
-            made += 1;
-            String::new()
-        });
-    }
-    assert_eq!(made, 2);
+    let begin = Instant::now();
+    let mut drawer = drawer_of(Vec::new(), begin);
+    let made: Vec<Bytes> =
+        [0, 1, 249, 250, 251].map(|ms| begin + Duration::from_millis(ms)).map(|now| drawer.documents(now)).into();
+    let same = made.windows(2).filter(|pair| pair[0].as_ptr() == pair[1].as_ptr()).count();
+    assert_eq!(same, 3);
 }
 
 /// An hour of noise, a row a second.
@@ -91,7 +89,7 @@ fn a_day_of_data_is_drawn_without_growing() {
         let now = begin + Duration::from_millis(360) * hours;
         drawer.look(now);
         let page = drawer.draw(now);
-        let bytes: usize = page.parts.iter().map(|part| part.part.html.len()).sum();
+        let bytes: usize = page.parts.iter().map(|drawn| drawn.part.html.len()).sum();
         kept.push((
             page.parts.len(),
             bytes,
@@ -107,20 +105,6 @@ fn a_day_of_data_is_drawn_without_growing() {
         assert_eq!(parts, earlier.0, "{hours} h");
         assert!(bytes <= most(earlier.1) && document <= most(earlier.2) && metrics <= most(earlier.3), "{kept:?}");
     }
-    // and nothing of it, once no reader has asked for a while
-    let later = begin + Duration::from_secs(60);
-    drawer.look(later);
-    assert!(!drawer.is_drawn() && drawer.page.parts.is_empty());
-    assert!(drawer.sources.iter().all(|source| source.results.is_none() && source.signal.is_none()));
-    assert!(
-        [&drawer.documents, &drawer.report, &drawer.prometheus, &drawer.open_metrics]
-            .iter()
-            .all(|kept| kept.0.is_none())
-    );
-    // one who comes again gets all of it, as another version
-    let before = drawer.page.version();
-    let page = drawer.draw(later);
-    assert!(page.version() > before && page.since(before).count() == parts);
 }
 
 /// All that a reader can have now.
@@ -138,20 +122,14 @@ async fn a_reader_who_sleeps_a_thousand_states_gets_the_last_one() {
     let first = PageState { run: 7, ..PageState::default() }.next(parts(["0", "x"]));
     let pages = watch::channel(Arc::new(first)).0;
     let permit = || Arc::new(Semaphore::new(1)).try_acquire_owned().ok();
-    let events = |place| PageEvents::new(pages.subscribe(), place, CancellationToken::new(), permit());
-    let mut sleeper = events((None, ShownParts::All));
+    let mut sleeper = PageEvents::new(pages.subscribe(), (0, None), CancellationToken::new(), permit());
     for state in 1..=1000 {
         let next = pages.borrow().next(parts([&state.to_string(), "x"]));
         pages.send_replace(Arc::new(next));
     }
     let text = taken(&mut sleeper);
+    assert!(!text.contains("other"), "of another page");
     assert!(text.contains("data: a\ndata: 1000\n") && text.contains("\nid: 7-1001\n\n"), "{text}");
     assert_eq!(text.matches("event: snapshot").count(), 2, "{text}");
-    assert!(!taken(&mut sleeper).contains("event:"), "nothing is sent twice");
-    // details are sent where they are asked for
-    let detail = |id: &str| Arc::new(PagePart { id: id.into(), html: "x".into(), detail_of: Some("run1-".into()) });
-    let next = pages.borrow().next(vec![detail("run1-allan"), parts(["b", ""])[0].clone()]);
-    pages.send_replace(Arc::new(next));
-    assert!(!taken(&mut events((None, ShownParts::open("run2-")))).contains("run1-allan"));
-    assert!(taken(&mut events((None, ShownParts::open("run1-")))).contains("run1-allan"));
+    assert!(!taken(&mut sleeper).contains("snapshot"), "nothing is sent twice");
 }

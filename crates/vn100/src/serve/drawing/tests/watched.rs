@@ -1,8 +1,7 @@
 //! Sources that are watched: the words for each, its parts, and when they are drawn again.
 
-use std::io;
-
-use vn100_session::{EndReason, Playback, Speed};
+use vn100_analysis::End;
+use vn100_session::{Playback, Speed};
 
 use super::*;
 
@@ -53,24 +52,24 @@ impl Watched {
         self.drawer.health(self.after(ms))
     }
 
-    fn ids(&mut self, ms: u64) -> Vec<String> {
-        self.drawer.draw(self.after(ms)).parts.iter().map(|part| part.part.id.clone()).collect()
+    /// The ids of the parts with content, by the numbers of their pages.
+    fn ids(&mut self, ms: u64) -> Vec<(usize, &'static str)> {
+        let state = self.drawer.draw(self.after(ms));
+        let shown = state.parts.iter().filter(|drawn| !drawn.part.html.is_empty());
+        shown.map(|drawn| (drawn.page, drawn.part.id)).collect()
     }
 
-    /// The content of a part.
+    /// The content of a part of the first page.
     fn html(&mut self, id: &str, ms: u64) -> String {
-        let page = self.drawer.draw(self.after(ms));
-        page.parts.iter().find(|part| part.part.id == id).unwrap().part.html.to_string()
+        let state = self.drawer.draw(self.after(ms));
+        state.since(0, 0).find(|part| part.id == id).unwrap().html.to_string()
     }
 
-    /// Draws: how many samples are in the results that are shown, and when they and the signal were
-    /// drawn.
-    fn shown(&mut self, ms: u64) -> (u64, u128, u128) {
+    /// Draws: how many samples are in the results that are shown, and when they were drawn.
+    fn shown(&mut self, ms: u64) -> (u64, u128) {
         self.drawer.draw(self.after(ms));
-        let source = &self.drawer.sources[0];
-        let (results, signal) = (source.results.as_ref().unwrap(), source.signal.as_ref().unwrap());
-        let since = |at: Instant| at.duration_since(self.begin).as_millis();
-        (results.assessment.samples, since(results.at), since(signal.0))
+        let drawn = self.drawer.sources[0].drawn.as_ref().unwrap();
+        (drawn.assessment.samples, drawn.at.duration_since(self.begin).as_millis())
     }
 }
 
@@ -98,7 +97,7 @@ fn a_source_is_healthy_while_it_gives_samples() {
     assert_eq!(imu.health(60_000), line(true, "replayed to its end"));
     imu.set(Stage::Finishing, None);
     assert_eq!(imu.health(60_000), line(true, "measuring"));
-    imu.set(Stage::Ended(Arc::new(EndReason::SourceEnded)), None);
+    imu.set(Stage::Ended(Arc::new(End::SourceEnded)), None);
     assert_eq!(imu.health(60_000), line(false, "ended"));
 }
 
@@ -109,74 +108,79 @@ fn one_source_that_gives_no_samples_is_enough() {
     assert_eq!(both.health(0), (false, "imu: measuring\nother: preparing\n".into()));
 }
 
-const PARTS: [&str; 12] = [
+const PARTS: [&str; 11] = [
     "now",
     "identity",
-    "verdicts",
-    "cautions",
+    "statuses",
     "allan",
     "parameters",
+    "cautions",
+    "signal",
     "datasheet",
     "axes",
-    "spectrum",
     "statistics",
-    "marks",
-    "signal",
+    "record",
 ];
 
 #[test]
-fn the_parts_of_several_sources_differ_by_a_prefix() {
+fn each_of_several_sources_has_a_page_and_all_of_them_a_list() {
     let mut imu = Watched::new(&["imu"]);
     imu.measure();
-    assert_eq!(imu.ids(0), [&["sources"], &PARTS[..]].concat());
+    let ids = imu.ids(0);
+    assert!(PARTS.iter().all(|id| ids.contains(&(0, id))), "{ids:?}");
+    assert!(imu.drawer.html(imu.begin, 0).unwrap().contains("<h1>imu: noise, live</h1>"));
+    assert_eq!(imu.drawer.html(imu.begin, 1), None);
     let mut both = Watched::new(&["imu", "other"]);
     both.measure();
     let ids = both.ids(0);
-    let of = |prefix: &str| PARTS.map(|name| format!("{prefix}{name}"));
-    assert_eq!((&*ids[0], &ids[1..13]), ("sources", &of("run1-")[..]));
-    let (mut second, mut expected) = (ids[13..].to_vec(), of("run2-").to_vec());
-    // one without samples has them in another order
-    second.sort_unstable();
-    expected.sort_unstable();
-    assert_eq!(second, expected);
+    assert_eq!(ids.iter().filter(|(page, _)| *page == 0).collect::<Vec<_>>(), [&(0, "sources")]);
+    assert!(PARTS.iter().all(|id| ids.contains(&(1, id))), "{ids:?}");
+    let second: Vec<&str> = ids.iter().filter(|(page, _)| *page == 2).map(|(_, id)| *id).collect();
+    assert_eq!(second, ["now", "identity", "allan", "record"], "without samples");
+    let list = both.drawer.html(both.begin, 0).unwrap();
+    assert!(list.contains("<h1>Noise of 2 sources, live</h1>") && list.contains("<a href=\"2\">other</a>"), "{list}");
+    assert!(both.drawer.html(both.begin, 2).unwrap().contains("<h1>other: noise, live</h1>"));
+    assert_eq!(both.drawer.html(both.begin, 3), None);
 }
 
 #[test]
 fn a_page_asked_for_again_within_a_quarter_of_a_second_is_the_same() {
     let mut imu = Watched::new(&["imu"]);
     imu.measure();
-    let first = imu.drawer.page(imu.after(0));
+    let first = imu.drawer.state(imu.after(0));
     imu.measure();
-    assert!(Arc::ptr_eq(&imu.drawer.page(imu.after(249)), &first));
-    let changed: Vec<_> = imu.drawer.page(imu.after(250)).since(first.version()).map(|part| part.id.clone()).collect();
-    assert!(changed.contains(&"now".to_owned()), "{changed:?}");
+    assert!(Arc::ptr_eq(&imu.drawer.state(imu.after(249)), &first));
+    let next = imu.drawer.state(imu.after(250));
+    assert!(next.since(first.version, 0).any(|part| part.id == "now"));
 }
 
-/// Of all samples so far each time they are drawn again: at first after a third of the time.
+/// Of all samples so far each time they are drawn again.
 #[test]
-fn results_and_signal_are_drawn_again_after_a_third_of_the_time_and_then_every_ten_seconds() {
+fn results_are_drawn_again_after_half_of_the_time_then_twenty_seconds_then_a_twentieth() {
     let mut imu = Watched::new(&["imu"]);
     imu.measure();
-    assert_eq!(imu.shown(6000), (3600, 6000, 6000));
+    assert_eq!(imu.shown(6000), (3600, 6000));
     imu.measure();
-    assert_eq!(imu.shown(8999), (3600, 6000, 6000));
-    assert_eq!(imu.shown(9000), (7200, 9000, 9000));
+    assert_eq!(imu.shown(11_999), (3600, 6000));
+    assert_eq!(imu.shown(12_000), (7200, 12_000));
     imu.measure();
-    assert_eq!(imu.shown(60_000), (10_800, 60_000, 60_000));
+    assert_eq!(imu.shown(60_000), (10_800, 60_000));
     imu.measure();
-    assert_eq!(imu.shown(69_999), (10_800, 60_000, 60_000));
-    assert_eq!(imu.shown(70_000), (14_400, 70_000, 70_000));
-    // at the end at once, and the signal at every look from then on
+    assert_eq!(imu.shown(79_999), (10_800, 60_000));
+    assert_eq!(imu.shown(80_000), (14_400, 80_000));
+    assert_eq!(imu.shown(600_000), (14_400, 600_000));
+    assert_eq!((imu.shown(630_000), imu.shown(632_000)), ((14_400, 600_000), (14_400, 632_000)));
+    // at the end at once
     imu.measure();
-    imu.set(Stage::Ended(Arc::new(EndReason::SourceEnded)), None);
-    assert_eq!(imu.shown(70_001), (18_000, 70_001, 70_001));
-    assert_eq!(imu.shown(70_002), (18_000, 70_001, 70_002));
+    imu.set(Stage::Ended(Arc::new(End::SourceEnded)), None);
+    assert_eq!(imu.shown(632_001), (18_000, 632_001));
+    assert_eq!(imu.shown(900_000), (18_000, 632_001));
 }
 
 #[test]
 fn the_page_says_why_a_source_has_ended() {
     let mut imu = Watched::new(&["imu"]);
-    imu.set(Stage::Ended(Arc::new(EndReason::SourceFailed(io::Error::other("it was unplugged")))), None);
+    imu.set(Stage::Ended(Arc::new(End::SourceFailed("it was unplugged".into()))), None);
     let now = imu.html("now", 0);
     assert!(now.contains("ENDED") && now.contains("<p class=\"warning problem\">imu: it was unplugged</p>"), "{now}");
     let document = imu.drawer.documents(imu.after(0));

@@ -1,4 +1,5 @@
-// Hover values, switches for the series, and zoom. The page says everything without it.
+// Hover values, switches for the series, and zoom; a live page follows the program. A page says
+// everything without it.
 'use strict';
 const vn100 = (() => {
   // what was chosen of each figure, for when it is drawn anew
@@ -47,12 +48,12 @@ const vn100 = (() => {
     return found;
   };
 
-  // Makes the figures of these readings alive, and returns how many.
-  const enliven = (readings) => {
+  // Makes the figures below this element alive, and returns how many.
+  const enliven = (root) => {
     let alive = 0;
-    for (const reading of readings) {
-      const figure = document.getElementById('figure-' + reading.id);
-      if (!figure) continue;
+    for (const data of root.querySelectorAll('figure > script')) {
+      const figure = data.parentElement, reading = JSON.parse(data.textContent);
+      if (!reading) continue;
       const picture = figure.querySelector('svg');
       const [left, top, width, height] = reading.area;
       const whole = { x: reading.x, y: reading.y };
@@ -330,3 +331,93 @@ const vn100 = (() => {
   };
   return { enliven, tables };
 })();
+if (!document.documentElement.dataset.version) {
+  // a report
+  const alive = vn100.enliven(document);
+  const contents = document.querySelector('nav');
+  if (contents) {
+    const hint = document.createElement('p');
+    hint.className = 'lead tools';
+    hint.textContent = matchMedia('(pointer: coarse)').matches
+      ? 'Figures: touch a value to read it; Enlarge fills the screen. Wide tables scroll sideways.'
+      : 'Figures: point at a value to read it, drag to move, Shift and drag or double-click to zoom; by keyboard: arrows, + − 0.';
+    contents.after(hint);
+  }
+  vn100.tables(document);
+  // paper has no triangle to click on
+  window.addEventListener('beforeprint', () => document.querySelectorAll('details').forEach((details) => { details.open = true; }));
+  document.documentElement.dataset.ready = String(alive);
+} else {
+  // a live page: puts the parts that the program draws in their places, and says when it is out of reach
+  const page = document.documentElement;
+  const connection = document.getElementById('connection');
+  const say = (text, lost) => {
+    if (connection.textContent !== text) connection.textContent = text;
+    connection.className = lost ? 'lost' : '';
+  };
+  const enliven = (element) => {
+    vn100.enliven(element);
+    vn100.tables(element);
+  };
+  const waiting = new Map();
+  const put = (element, html) => {
+    const open = [...element.querySelectorAll('details[open] > summary')].map((summary) => summary.textContent);
+    element.innerHTML = html;
+    for (const summary of element.querySelectorAll('details > summary')) if (open.includes(summary.textContent)) summary.parentNode.open = true;
+    enliven(element);
+  };
+  // what is read by keyboard stands still until the focus has left it
+  document.addEventListener('focusout', () => setTimeout(() => {
+    for (const [element, html] of waiting) if (!element.contains(document.activeElement)) { waiting.delete(element); put(element, html); }
+  }));
+  const take = (id, html) => {
+    const element = document.getElementById(id);
+    if (!element) return;
+    if (element.contains(document.activeElement)) waiting.set(element, html);
+    else put(element, html);
+  };
+  let count = 0;
+  let source, again;
+  // what the page knows of the program, and when it heard from it last
+  let state = 'waiting', heard = Date.now(), limit_ms = 5000;
+  const time = () => new Date(heard).toLocaleTimeString();
+  // by the reader's own clock: a program that stands still says nothing
+  const look = () => {
+    const age_s = Math.floor((Date.now() - heard) / 1000);
+    const old = state === 'ended' || state === 'lost' || Date.now() - heard > limit_ms;
+    page.classList.toggle('old', old);
+    if (state === 'ended') say('The program has ended; this is its last state, of ' + time() + '. The page continues when it starts again.', true);
+    else if (old) say('No news from the program for ' + age_s + ' s: this is its state of ' + time() + '. Trying again.', true);
+    else if (state === 'full') say('Other pages take all streams: this one asks every 5 s. State of ' + time(), false);
+    else if (state === 'up') say('Up to date: ' + time(), false);
+  };
+  const hear = (now) => { state = now; heard = Date.now(); look(); };
+  setInterval(look, 1000);
+  const connect = (since) => {
+    clearTimeout(again);
+    source = new EventSource('events?page=' + (+location.pathname.slice(1) || 0) + '&since=' + encodeURIComponent(since));
+    const isUp = () => { if (state !== 'full') hear('up'); };
+    source.addEventListener('alive', () => { limit_ms = 5000; hear('up'); });
+    source.addEventListener('snapshot', (event) => {
+      const cut = event.data.indexOf('\n');
+      take(event.data.slice(0, cut), event.data.slice(cut + 1));
+      // of the last event of a state that is whole
+      if (event.lastEventId) page.dataset.version = event.lastEventId;
+      page.dataset.count = String(count += 1);
+      isUp();
+    });
+    // another run of the program: it may have other sources
+    source.addEventListener('other', () => location.reload());
+    source.addEventListener('full', () => { limit_ms = 15000; hear('full'); });
+    source.addEventListener('end', () => { heard = Date.now(); state = 'ended'; look(); });
+    source.addEventListener('error', () => {
+      // of a stream that ends as it should, the browser asks again by itself
+      if (state === 'up' || state === 'waiting') { state = 'lost'; look(); }
+      // a refusal is final for the browser, and not for this page
+      if (source.readyState === EventSource.CLOSED) again = setTimeout(() => connect(page.dataset.version), 3000);
+    });
+  };
+  enliven(document);
+  connect(page.dataset.version);
+  page.dataset.ready = 'true';
+}

@@ -1,8 +1,11 @@
-//! What disturbs a channel.
+//! What happened on a channel during the record: disturbances, changes of level and noise.
 
 use imu_noise::{
-    Disturbance, LevelChange, LevelFindings, LevelSearch, LevelShape, NarrowBand, NoiseChanges, SpectralLine,
+    ChannelSignal, Disturbance, Frozen, LevelChange, LevelFindings, LevelSearch, LevelShape, NarrowBand, NoiseChange,
+    NoiseChanges, SpectralLine, Spikes,
 };
+use schemars::JsonSchema;
+use serde::Serialize;
 use vn100_protocol::{Channel, Quantity};
 
 use crate::snapshot::ChannelSnapshot;
@@ -10,51 +13,85 @@ use crate::snapshot::ChannelSnapshot;
 /// What is slower is no vibration but a cycle of the level.
 const SLOWEST_VIBRATION_HZ: f64 = 0.1;
 
-/// What disturbs one channel.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Disturbed {
-    /// Lines in its spectrum, in rising frequency.
+/// What happened during the record on one channel, in seconds of data since its first sample, skipped
+/// time included.
+#[derive(Debug, Clone, Default, PartialEq, JsonSchema, Serialize)]
+pub struct Stationarity {
+    /// Peaks of the spectrum, in rising frequency.
+    #[serde(skip)]
     pub lines: Vec<SpectralLine>,
-    /// In time order, in seconds of data behind those skipped.
+    /// Short disturbances, in time order.
     pub disturbances: Vec<Disturbance>,
-    /// What is not the same throughout in its noise, likewise; not searched in an attitude.
-    pub noise: NoiseChanges,
-    /// A warm-up, a step or a cycle of the level.
+    /// Warm-up, step or cycle of the level; null if none was found.
     pub level_change: Option<LevelChange>,
-    /// The step in the middle of the record, in the unit of the channel, that nine of ten such
-    /// records would show; `None` for a record of few blocks.
-    pub detectable_step: Option<f64>,
+    /// Stretch with another noise than the rest; null if none was found.
+    pub noise_change: Option<NoiseChange>,
+    /// Variance of the noise from block to block over that of even noise; null if it is even.
+    pub bursts: Option<f64>,
+    /// Stretch of one value; null if none was found.
+    pub frozen: Option<Frozen>,
+    /// Single samples far out; null if none was found.
+    pub spikes: Option<Spikes>,
+    /// Smallest changes in the middle of the record that nine of ten such records show.
+    pub detectable: Detectable,
 }
 
-impl Disturbed {
+/// The smallest changes that a record would show.
+#[derive(Debug, Clone, Copy, Default, PartialEq, JsonSchema, Serialize)]
+pub struct Detectable {
+    /// Factor of the standard deviation; null if none would show.
+    pub noise_factor: Option<f64>,
+    /// Step in the unit of the channel; null if none would show.
+    pub step: Option<f64>,
+}
+
+impl Stationarity {
     /// Nothing disturbs temperature and pressure, and of a foreign series nothing is known that
     /// would. `bands` are those of the channel's spectrum.
     pub(super) fn of(
         channel: &Channel,
         results: &ChannelSnapshot,
         interval_s: f64,
+        skipped_s: f64,
         bands: &[NarrowBand],
         search: &LevelSearch,
     ) -> Self {
         let Some(signal) = results.signal.as_ref().filter(|_| !is_ambient(channel)) else {
             return Self::default();
         };
-        let mut lines = signal.lines(interval_s, channel.decimals);
-        lines.iter_mut().for_each(|line| line.amplitude *= channel.scale.abs());
+        let mut lines: Vec<SpectralLine> = bands.iter().filter_map(|band| band.line(interval_s)).collect();
         let cycles: Vec<SpectralLine> = lines.extract_if(.., |line| line.frequency_hz < SLOWEST_VIBRATION_HZ).collect();
         let is_attitude = channel.quantity.is_attitude();
-        let LevelFindings { change, detectable_step } = level(channel, results, interval_s, bands, search);
+        let LevelFindings { change, detectable_step } = level(channel, signal, (interval_s, skipped_s), bands, search);
         let change = change.or_else(|| strongest(&cycles).filter(|_| !is_attitude));
-        Self {
+        let NoiseChanges { change: noise_change, bursts, frozen, spikes, detectable_factor } = match is_attitude {
+            true => NoiseChanges::default(),
+            false => signal.noise_changes(&results.histogram, interval_s),
+        };
+        let mut found = Self {
             lines,
             disturbances: signal.disturbances(interval_s),
-            noise: match is_attitude {
-                true => NoiseChanges::default(),
-                false => signal.noise_changes(&results.histogram, interval_s),
-            },
             level_change: change,
-            detectable_step,
+            noise_change,
+            bursts,
+            frozen,
+            spikes,
+            detectable: Detectable { noise_factor: detectable_factor, step: detectable_step },
+        };
+        let spans = found.disturbances.iter_mut().map(|found| (&mut found.start_s, &mut found.end_s));
+        let spans = spans.chain(found.noise_change.iter_mut().map(|found| (&mut found.start_s, &mut found.end_s)));
+        let spans = spans.chain(found.frozen.iter_mut().map(|found| (&mut found.start_s, &mut found.end_s)));
+        for (start_s, end_s) in spans {
+            *start_s += skipped_s;
+            *end_s += skipped_s;
         }
+        found
+    }
+
+    /// Whether the noise changes, comes in bursts, freezes or has spikes.
+    #[must_use]
+    pub const fn noise_changes(&self) -> bool {
+        self.noise_change.is_some() || self.bursts.is_some() || self.frozen.is_some() || self.spikes.is_some()
     }
 
     /// Bias instability, random walk and ramp would be fitted to a change of level.
@@ -70,19 +107,14 @@ fn is_ambient(channel: &Channel) -> bool {
 /// What the level of a channel shows that is neither ambient nor a line, in its own unit.
 fn level(
     channel: &Channel,
-    results: &ChannelSnapshot,
-    interval_s: f64,
+    signal: &ChannelSignal,
+    (interval_s, skipped_s): (f64, f64),
     bands: &[NarrowBand],
     search: &LevelSearch,
 ) -> LevelFindings {
-    // ambient changes are no disturbances
-    let Some(signal) = results.signal.as_ref().filter(|_| !is_ambient(channel)) else {
-        return LevelFindings::default();
-    };
-    let blocks = signal.blocks();
-    let block = blocks.first().map_or(1, |block| block.length);
-    let LevelFindings { change, detectable_step } = search.find_in(&blocks, interval_s, channel.decimals);
-    let change = change.map(|change| LevelChange { shape: scaled(change.shape, channel.scale), ..change });
+    let block = signal.blocks().first().map_or(1, |block| block.length);
+    let LevelFindings { change, detectable_step } = search.find(signal, interval_s, channel.decimals);
+    let change = change.map(|change| LevelChange { shape: placed(change.shape, channel.scale, skipped_s), ..change });
     // an attitude follows what turns the sensor: nothing in it warms up
     let is_attitude = channel.quantity.is_attitude();
     let line_near = |frequency: f64| bands.iter().find(|band| is_near(band.frequency(), frequency));
@@ -100,12 +132,17 @@ fn level(
     LevelFindings { change, detectable_step: detectable_step.map(|step| step * channel.scale.abs()) }
 }
 
-fn scaled(shape: LevelShape, scale: f64) -> LevelShape {
+/// In the unit of the channel, with times since the first sample.
+fn placed(shape: LevelShape, scale: f64, skipped_s: f64) -> LevelShape {
     match shape {
-        LevelShape::WarmUp { amplitude, time_constant_s, skip_s } => {
-            LevelShape::WarmUp { amplitude: amplitude * scale, time_constant_s, skip_s }
+        LevelShape::WarmUp { amplitude, time_constant_s, skip_s } => LevelShape::WarmUp {
+            amplitude: amplitude * scale,
+            time_constant_s,
+            skip_s: skip_s.map(|skip_s| skip_s + skipped_s),
+        },
+        LevelShape::Step { start_s, amplitude } => {
+            LevelShape::Step { start_s: start_s + skipped_s, amplitude: amplitude * scale }
         }
-        LevelShape::Step { start_s, amplitude } => LevelShape::Step { start_s, amplitude: amplitude * scale },
         LevelShape::Cycle { period_s, amplitude } => LevelShape::Cycle { period_s, amplitude: amplitude * scale.abs() },
     }
 }
@@ -144,22 +181,24 @@ mod tests {
                 LevelShape::Cycle { period_s, amplitude: cycle },
             ]
         };
-        assert_eq!(shapes(4.0, 4.0).map(|shape| scaled(shape, 0.5)), shapes(2.0, 2.0));
-        assert_eq!(shapes(4.0, 4.0).map(|shape| scaled(shape, -0.5)), shapes(-2.0, 2.0));
+        assert_eq!(shapes(4.0, 4.0).map(|shape| placed(shape, 0.5, 0.0)), shapes(2.0, 2.0));
+        assert_eq!(shapes(4.0, 4.0).map(|shape| placed(shape, -0.5, 0.0)), shapes(-2.0, 2.0));
     }
 
     #[test]
     fn steps_and_cycles_pose_as_noise_and_a_ramp_does_not() {
         let of = |shape, is_ramp| {
-            let found =
-                Disturbed { level_change: Some(LevelChange { shape, sigmas: 9.0, is_ramp }), ..Disturbed::default() };
+            let found = Stationarity {
+                level_change: Some(LevelChange { shape, sigmas: 9.0, is_ramp }),
+                ..Stationarity::default()
+            };
             found.level_poses_as_noise()
         };
         let warm_up = LevelShape::WarmUp { amplitude: 1.0, time_constant_s: 9.0, skip_s: None };
         assert!(!of(warm_up, true));
         assert!(of(warm_up, false));
         assert!(of(LevelShape::Step { start_s: 1.0, amplitude: 1.0 }, false));
-        assert!(!Disturbed::default().level_poses_as_noise());
+        assert!(!Stationarity::default().level_poses_as_noise());
     }
 
     #[test]

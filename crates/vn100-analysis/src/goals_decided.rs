@@ -1,0 +1,103 @@
+//! When a measurement has reached its goals.
+
+use crate::{accumulate::analysis::Analysis, assessment::Assessment};
+
+impl Analysis {
+    /// Whether all goals of the settings are met, or one is out of reach; `false` without goals. The
+    /// answer is that of [`Goal::is_met`] with the assessment of this moment, which is made only if
+    /// its answer may be yes.
+    #[must_use]
+    pub fn goals_are_decided(&self) -> bool {
+        let (goals, confidence) = (&self.settings().until, self.settings().confidence);
+        let (Some(layout), false) = (self.layout(), goals.is_empty()) else { return false };
+        if goals.iter().any(|goal| goal.figure.absent_from(layout).is_some()) {
+            return true;
+        }
+        let snapshot = self.snapshot();
+        goals.iter().all(|goal| goal.may_be_met(&snapshot, confidence)) && {
+            let assessment = Assessment::new(&snapshot, confidence);
+            goals.iter().all(|goal| goal.is_met(&snapshot, &assessment))
+        }
+    }
+}
+
+/// Checks whether the goals are met or out of reach: at every second of data time at first, later
+/// whenever the record has grown by a twentieth. It always assesses the samples of that moment, so
+/// that the end of the measurement depends only on the samples.
+#[derive(Debug, Default)]
+pub struct GoalCheck {
+    next_second: u64,
+}
+
+impl GoalCheck {
+    /// Whether it is time to check, and all goals are met or one is out of reach.
+    #[must_use]
+    pub fn is_decided(&mut self, analysis: &Analysis) -> bool {
+        let second = analysis.seconds();
+        if analysis.settings().until.is_empty() || second < self.next_second {
+            return false;
+        }
+        self.next_second = second + second.div_ceil(20).max(1);
+        analysis.goals_are_decided()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use vn100_protocol::{VNIMU, stream::Batch};
+
+    use super::*;
+    use crate::settings::Settings;
+
+    /// A record at 1 Hz of white noise, with this goal.
+    fn analysis(goal: Option<&str>) -> Analysis {
+        let until = goal.map(|goal| goal.parse().unwrap()).into_iter().collect();
+        Analysis::new(Settings { rate_hz: Some(1.0), until, ..Settings::default() })
+    }
+
+    fn add_second(analysis: &mut Analysis, state: &mut u32) {
+        let channels = VNIMU.channels.len();
+        let noise = |_| {
+            *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (*state >> 24) as i32
+        };
+        let counts = (0..channels).map(noise).collect();
+        analysis.absorb(&Batch { layout: Some(Arc::new(VNIMU.clone())), counts, ..Batch::default() });
+    }
+
+    #[test]
+    fn goals_are_checked_every_second_and_later_every_twentieth() {
+        let (mut analysis, mut state) = (analysis(Some("gyro N ±0.0001%")), 1);
+        let mut goals = GoalCheck::default();
+        let mut looked = Vec::new();
+        for second in 1..=48 {
+            add_second(&mut analysis, &mut state);
+            let before = goals.next_second;
+            assert!(!goals.is_decided(&analysis));
+            looked.extend((goals.next_second != before).then_some(second));
+        }
+        let expected: Vec<_> = (1..=20).chain([21, 23, 25, 27, 29, 31, 33, 35, 37, 39, 41, 44, 47]).collect();
+        assert_eq!(looked, expected);
+    }
+
+    #[test]
+    fn a_goal_that_is_met_decides_and_none_never_does() {
+        let (mut wanted, mut goalless, mut state) = (analysis(Some("gyro N ±60%")), analysis(None), 1);
+        let mut goals = GoalCheck::default();
+        let mut decided_at = None;
+        for second in 1..=400 {
+            add_second(&mut wanted, &mut state);
+            add_second(&mut goalless, &mut state);
+            assert!(!GoalCheck::default().is_decided(&goalless));
+            if goals.is_decided(&wanted) {
+                decided_at = Some(second);
+                break;
+            }
+        }
+        assert!((3..300).contains(&decided_at.unwrap()), "{decided_at:?}");
+        let snapshot = wanted.snapshot();
+        assert!(wanted.settings().until[0].is_met(&snapshot, &Assessment::new(&snapshot, 0.95)));
+    }
+}

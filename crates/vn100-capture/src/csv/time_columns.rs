@@ -1,0 +1,271 @@
+//! The search for the columns of the stamps and their form, by the names of the columns and by
+//! their content.
+
+use super::{
+    ColumnUse, CsvError, HeadRows,
+    column_map::{ColumnMap, STAMP},
+    date::DateForm,
+    header::Header,
+    name::words,
+    number::Number,
+    shown,
+    stamp::{StampForm, StampScan, StampUnit, device_ns, time_unit, with_unit},
+};
+
+/// Names that always mean times.
+const STAMPS: [&str; 6] = ["t", "time", "timestamp", "bag_t", "rosbagtimestamp", "%time"];
+
+/// Endings of the last word in other names of times.
+const TIME_ENDINGS: [&str; 4] = ["time", "stamp", "stamps", "zeit"];
+
+/// Words for times, alone or among others.
+const TIME_WORDS: [&str; 8] = ["t", "utc", "epoch", "elapsed", "clock", "temps", "tiempo", "tempo"];
+
+/// Names of the time at which the sensor measured, in words.
+const DEVICE_TIMES: [&str; 4] = ["device time", "time startup", "sample time fine", "sampletimefine"];
+
+/// The columns of times in a table that this program wrote; the first one exists only if the source
+/// had arrival times.
+const WRITTEN_ARRIVAL: &str = "time [ns]";
+const WRITTEN_DEVICE_TIME: &str = "device time [ns]";
+
+/// With fewer rows, stamps of whole seconds may have only two values.
+const FEWEST_ROWS_OF_COARSE: usize = 500;
+
+/// The columns that hold the stamps of the rows, in the order in which they are added.
+pub(super) type StampColumns = Vec<(usize, ColumnUse)>;
+
+/// A name cut into words, with a unit at its end separated.
+struct TimeName {
+    whole: String,
+    words: Vec<String>,
+    unit: Option<StampUnit>,
+}
+
+impl TimeName {
+    fn of(name: &str) -> Self {
+        let (whole, mut words) = (name.to_lowercase(), words(name));
+        let unit = words.last().and_then(|last| time_unit(last));
+        words.truncate(words.len() - usize::from(unit.is_some()));
+        Self { whole, words, unit }
+    }
+
+    /// Whether the name means the time at which the sensor measured.
+    fn is_device_time(&self) -> bool {
+        DEVICE_TIMES.contains(&&*self.words.join(" "))
+    }
+
+    /// The unit that the name states or implies.
+    fn unit(&self) -> Option<StampUnit> {
+        self.unit.or_else(|| (self.is_device_time() && self.whole.contains("fine")).then_some(StampUnit::TICKS))
+    }
+
+    /// Whether the name means the time in the header of a message, which is the time of the
+    /// measurement and not of its recording.
+    fn is_of_header(&self) -> bool {
+        ["header", "stamp"].iter().all(|word| self.words.iter().any(|other| other == word))
+    }
+
+    fn is_stamp(&self) -> bool {
+        STAMPS.contains(&&*self.whole) || STAMPS.contains(&&*self.words.join("_"))
+    }
+
+    /// Whether the name may mean a time: its last word means times, or it is only a unit.
+    fn is_time(&self) -> bool {
+        let Some(word) = self.words.last() else { return self.unit.is_some() };
+        TIME_ENDINGS.iter().any(|ending| word.ends_with(ending)) || TIME_WORDS.contains(&&**word)
+    }
+}
+
+/// The names of the columns, and the content of the first rows.
+pub(super) struct TimeSearch<'a> {
+    pub(super) header: &'a Header,
+    pub(super) rows: &'a HeadRows,
+    /// Columns with another content.
+    pub(super) taken: Vec<usize>,
+}
+
+impl TimeSearch<'_> {
+    /// The columns that the user named; `None` if the map names none.
+    pub(super) fn mapped(&self, map: &ColumnMap) -> Result<Option<StampColumns>, CsvError> {
+        let mapped = |(column, form): &(_, _)| Ok((self.header.mapped_place(STAMP, column)?, *form));
+        let columns = map.stamp.iter().map(mapped).collect::<Result<Vec<(usize, StampForm)>, CsvError>>()?;
+        let Some(&(place, form)) = columns.first() else { return Ok(None) };
+        if !self.rows.is_empty() && self.cells(place).all(|cell| form.nanoseconds(cell).is_none()) {
+            return Err(self.no_stamps(place));
+        }
+        if columns.len() == 1 && self.is_coarse(place) {
+            let (column, rows) = (&self.header.names[place], self.rows.len());
+            return Err(CsvError::certain(format!(
+                "the time stamps in column {column:?} are too coarse to show a sample rate: they change once at most in {rows} rows"
+            )));
+        }
+        Ok(Some(columns.into_iter().map(|(place, form)| (place, ColumnUse::Stamp(form))).collect()))
+    }
+
+    /// The columns found by their names, else by their content.
+    ///
+    /// # Errors
+    /// [`CsvError`] if a column that can only hold stamps is not understood.
+    pub(super) fn found(&self) -> Result<Option<StampColumns>, CsvError> {
+        if let Some(columns) = self.of_measurement() {
+            return Ok(Some(columns));
+        }
+        match self.free().find(|&place| self.name(place).is_stamp() && !self.is_coarse(place)) {
+            Some(place) => self.form(place).map(|form| Some(vec![(place, ColumnUse::Stamp(form))])),
+            None => Ok(self.likely()),
+        }
+    }
+
+    /// Like [`found`](Self::found), but any column may have another content: only columns that
+    /// ascend from row to row.
+    pub(super) fn likely(&self) -> Option<StampColumns> {
+        let by_content = || {
+            self.free()
+                .find_map(|place| Some(vec![(place, ColumnUse::Stamp(StampForm::Date(self.date(place).ok()??)))]))
+        };
+        self.of_measurement()
+            .or_else(|| self.ascending(TimeName::is_stamp))
+            .or_else(|| self.pair())
+            .or_else(|| self.ascending(TimeName::is_time))
+            .or_else(by_content)
+    }
+
+    /// The first column of any name that can only hold times.
+    pub(super) fn unnamed(&self) -> Option<StampColumns> {
+        self.ascending(|_| true)
+    }
+
+    /// The time at which the sensor measured each row, or that in the header of a message: both are
+    /// preferred to the time of recording.
+    fn of_measurement(&self) -> Option<StampColumns> {
+        self.written_device_time()
+            .or_else(|| self.ascending(TimeName::is_device_time))
+            .or_else(|| self.ascending(|name| name.is_of_header() && name.unit.is_none()))
+            .or_else(|| self.pair().filter(|columns| columns.iter().all(|(place, _)| self.name(*place).is_of_header())))
+    }
+
+    /// The first column whose name fits and whose stamps ascend from row to row, with few
+    /// exceptions.
+    fn ascending(&self, is_named: impl Fn(&TimeName) -> bool) -> Option<StampColumns> {
+        let named = self.free().filter(|&place| is_named(&self.name(place)));
+        { named }.find_map(|place| {
+            let form = self.form(place).ok()?;
+            let stamps: Vec<i64> = self.cells(place).filter_map(|cell| form.nanoseconds(cell)).collect();
+            let backwards = stamps.windows(2).filter(|pair| pair[1] < pair[0]).count();
+            let ascends = stamps.last() > stamps.first() && 20 * backwards <= stamps.len() && !self.is_coarse(place);
+            ascends.then(|| vec![(place, ColumnUse::Stamp(form))])
+        })
+    }
+
+    /// The columns of times in a table of samples that this program wrote: the time of the sensor,
+    /// which starts from zero after a restart.
+    fn written_device_time(&self) -> Option<StampColumns> {
+        let place_of = |name: &str| self.free().find(|&place| self.header.names[place] == name);
+        let place = place_of(WRITTEN_DEVICE_TIME)?;
+        let times = self.cells(place).map(device_ns).collect::<Option<Vec<u64>>>()?;
+        let forward = times.windows(2).filter(|pair| pair[1] > pair[0]).count();
+        let form = StampForm::Unit(StampUnit::NANOSECONDS);
+        let are_stamps = |place: &usize| self.cells(*place).all(|cell| form.nanoseconds(cell).is_some());
+        let arrival = place_of(WRITTEN_ARRIVAL).filter(are_stamps).map(|place| (place, ColumnUse::Stamp(form)));
+        (2 * forward >= times.len()).then(|| arrival.into_iter().chain([(place, ColumnUse::DeviceTime)]).collect())
+    }
+
+    /// Whole seconds in one column, and the part to be added in another, whose name differs only in
+    /// the unit.
+    fn pair(&self) -> Option<StampColumns> {
+        let in_unit = |unit: StampUnit, is: &dyn Fn(&Number) -> bool| {
+            let named = self.free().filter(|&place| self.name(place).unit == Some(unit));
+            let is_so =
+                |place: &usize| self.cells(*place).all(|cell| Number::parse(cell).is_some_and(|number| is(&number)));
+            named.filter(is_so).collect::<Vec<_>>()
+        };
+        let [seconds_unit, parts @ ..] = StampUnit::USUAL;
+        in_unit(seconds_unit, &|number| number.decimals <= 0).into_iter().find_map(|seconds| {
+            let words = self.name(seconds).words;
+            parts.into_iter().find_map(|unit| {
+                let limit = 1.0 / unit.seconds();
+                let parts = in_unit(unit, &|number| (0.0..limit).contains(&number.value()));
+                let part = parts.into_iter().find(|&part| self.name(part).words == words)?;
+                let uses = [(seconds, seconds_unit), (part, unit)];
+                Some(uses.map(|(place, unit)| (place, ColumnUse::Stamp(StampForm::Unit(unit)))).to_vec())
+            })
+        })
+    }
+
+    /// The form of the stamps of a column.
+    fn form(&self, place: usize) -> Result<StampForm, CsvError> {
+        let mut scan = StampScan::default();
+        self.cells(place).filter_map(Number::parse).for_each(|stamp| scan.add(&stamp));
+        if scan.is_empty() {
+            if let Some((_, unit)) = self.cells(place).find_map(with_unit) {
+                return Ok(StampForm::Unit(unit));
+            }
+            return match self.date(place)? {
+                Some(form) => Ok(StampForm::Date(form)),
+                None if self.rows.is_empty() => Ok(StampForm::Unit(StampUnit::USUAL[0])),
+                None => Err(self.no_stamps(place)),
+            };
+        }
+        let named = self.name(place).unit().filter(|&unit| scan.may_be(unit));
+        let unit = named.map_or_else(|| scan.unit(), Ok).map_err(|ambiguous| {
+            CsvError::stamp_unit(&self.header.names[place], &self.header.argument(place), &ambiguous)
+        })?;
+        Ok(StampForm::Unit(unit))
+    }
+
+    /// Dates, or times of day; `None` if no cell is one of these.
+    fn date(&self, place: usize) -> Result<Option<DateForm>, CsvError> {
+        let cells: Vec<&[u8]> = self.cells(place).filter(|cell| !cell.is_empty()).collect();
+        let order = || CsvError::date_order(&self.header.names[place], &self.header.argument(place));
+        DateForm::of_all(&cells).map_err(|()| order())
+    }
+
+    /// Whether too many rows share each stamp for finding a rate, such as an epoch in a float of 32
+    /// bits.
+    fn is_coarse(&self, place: usize) -> bool {
+        let stamps: Vec<&[u8]> = self.cells(place).collect();
+        let changes = stamps.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        stamps.len() >= FEWEST_ROWS_OF_COARSE && changes <= 1
+    }
+
+    fn no_stamps(&self, place: usize) -> CsvError {
+        let (column, first) = (&self.header.names[place], shown(self.cells(place).next().unwrap_or_default()));
+        CsvError::certain(format!(
+            "the time stamps in column {column:?} are neither numbers nor dates nor times of day, the first is {first:?}: name \
+             another column"
+        ))
+    }
+
+    fn free(&self) -> impl Iterator<Item = usize> {
+        (0..self.header.names.len()).filter(|place| !self.taken.contains(place))
+    }
+
+    fn cells(&self, place: usize) -> impl Iterator<Item = &[u8]> {
+        self.rows.iter().filter_map(move |row| row.get(place).map(Vec::as_slice))
+    }
+
+    fn name(&self, place: usize) -> TimeName {
+        TimeName::of(&self.header.described(place))
+    }
+}
+
+/// The form of dates and times of day in these columns.
+pub(super) fn date_of(columns: &StampColumns) -> Option<DateForm> {
+    columns.iter().find_map(|&(_, column)| match column {
+        ColumnUse::Stamp(StampForm::Date(form)) => Some(form),
+        _ => None,
+    })
+}
+
+/// The columns as written in a column map; a device time is preferred to the arrival times in the
+/// same table.
+pub(super) fn argument(columns: &StampColumns, header: &Header) -> String {
+    let device_time = columns.iter().find(|(_, column)| *column == ColumnUse::DeviceTime);
+    let columns = device_time.map_or(&columns[..], std::slice::from_ref);
+    let column = |&(place, column): &(usize, ColumnUse)| {
+        let form = if let ColumnUse::Stamp(form) = column { form.name() } else { StampUnit::NANOSECONDS.name };
+        format!("{}:{form}", header.argument(place))
+    };
+    columns.iter().map(column).collect::<Vec<_>>().join("+")
+}

@@ -1,0 +1,90 @@
+//! The reasons why a source could not be opened.
+
+use std::{error::Error, path::PathBuf};
+
+use vn100_analysis::timebase::Refusal;
+use vn100_analysis::{End, StartCure};
+use vn100_capture::{BagError, MapHint, OpenError, RecordError};
+
+use crate::{live_error::LiveError, setup_error::SetupError};
+
+/// The reason why a source could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// The capture could not be opened.
+    #[error(transparent)]
+    Capture(#[from] OpenError),
+    /// No recording could be made.
+    #[error(transparent)]
+    Recording(#[from] RecordError),
+    /// The recording to be resumed contains another message.
+    #[error(
+        "{} holds {recorded}, and a replay would not measure {asked} behind it: record {asked} to another file",
+        path.display()
+    )]
+    OtherMessage {
+        /// The recording.
+        path: PathBuf,
+        /// The message in it.
+        recorded: String,
+        /// The message that the sensor was to be set to.
+        asked: String,
+    },
+    /// The sensor could not be set as requested.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The live source could not be opened.
+    #[error(transparent)]
+    Live(#[from] LiveError),
+    /// The [`LiveSource`](crate::LiveSource) had failed before the session began.
+    #[error(transparent)]
+    StreamInput(Box<dyn Error + Send + Sync>),
+    /// The capture holds values of any sensor, their rate cannot be found, and none was given.
+    #[error("its sample rate is unknown{}", .refusal.map_or_else(String::new, |refusal| format!(": {refusal}")))]
+    RateUnknown {
+        /// The reason why the times of the capture do not show the rate; `None` if it has none.
+        refusal: Option<Refusal>,
+    },
+    /// The session was stopped before the source was opened.
+    #[error("not read, interrupted")]
+    Stopped,
+}
+
+impl StartError {
+    /// The end of a session that was not started.
+    pub(crate) fn end(&self) -> End {
+        End::NotStarted {
+            text: with_causes(self),
+            names_source: matches!(self, Self::Capture(_)),
+            is_of_recording: matches!(self, Self::Recording(_) | Self::OtherMessage { .. }),
+            cure: self.cure(),
+        }
+    }
+
+    fn cure(&self) -> Option<StartCure> {
+        match self {
+            Self::RateUnknown { refusal: Some(Refusal::Pairs { .. }) } => Some(StartCure::OneSource),
+            Self::RateUnknown { refusal } => Some(StartCure::Rate { has_times: refusal.is_some() }),
+            Self::Capture(OpenError::Csv { problem, .. }) => Some(match problem.hint()? {
+                MapHint::Columns(map) => StartCure::Columns(map),
+                MapHint::DateOrder(map) => StartCure::DateOrder(map),
+                MapHint::StampUnit(map) => StartCure::StampUnit(map),
+            }),
+            Self::Capture(OpenError::Bag { problem, .. }) => match &**problem {
+                BagError::SeveralTopics { .. } => Some(StartCure::Topic),
+                BagError::NoTopic { topics, .. } => (!topics.is_empty()).then_some(StartCure::Topic),
+                BagError::NoSensor { .. } => Some(StartCure::TopicAndColumns),
+                BagError::NotOfSensor { .. } => Some(StartCure::ColumnsOfTopic),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+}
+
+/// An error with all its causes.
+#[must_use]
+pub fn with_causes(error: &dyn Error) -> String {
+    let causes = std::iter::successors(error.source(), |cause| (**cause).source());
+    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
+}

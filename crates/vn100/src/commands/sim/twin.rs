@@ -1,0 +1,53 @@
+//! The twin of a measured sensor: its profile, by the document of the measurement or by its capture.
+
+use std::{
+    fs::File,
+    io::Read,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result, bail};
+use vn100_report::{Document, remedies::remedy_words};
+use vn100_sim::Profile;
+
+use crate::{
+    args::FileArgs,
+    commands::replay::{Outputs, measure_files},
+    exit::report,
+    inputs::inputs,
+    user_files::evaluation,
+};
+
+/// A document of a long record with all its figures has some megabytes.
+const MOST_BYTES: u64 = 1 << 28;
+
+/// The profile of the sensor that was measured; channels without noise are reported.
+pub(super) fn twin_of(path: &Path) -> Result<Profile> {
+    let context = || format!("no twin of {}", path.display());
+    let mut text = String::new();
+    let is_text = File::open(path).with_context(context)?.take(MOST_BYTES).read_to_string(&mut text).is_ok();
+    let document = if is_text && text.trim_start().starts_with('{') { text } else { document_of(path)? };
+    let profile = Profile::like(&document).with_context(context)?;
+    let absent: Vec<&str> = profile.absent().collect();
+    if !absent.is_empty() {
+        report(&format!("{} lacks {}: the twin has no noise there", path.display(), absent.join(", ")));
+    }
+    Ok(profile)
+}
+
+/// The document of a capture, measured as `replay` does.
+fn document_of(path: &Path) -> Result<String> {
+    let files = FileArgs { files: vec![PathBuf::from(path)], ..FileArgs::default() };
+    let mut documents = Vec::new();
+    measure_files(&files, &inputs(&files), evaluation(&files.measure)?, Outputs::default(), |measured| {
+        if let Some(error) = &measured.source.error {
+            bail!("{error}");
+        }
+        documents.push(serde_json::to_string(&Document::new(&measured, remedy_words))?);
+        Ok(())
+    })?;
+    match documents.len() {
+        1 => Ok(documents.remove(0)),
+        streams => bail!("{} has {streams} streams, and a twin is of one: give its document", path.display()),
+    }
+}
