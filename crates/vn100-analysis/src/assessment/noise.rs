@@ -117,12 +117,21 @@ pub enum Withheld {
     /// Correlated noise that forgets within a small part of the record explains it about as well.
     #[serde(rename = "perhaps-correlated")]
     MayBeProcess,
+    /// Noise that switches between two levels explains it about as well.
+    #[serde(rename = "perhaps-switching")]
+    MayBeSwitching,
 }
 
 impl Withheld {
     /// All of them.
-    pub const ALL: [Self; 5] =
-        [Self::LevelChange, Self::Temperature, Self::MayBeCycle, Self::MayBeWarmUp, Self::MayBeProcess];
+    pub const ALL: [Self; 6] = [
+        Self::LevelChange,
+        Self::Temperature,
+        Self::MayBeCycle,
+        Self::MayBeWarmUp,
+        Self::MayBeProcess,
+        Self::MayBeSwitching,
+    ];
 }
 
 impl ChannelNoise {
@@ -137,6 +146,7 @@ impl ChannelNoise {
                 Rival::Cycle => Withheld::MayBeCycle,
                 Rival::WarmUp => Withheld::MayBeWarmUp,
                 Rival::Process => Withheld::MayBeProcess,
+                Rival::Switching => Withheld::MayBeSwitching,
             }),
         }
     }

@@ -27,7 +27,11 @@ pub(super) const PROCESSES: f64 = 3.0;
 pub(super) const RELAXATION: f64 = 3.0;
 pub(super) const CYCLE: f64 = 5.0;
 
-/// Less for either of them in place of a ramp: a warm-up as slow as the record has as many parameters as
+/// For two levels between which the noise switches: a second level, a rate of switching from each and a
+/// share of blocks between are four parameters more than one term has.
+pub(super) const SWITCHING: f64 = 4.0;
+
+/// Less for a warm-up or a cycle in place of a ramp: a warm-up as slow as the record has as many parameters as
 /// a line, but for its bend.
 pub(super) const BENT_LINE: f64 = 1.0;
 
