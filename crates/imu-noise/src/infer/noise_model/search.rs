@@ -16,7 +16,7 @@ use super::{
     switching,
     thresholds::{
         BENT_LINE, BESIDE_KNOWN_AVERAGING, CYCLE, DEFINITE, FILTER_IN_VALUE, FILTERS, LEAST_RISE, MOST_DEFINITE,
-        OVERDISPERSED, PRESENT, PROCESSES, PROCESSES_IN_VALUE, RAMP_PRESENT, RELAXATION, SWITCHING,
+        OVERDISPERSED, PRESENT, PROCESSES, PROCESSES_IN_VALUE, RAMP_PRESENT, RELAXATION, SWITCHING_PARAMETERS,
     },
 };
 use crate::infer::chi_squared;
@@ -411,17 +411,18 @@ impl<'a> Search<'a> {
             let structure = self.structure(candidate.filter, candidate.has_processes, &[]);
             explained.push((candidate, structure));
         }
-        let by_switching = is_there.then(|| best.score + self.switching_rise() - SWITCHING);
-        if let Some(score) = by_switching.filter(|score| bare.is_none_or(|(most, _)| *score > most)) {
-            bare = Some((score, Some(Rival::Switching)));
-        }
         explained.sort_by(|(a, _), (b, _)| b.score.total_cmp(&a.score));
         let Some((likeliest, _)) = explained.first() else {
             return Found { value: 0.0, lower: 0.0, upper: f64::INFINITY, evidence: 0.0, rival: None };
         };
-        let evidence = bare
+        let mut evidence = bare
             .map_or(f64::INFINITY, |(score, _)| (2.0 * (likeliest.score - score).max(0.0) / self.dispersion).sqrt());
-        let rival = bare.and_then(|(_, rival)| rival).filter(|_| is_there && evidence <= PRESENT);
+        let mut rival = bare.and_then(|(_, rival)| rival).filter(|_| is_there && evidence <= PRESENT);
+        let blocks = (rows.level.len() + 1) as f64;
+        let switching = || best.score + self.switching_rise() - SWITCHING_PARAMETERS * 0.5 * blocks.ln();
+        if evidence > PRESENT && switching() > likeliest.score - 0.5 * PRESENT * PRESENT {
+            (evidence, rival) = (0.0, Some(Rival::Switching));
+        }
         let value = likeliest.scored.parameters[column];
         let (lower, upper) = self.limits_of(column, &explained, evidence > PRESENT);
         Found { value, lower, upper, evidence, rival }
@@ -530,7 +531,7 @@ impl<'a> Search<'a> {
             let rest: Vec<f64> = rows.level.iter().enumerate().map(rest).collect();
             let each = rest.iter().zip(&best.expected[rows.first_level..]);
             let known: f64 = each.map(|(rest, expected)| -0.5 * (rest * rest / expected + expected.ln())).sum();
-            switching::log_likelihood(&levels(&rest)) - known
+            switching::log_likelihood(&levels(&rest), self.ramp().is_some()) - (known - best.restriction)
         };
         *self.switching.get_or_init(of_record)
     }

@@ -25,8 +25,9 @@ struct Switching {
 }
 
 /// The largest log-likelihood of the changes of a level by block, without the part -(n - 1)/2 ln 2π that
-/// every model of n blocks has. No number for blocks that are all alike.
-pub(super) fn log_likelihood(level: &[f64]) -> f64 {
+/// every model of n blocks has; `lacks_ramp`: of what a ramp leaves (restricted, as that of
+/// [`Structure`](super::Structure)). No number for blocks that are all alike.
+pub(super) fn log_likelihood(level: &[f64], lacks_ramp: bool) -> f64 {
     let n = level.len() as f64;
     let mean = level.iter().sum::<f64>() / n;
     let variance = level.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / n;
@@ -43,8 +44,9 @@ pub(super) fn log_likelihood(level: &[f64]) -> f64 {
             break;
         }
     }
-    // of the changes alone: over all means, each as likely as any other
-    found + 0.5 * (n * TAU.ln() + model.variance.ln())
+    // over all means, each as likely as any other, and over all ramps
+    let free = if lacks_ramp { 2.0 } else { 1.0 };
+    found + 0.5 * (n * TAU.ln() + free * model.variance.ln())
 }
 
 impl Switching {
@@ -137,18 +139,18 @@ mod tests {
             let white = noise(seed, blocks);
             let switching: Vec<f64> =
                 white.iter().enumerate().map(|(i, noise)| noise + (i / dwell % 2) as f64 * 6.0).collect();
-            prop_assert!(log_likelihood(&white) < of_white(&white) + 10.0);
-            let found = log_likelihood(&switching);
+            prop_assert!(log_likelihood(&white, false) < of_white(&white) + 10.0);
+            let found = log_likelihood(&switching, false);
             prop_assert!(found > of_white(&switching) + 15.0);
             // densities are those of another unit
             let scale = f64::exp(scale);
             let other: Vec<f64> = switching.iter().map(|value| 7.0 - scale * value).collect();
-            prop_assert!((log_likelihood(&other) - (found - (blocks - 1) as f64 * scale.ln())).abs() < 1e-3);
+            prop_assert!((log_likelihood(&other, false) - (found - (blocks - 1) as f64 * scale.ln())).abs() < 1e-3);
         }
     }
 
     #[test]
     fn blocks_that_are_alike_have_no_likelihood() {
-        assert!(log_likelihood(&[3.0; 40]).is_nan() && log_likelihood(&[]).is_nan());
+        assert!(log_likelihood(&[3.0; 40], false).is_nan() && log_likelihood(&[], false).is_nan());
     }
 }
