@@ -15,12 +15,11 @@ use crate::support::{capture, document, replay_log, schema, vn100, workspace};
 
 /// What needs a record with a fault of its own to appear: the tests of those faults check their
 /// documents against the schema, too.
-const RARE: [&str; 16] = [
+const RARE: [&str; 15] = [
     // no probability is tested for N without its aliasing, the one parameter in this form
     "/$defs/Parameter/properties/p",
     // K is estimated in long records alone
     "/$defs/Inflation/properties/walk_factor",
-    "/$defs/BeforeAndAfter/",
     "/$defs/CsvReport/properties/other_stream_rows",
     "/$defs/Curve/properties/data",
     "/$defs/Disturbance/",

@@ -117,7 +117,5 @@ pub use infer::normality::{Normality, NotJudged};
 pub use infer::power_law::PowerLaw;
 pub use infer::spectral_lines::SpectralLine;
 pub use infer::spikes::Spikes;
-pub use infer::temperature::{
-    LEAST_EXCURSION_C, NoCoefficient, TemperatureCoefficient, TemperatureContribution, TemperatureSearch,
-};
+pub use infer::temperature::{LEAST_EXCURSION_C, NoCoefficient, TemperatureCoefficient, TemperatureSearch};
 pub use infer::verdict::{Claim, Grade, Verdict};

@@ -20,7 +20,7 @@ use imu_noise::{
 };
 use vn100_protocol::Channel;
 
-pub use axis_temperature::{AxisTemperature, BeforeAndAfter, WhyNoCoefficient};
+pub use axis_temperature::{AxisTemperature, WhyNoCoefficient};
 pub use noise::{BEFORE_FILTER_S, ChannelNoise, DetectableRrw, LongTauValidity, NoGrade, Withheld};
 pub use onboard::{Onboard, WindowFrom};
 pub(crate) use rounding::is_rounded_away;

@@ -45,9 +45,9 @@ pub use accumulate::{
     temperature_record::TemperatureRecord,
 };
 pub use assessment::{
-    Aliasing, Assessment, AxisTemperature, BEFORE_FILTER_S, BeforeAndAfter, ChannelAssessment, ChannelNoise,
-    DEFAULT_CONFIDENCE, Detectable, DetectableRrw, LEAST_EDF, LongTauValidity, NoGrade, OctaveAssessment, Onboard,
-    RateShare, Stationarity, WhiteBudget, WhyNoCoefficient, WindowFrom, Withheld,
+    Aliasing, Assessment, AxisTemperature, BEFORE_FILTER_S, ChannelAssessment, ChannelNoise, DEFAULT_CONFIDENCE,
+    Detectable, DetectableRrw, LEAST_EDF, LongTauValidity, NoGrade, OctaveAssessment, Onboard, RateShare, Stationarity,
+    WhiteBudget, WhyNoCoefficient, WindowFrom, Withheld,
 };
 pub use averaging_times::{AveragingTimes, AveragingTimesError, MissingTime};
 pub use comparison::{

@@ -286,11 +286,32 @@ const vn100 = (() => {
         tools.append(choice);
       }
       tools.append(button('Enlarge', () => { figure.classList.toggle('enlarged'); keep(); show(at); }));
-      tools.append(button('SVG', () => {
-        const copy = picture.cloneNode(true);
+      // the figure with its style in itself: light and this many times as large on paper, or as it is
+      const { width: wide, height: high } = picture.viewBox.baseVal;
+      const alone = (times) => {
+        const copy = picture.cloneNode(true), rules = [...document.styleSheets].flatMap((sheet) => [...sheet.cssRules]);
         copy.setAttribute('xmlns', 'http://www.w3.org/2000/svg');
-        copy.prepend(Object.assign(svg('style', {}), { textContent: [...document.styleSheets].flatMap((sheet) => [...sheet.cssRules]).map((rule) => rule.cssText).join('\n') }));
-        save(reading.id + '.svg', 'image/svg+xml', new XMLSerializer().serializeToString(copy));
+        copy.style.fontFamily = getComputedStyle(picture).fontFamily;
+        if (times) {
+          Object.assign(copy.style, { width: times * wide + 'px', height: times * high + 'px' });
+          // lines of data do not grow by themselves
+          for (const line of copy.querySelectorAll('.data .l')) for (const name of ['stroke-width', 'stroke-dasharray']) {
+            const lengths = line.getAttribute(name);
+            if (lengths) line.setAttribute(name, lengths.split(' ').map((length) => times * length).join(' '));
+          }
+        }
+        const kept = rules.filter((rule) => !(times && rule.conditionText?.includes('dark')));
+        copy.prepend(Object.assign(svg('style', {}), { textContent: kept.map((rule) => rule.cssText).join('\n') }));
+        return new XMLSerializer().serializeToString(copy);
+      };
+      tools.append(button('SVG', () => save(reading.id + '.svg', 'image/svg+xml', alone())));
+      tools.append(button('Save PNG', async () => {
+        const times = 3, image = new Image();
+        const canvas = Object.assign(document.createElement('canvas'), { width: times * wide, height: times * high });
+        image.src = 'data:image/svg+xml,' + encodeURIComponent(alone(times));
+        await image.decode();
+        canvas.getContext('2d').drawImage(image, 0, 0, canvas.width, canvas.height);
+        canvas.toBlob((png) => save(reading.id + '.png', 'image/png', png));
       }));
       tools.append(button('CSV', () => {
         const rows = [['series', reading.x.name + ' ' + reading.x.unit, reading.y.name + ' ' + unit.name, 'lower', 'upper'].join(',')];

@@ -182,6 +182,11 @@ const CODES: [(&str, &[Words]); 10] = [
                 "perhaps correlated noise",
                 "noise that is correlated over a small part of the record explains it about as well as they do",
             ),
+            (
+                "perhaps-switching",
+                "perhaps switching noise",
+                "noise that switches between two levels explains the record about as well as they do",
+            ),
         ],
     ),
     (

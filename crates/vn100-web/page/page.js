@@ -134,7 +134,6 @@ const selected = () => outputs.find((output) => output.file === by('outputs').va
 const choose = () => {
   const output = selected();
   by('save').disabled = !output || !!output.missing;
-  by('png').hidden = !output || !output.file.endsWith('.svg');
   by('missing').textContent = output && output.missing || '';
 };
 const show = async () => {
@@ -148,20 +147,11 @@ const save = (name, content, type) => {
   Object.assign(document.createElement('a'), { href: url, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(url), 60000);
 };
-const TYPES = { html: 'text/html', json: 'application/json', csv: 'text/csv', svg: 'image/svg+xml' };
+const TYPES = { html: 'text/html', json: 'application/json', csv: 'text/csv' };
 const content = () => ask('output', { file: selected().file });
 by('save').addEventListener('click', async () => {
   const { file } = selected();
   save(file, await content(), TYPES[file.split('.').pop()] || 'text/plain');
-});
-by('png').addEventListener('click', async () => {
-  const { file } = selected(), image = new Image();
-  image.src = URL.createObjectURL(new Blob([await content()], { type: TYPES.svg }));
-  await image.decode();
-  // three pixels for each of the drawing, as print needs
-  const canvas = Object.assign(document.createElement('canvas'), { width: 3 * image.width, height: 3 * image.height });
-  canvas.getContext('2d').drawImage(image, 0, 0, canvas.width, canvas.height);
-  canvas.toBlob((png) => save(file.replace(/svg$/, 'png'), png, 'image/png'), 'image/png');
 });
 by('alone').addEventListener('click', async () => {
   const page = await ask('output', { file: outputs[0].file });
@@ -170,15 +160,20 @@ by('alone').addEventListener('click', async () => {
 by('outputs').addEventListener('change', choose);
 by('fills').addEventListener('change', list);
 
-const take = (files) => {
-  if (!files.length) return;
-  chosen = [...files];
-  measureAll();
+// one measurement at a time: another one ends it
+let before = Promise.resolve();
+const begin = (what) => {
+  if (!by('work').hidden) ready = stop();
+  before = before.then(() => {
+    chosen = what;
+    return measureAll();
+  });
 };
+const take = (files) => { if (files.length) begin([...files]); };
 by('files').addEventListener('change', ({ target }) => take(target.files));
-by('sample').addEventListener('click', () => { chosen = 'sample'; measureAll(); });
+by('sample').addEventListener('click', () => begin('sample'));
 by('cancel').addEventListener('click', () => { ready = stop(); });
-form.addEventListener('submit', (event) => { event.preventDefault(); if (chosen) measureAll(); });
+form.addEventListener('submit', (event) => { event.preventDefault(); if (chosen) begin(chosen); });
 // a drop anywhere on the page counts
 for (const name of ['dragover', 'dragleave', 'drop']) {
   document.addEventListener(name, (event) => {

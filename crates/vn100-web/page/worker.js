@@ -25,7 +25,9 @@ const page = {
 const answer = (length) => new TextDecoder().decode(new Uint8Array(instrument.memory.buffer, instrument.answer(), length));
 const ask = (text) => {
   const bytes = new TextEncoder().encode(text);
-  new Uint8Array(instrument.memory.buffer, instrument.request(bytes.length), bytes.length).set(bytes);
+  // before its memory is looked at, which may move
+  const to = instrument.request(bytes.length);
+  new Uint8Array(instrument.memory.buffer, to, bytes.length).set(bytes);
 };
 // the answer of the library, or its error in words
 const measured = (length) => {

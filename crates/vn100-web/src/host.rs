@@ -32,7 +32,7 @@ fn tell(bytes: u64) {
 
 /// A buffer of this length for the request.
 #[unsafe(no_mangle)]
-pub extern "C" fn request(length: usize) -> *mut u8 {
+pub(crate) extern "C" fn request(length: usize) -> *mut u8 {
     REQUEST.with_borrow_mut(|request| {
         request.clear();
         request.resize(length, 0);
@@ -42,13 +42,13 @@ pub extern "C" fn request(length: usize) -> *mut u8 {
 
 /// Forgets all results.
 #[unsafe(no_mangle)]
-pub extern "C" fn clear() {
+pub(crate) extern "C" fn clear() {
     TAB.set(Tab::default());
 }
 
 /// Measures the file of this length, as the request says. Returns the length of the answer.
 #[unsafe(no_mangle)]
-pub extern "C" fn measure(bytes: f64) -> usize {
+pub(crate) extern "C" fn measure(bytes: f64) -> usize {
     let request = REQUEST.take();
     let file = PageFile { bytes: bytes as u64 };
     let answers = from_slice(&request)
@@ -59,14 +59,14 @@ pub extern "C" fn measure(bytes: f64) -> usize {
 
 /// Measures the sample that is built in. Returns the length of the answer.
 #[unsafe(no_mangle)]
-pub extern "C" fn measure_sample() -> usize {
+pub(crate) extern "C" fn measure_sample() -> usize {
     set_json(&TAB.with_borrow_mut(Tab::measure_sample))
 }
 
 /// The forms of all results; `fills` is not 0 if files for filters take what is missing from the
 /// data sheet. Returns the length of the answer.
 #[unsafe(no_mangle)]
-pub extern "C" fn outputs(fills: i32) -> usize {
+pub(crate) extern "C" fn outputs(fills: i32) -> usize {
     set_json(&TAB.with_borrow_mut(|tab| {
         tab.fills_from_datasheet = fills != 0;
         tab.outputs()
@@ -75,7 +75,7 @@ pub extern "C" fn outputs(fills: i32) -> usize {
 
 /// The file whose name is the request. Returns its length, 0 if there is none.
 #[unsafe(no_mangle)]
-pub extern "C" fn output() -> usize {
+pub(crate) extern "C" fn output() -> usize {
     let name = REQUEST.take();
     let file = TAB.with_borrow(|tab| tab.output(&String::from_utf8_lossy(&name)));
     set_answer(file.unwrap_or_default().into_bytes())
@@ -83,7 +83,7 @@ pub extern "C" fn output() -> usize {
 
 /// The answer of the last call.
 #[unsafe(no_mangle)]
-pub extern "C" fn answer() -> *const u8 {
+pub(crate) extern "C" fn answer() -> *const u8 {
     ANSWER.with_borrow(|answer| answer.as_ptr())
 }
 

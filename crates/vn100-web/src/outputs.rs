@@ -36,8 +36,6 @@ enum Content {
     Page,
     Document(usize),
     Table(usize, CsvTable),
-    /// Of this record, or of all together.
-    Figure(Option<usize>, String),
     Filter(usize, &'static Consumer),
 }
 
@@ -71,15 +69,7 @@ impl Tab {
                 let label = format!("{}{of}", consumer.title);
                 Output { missing, ..output("Filter or simulator", &label, named(consumer.ending), content) }
             }));
-            all.extend(self.figures_of(index).all().map(|figure| {
-                let content = Content::Figure(Some(index), figure.id.clone());
-                output("Figure (SVG)", &figure.id, format!("{}.{}.svg", self.stem, figure.id), content)
-            }));
         }
-        all.extend(self.together().all().map(|figure| {
-            let content = Content::Figure(None, figure.id.clone());
-            output("Figure (SVG)", &figure.id, format!("{}.{}.svg", self.stem, figure.id), content)
-        }));
         all
     }
 
@@ -94,10 +84,6 @@ impl Tab {
                 Some(json_line(&document))
             }
             Content::Table(index, table) => Some(table.text(&self.records[index], remedy_words)),
-            Content::Figure(index, id) => {
-                let figures = index.map_or_else(|| self.together(), |index| self.figures_of(index));
-                figures.all().find(|figure| figure.id == id).map(|figure| figure.svg_file())
-            }
             Content::Filter(index, consumer) => self.filter(index, consumer).ok(),
         }
     }

@@ -4,6 +4,7 @@ use std::{
     io,
     net::{SocketAddr, TcpListener},
     sync::Arc,
+    time::Duration,
 };
 
 use anyhow::{Context, Result, anyhow};
@@ -23,6 +24,9 @@ pub(crate) const PROGRAM: Program<'static> =
     Program { name: concat!("vn100 ", env!("CARGO_PKG_VERSION")), commit: option_env!("VN100_COMMIT") };
 
 const HOST_ADVICE: &str = ": --serve-host NAME allows it";
+
+/// How long the end of the program waits for readers of its last state.
+const GRACE: Duration = Duration::from_millis(500);
 
 /// Where a measurement is watched from elsewhere, before anything is measured.
 pub(crate) struct Watched {
@@ -64,6 +68,7 @@ impl Watched {
         say(announced(address, self.name()));
         let server = Server::start(ServeSpec {
             listener: self.listener,
+            grace: GRACE,
             host_names: self.names,
             host_advice: HOST_ADVICE,
             sources: sessions.into_iter().map(source).collect(),

@@ -28,12 +28,7 @@ fn the_emulated_residual_is_found() {
         assert_ne!(noise(&document, name)["bias_instability"]["status"], "estimated");
     }
     assert!(warned(&document, "follows-temperature"));
-    let points = channel(&document, "accel_y")["allan"]["points"].as_array().unwrap();
-    let told = noise(&document, "accel_y")["temperature"]["deviations"].clone();
-    for (point, told) in points.iter().zip(told.as_array().unwrap()) {
-        assert_eq!(&told["before"], &point["deviation"]);
-        assert!(number(&told["after"]) <= number(&told["before"]), "{told}");
-    }
+    assert!((0.1..1.0).contains(&number(&noise(&document, "accel_y")["temperature"]["largest_share"])));
     assert_eq!(noise(&document, "gyro_x")["withheld"], "temperature");
 }
 

@@ -77,6 +77,7 @@ fn page() -> SocketAddr {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();
         let spec = ServeSpec {
+            grace: Duration::ZERO,
             listener,
             host_names: vec!["bench".into()],
             host_advice: "",

@@ -158,15 +158,6 @@ impl OctaveSum {
         self.terms - self.gapped.windows
     }
 
-    /// The octave with another variance in counts², for example after removing the contribution of
-    /// the temperature; the sum of squares is rounded to a whole count².
-    #[must_use]
-    pub fn with_variance_counts2(self, variance: f64) -> Self {
-        let factor = self.variance_counts2().map_or(1.0, |own| if own > 0.0 { variance / own } else { 1.0 });
-        let sum_squares = self.sum_squares.map(|squares| (squares as f64 * factor).round() as u128);
-        Self { sum_squares, gapped: self.gapped.scaled(factor), ..self }
-    }
-
     /// Allan variance in counts², the sum over all windows / (2 m² n); Hadamard variance, / (6 m²
     /// n). `None` if the sum is unknown.
     #[must_use]

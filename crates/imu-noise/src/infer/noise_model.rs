@@ -14,6 +14,7 @@ mod scoring;
 mod search;
 mod shapes;
 mod spectral_rows;
+mod switching;
 mod term;
 mod thresholds;
 

@@ -1,6 +1,5 @@
-//! The temperature coefficient of the bias, and the share of the temperature in the deviations.
+//! The temperature coefficient of the bias.
 
-mod contribution;
 mod series;
 
 use core::fmt;
@@ -9,7 +8,6 @@ use super::chi_squared;
 use super::level_series::CosineTransform;
 use super::noise_model::{Rows, Scored, Structure, crossing};
 use crate::accumulate::temperature_blocks::TemperatureBlocks;
-pub use contribution::TemperatureContribution;
 use series::BlockSeries;
 
 /// Least range of the temperature for a coefficient, in °C.
@@ -37,6 +35,10 @@ const SHORT_LAG_S: f64 = 2.0;
 /// Lags that are not excluded when they lie close enough, and most refinements until they do.
 const CLOSE: usize = 4;
 const MOST_REFINEMENTS: usize = 6;
+
+/// Degrees of freedom of what the noise is known from, and halvings of a range.
+const DOF: [f64; 2] = [2.0, 10_000.0];
+const BISECTIONS: usize = 30;
 
 /// Why a record shows no temperature coefficient.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,8 +96,11 @@ pub struct TemperatureCoefficient {
     /// The longest lag that is searched is not excluded: the range may be wider.
     pub is_lag_open: bool,
     /// Probability that noise without any influence of the temperature would show as much, the
-    /// search for the lag allowed for.
+    /// number of lags that are searched allowed for.
     pub p: f64,
+    /// Share of the temperature in the power of the level, 0 to 1: the largest of all octaves of
+    /// frequency, with the noise as it is fitted.
+    pub largest_share: f64,
 }
 
 /// The search for the temperature coefficients of the axes of one record: holds what they have in
@@ -103,9 +108,9 @@ pub struct TemperatureCoefficient {
 ///
 /// The regression of block means on the temperature, passed through a first-order lag, in white noise,
 /// flicker noise and a random walk of any proportion, by the likelihood of their cosine
-/// coefficients. The value is the likeliest one; its limits are where the likelihood, noise and lag
-/// fitted anew, has fallen by what the level allows. Before the record the sensor is taken to have
-/// had the temperature that it begins with.
+/// coefficients. The value is the likeliest one; its limits are quantiles of the likelihood, noise
+/// fitted anew, over all lags that the record does not exclude, each as likely as any other. Before the
+/// record the sensor is taken to have had the temperature that it begins with.
 #[derive(Clone, Debug)]
 pub struct TemperatureSearch {
     series: BlockSeries,
@@ -172,8 +177,6 @@ impl TemperatureSearch {
         let fits = |bank: &[LaggedTemperature]| bank.iter().map(fit).collect::<Option<Vec<Scored>>>();
         let (mut bank, mut fitted) = (self.bank.clone(), fits(&self.bank)?);
         let most = |fitted: &[Scored]| fitted.iter().map(|of| of.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
-        let evidence = (2.0 * (most(&fitted) - without.log_likelihood)).max(0.0).sqrt();
-        let p = (2.0 * chi_squared::normal_above(evidence) * bank.len() as f64).min(1.0);
         let drop = 0.5 * z * z;
         // of those that the record does not exclude, the first and the last
         let left = |fitted: &[Scored]| {
@@ -193,20 +196,20 @@ impl TemperatureSearch {
         }
         let (first, last) = left(&fitted)?;
         let most = most(&fitted);
-        let limit = |sign: f64| {
-            let each = bank[first..=last].iter().zip(&fitted[first..=last]);
-            each.filter_map(|(lagged, of)| limit_of(&rows, lagged, of, sign, drop - (most - of.log_likelihood)))
-                .fold(f64::NEG_INFINITY, |farthest, limit| farthest.max(sign * limit))
-        };
+        let each = bank[first..=last].iter().zip(&fitted[first..=last]);
+        let parts: Vec<Part> = each.filter_map(|(lagged, of)| Part::new(&rows, lagged, of, most, z)).collect();
         let likeliest =
             (first..=last).max_by(|a, b| fitted[*a].log_likelihood.total_cmp(&fitted[*b].log_likelihood))?;
-        let [value, lower, upper] =
-            [*fitted[likeliest].multiples.first()?, -limit(-1.0), limit(1.0)].map(|value| value * unit_per_count);
+        let value = *fitted[likeliest].multiples.first()?;
+        let p = (2.0 * beyond(&parts, 0.0, -value.signum()) * bank.len() as f64).min(1.0);
+        let [lower, upper] = [-1.0, 1.0].map(|sign| end(&parts, sign, confidence));
+        let [value, lower, upper] = [value, lower?, upper?].map(|value| value * unit_per_count);
         let lag_range_s = (bank[first.saturating_sub(1)].lag_s, bank[(last + 1).min(bank.len() - 1)].lag_s);
         let is_lag_open = self.bank.last().is_some_and(|longest| lag_range_s.1 > 0.999 * longest.lag_s);
         let (lower, upper) = (lower.min(upper), lower.max(upper));
         let lag_s = bank[likeliest].lag_s;
-        Some(TemperatureCoefficient { value, lower, upper, lag_s, lag_range_s, is_lag_open, p })
+        let largest_share = largest_share(&bank[likeliest], &fitted[likeliest]);
+        Some(TemperatureCoefficient { value, lower, upper, lag_s, lag_range_s, is_lag_open, p, largest_share })
     }
 
     /// The temperature with lags from `from` to `to`, see [`log_lag`].
@@ -216,12 +219,20 @@ impl TemperatureSearch {
             |lag_s: f64| LaggedTemperature { lag_s, coefficients: self.transform.of(&self.series.lagged_c(lag_s)) };
         (0..LAGS).map(|place| of(lag_s(place).max(0.0))).collect()
     }
+}
 
-    /// What the temperature contributes with this coefficient to the axis with this number.
-    #[must_use]
-    pub fn contribution(&self, axis: usize, counts_per_degree: f64, lag_s: f64) -> Option<TemperatureContribution> {
-        TemperatureContribution::new(&self.series, axis, counts_per_degree, lag_s)
-    }
+/// Of the temperature in the power of any octave of frequency.
+fn largest_share(lagged: &LaggedTemperature, fitted: &Scored) -> f64 {
+    let multiple = fitted.multiples.first().copied().unwrap_or_default();
+    let each: Vec<(f64, f64)> =
+        lagged.coefficients.iter().zip(&fitted.expected).map(|(x, noise)| ((multiple * x).powi(2), *noise)).collect();
+    let octaves = core::iter::successors(Some(1), |first| Some(2 * first)).take_while(|first| *first <= each.len());
+    let share = |first: usize| {
+        let octave = &each[first - 1..(2 * first - 1).min(each.len())];
+        let (made, noise) = octave.iter().fold((0.0, 0.0), |(made, noise), (a, b)| (made + a, noise + b));
+        made / (made + noise)
+    };
+    octaves.map(share).fold(0.0, f64::max)
 }
 
 /// Evenly spaced from lag to lag.
@@ -235,16 +246,85 @@ fn structure<'a>(shape: &[&'a Vec<f64>]) -> Structure<'a> {
     Structure { components: vec![0, 1, 2], shapes, ..Structure::default() }
 }
 
-/// Where the likelihood with this lag has fallen by `drop`, above or below.
-fn limit_of(rows: &Rows, lagged: &LaggedTemperature, best: &Scored, sign: f64, drop: f64) -> Option<f64> {
-    let value = *best.multiples.first()?;
-    let each = lagged.coefficients.iter().zip(&best.expected);
-    let information: f64 = each.map(|(x, expected)| x * x / expected).sum();
-    let fall = |distance: f64| {
-        let held = Structure { held_shape: Some(value + sign * distance), ..structure(&[&lagged.coefficients]) };
-        rows.fit(&held, Some(best)).map_or(f64::INFINITY, |held| best.log_likelihood - held.log_likelihood)
+/// What one lag says of the coefficient: Student's distribution on either side of the likeliest value,
+/// which the likelihood follows if the noise is known from as many coefficients as that has degrees
+/// of freedom.
+struct Part {
+    weight: f64,
+    value: f64,
+    /// Below and above.
+    sides: [Side; 2],
+}
+
+struct Side {
+    scale: f64,
+    dof: f64,
+}
+
+impl Part {
+    fn new(rows: &Rows, lagged: &LaggedTemperature, best: &Scored, most: f64, z: f64) -> Option<Self> {
+        let value = *best.multiples.first()?;
+        let each = lagged.coefficients.iter().zip(&best.expected);
+        let deviation = 1.0 / each.map(|(x, expected)| x * x / expected).sum::<f64>().sqrt();
+        let sides = [-1.0, 1.0].map(|sign| {
+            let fall = |distance: f64| {
+                let held =
+                    Structure { held_shape: Some(value + sign * distance), ..structure(&[&lagged.coefficients]) };
+                rows.fit(&held, Some(best)).map_or(f64::INFINITY, |held| best.log_likelihood - held.log_likelihood)
+            };
+            Side::new(deviation, crossing(0.5 * z * z, deviation, fall), z)
+        });
+        let width: f64 = sides.iter().map(|side| side.scale).sum();
+        let weight = (best.log_likelihood - most).exp() * width;
+        weight.is_finite().then_some(Self { weight, value, sides })
+    }
+
+    const fn side(&self, sign: f64) -> &Side {
+        &self.sides[if sign < 0.0 { 0 } else { 1 }]
+    }
+}
+
+impl Side {
+    /// The logarithm falls as that of a normal distribution about the middle, and by z²/2 at `distance`.
+    fn new(deviation: f64, distance: f64, z: f64) -> Self {
+        let square = (distance / deviation).powi(2);
+        let [mut low, mut high] = DOF;
+        for _ in 0..BISECTIONS {
+            let dof = (low * high).sqrt();
+            let falls = (dof + 1.0) * (square / (dof + 1.0)).ln_1p();
+            if falls > z * z { high = dof } else { low = dof }
+        }
+        let dof = low;
+        Self { scale: distance / (dof * (z * z / (dof + 1.0)).exp_m1()).sqrt(), dof }
+    }
+}
+
+/// The probability of coefficients beyond `at`, above or below it, over all lags.
+fn beyond(parts: &[Part], at: f64, sign: f64) -> f64 {
+    let of = |part: &Part| {
+        let off = sign * (at - part.value);
+        let side = part.side(sign * off);
+        let tail = 0.5 * chi_squared::student_two_sided_above(off.abs() / side.scale, side.dof).unwrap_or(1.0);
+        part.weight * if off < 0.0 { 1.0 - tail } else { tail }
     };
-    (drop > 0.0).then(|| value + sign * crossing(drop, 1.0 / information.sqrt(), fall))
+    parts.iter().map(of).sum::<f64>() / parts.iter().map(|part| part.weight).sum::<f64>()
+}
+
+/// The end of the interval: between those of all lags alone.
+fn end(parts: &[Part], sign: f64, confidence: f64) -> Option<f64> {
+    let of = |part: &Part| {
+        let side = part.side(sign);
+        Some(part.value + sign * side.scale * chi_squared::student_two_sided(confidence, side.dof)?)
+    };
+    let ends = parts.iter().map(of).collect::<Option<Vec<f64>>>()?;
+    let (mut low, mut high) =
+        ends.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), end| (low.min(*end), high.max(*end)));
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (low + high);
+        let is_outside = beyond(parts, middle, sign) < 0.5 * (1.0 - confidence);
+        if is_outside == (sign > 0.0) { high = middle } else { low = middle }
+    }
+    (low <= high).then_some(0.5 * (low + high))
 }
 
 #[cfg(test)]

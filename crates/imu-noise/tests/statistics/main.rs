@@ -6,6 +6,7 @@ mod channel;
 mod disturbed;
 mod gaps;
 mod histogram;
+mod metamorphic;
 mod noise_changes;
 mod noise_model;
 mod normality;

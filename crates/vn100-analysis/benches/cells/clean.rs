@@ -6,15 +6,23 @@ use vn100_analysis::Stationarity;
 use super::{
     disturbances::kinds,
     families,
-    generators::{Flicker, White},
+    generators::{Flicker, Part, White},
     random::Random,
     record::SCORED,
     scoring::limits,
 };
 use crate::{Arguments, figures, in_parallel};
 
-const TAILS: [(&str, White); 3] =
-    [("Gaussian", White::Gaussian), ("Student t5", White::Student5), ("Laplace", White::Laplace)];
+const WHITES: [(&str, White); 5] = [
+    ("Gaussian", White::Gaussian),
+    ("Student t5", White::Student5),
+    ("Laplace", White::Laplace),
+    ("low-passed", White::LowPass { order: 2, corner: 0.2 }),
+    ("mean of 4", White::Window(4)),
+];
+
+/// Correlated over five seconds.
+const PROCESS: [Part; 1] = [Part::GaussMarkov { time_s: 5.0, deviation: 0.3 }];
 
 /// Findings in any of six channels, by the accumulators and searches alone.
 pub(crate) fn measure(arguments: &Arguments) {
@@ -33,8 +41,10 @@ fn of_length(arguments: &Arguments, minutes: usize) {
     let mut of_this_length = ChannelSignal::new(&plan);
     of_this_length.push(&vec![0; cell.samples()]);
     let search = LevelSearch::of([&of_this_length]);
-    for (name, white) in TAILS {
-        for (with, parts) in [("", &[][..]), (" and flicker", &cell.parts), (" and a walk", &walking.parts)] {
+    for (name, white) in WHITES {
+        let all: [(&str, &[Part]); 4] =
+            [("", &[]), (" and flicker", &cell.parts), (" and a walk", &walking.parts), (" and a process", &PROCESS)];
+        for (with, parts) in all {
             let name = format!("{name}{with}");
             let found = in_parallel(arguments.threads, records, |number| {
                 let mut random = Random::of_record(arguments.seed, &name, cell.samples(), number);

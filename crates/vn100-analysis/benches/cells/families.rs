@@ -186,11 +186,14 @@ impl Cells {
         let pairs = [0.5, 5.0, 20.0, 100.0]
             .into_iter()
             .flat_map(|time_s| [0.05, 0.1, 0.2, 0.5].map(|deviation| (time_s, deviation)));
-        pairs
-            .map(|(time_s, deviation)| {
-                self.cell(format!("{time_s} s, {deviation} sd"), &[Part::GaussMarkov { time_s, deviation }])
-            })
-            .collect()
+        let processes = pairs.map(|(time_s, deviation)| {
+            self.cell(format!("{time_s} s, {deviation} sd"), &[Part::GaussMarkov { time_s, deviation }])
+        });
+        let popcorn = [20.0, 60.0].into_iter().flat_map(|dwell_s| [0.1, 0.3].map(|deviation| (dwell_s, deviation)));
+        let popcorn = popcorn.map(|(dwell_s, deviation)| {
+            self.cell(format!("popcorn {dwell_s} s, {deviation} sd"), &[Part::Popcorn { dwell_s, deviation }])
+        });
+        processes.chain(popcorn).collect()
     }
 
     fn filters(&self) -> Vec<Cell> {

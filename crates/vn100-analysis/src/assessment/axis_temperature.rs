@@ -1,14 +1,12 @@
 //! What is known of an axis and the temperature of the sensor.
 
-use schemars::JsonSchema;
-use serde::Serialize;
 use std::fmt;
 
 use imu_noise::{NoCoefficient, TemperatureCoefficient};
 
-/// Share of the temperature in the variance of some octave from which on it would be taken for
-/// noise.
+/// Share of the temperature in an octave of the level from which on it would be taken for noise.
 const POSES_AS_NOISE: f64 = 0.1;
+
 /// How the bias of one axis follows the temperature of the sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisTemperature {
@@ -22,22 +20,6 @@ pub struct AxisTemperature {
     pub coefficient: Result<TemperatureCoefficient, WhyNoCoefficient>,
     /// The axes of the record together (Holm) prove that this one follows the temperature.
     pub is_proved: bool,
-    /// Of a proved coefficient the deviation of each octave, with and without what it contributes;
-    /// none where gaps leave less than nine tenths of the record in one stretch.
-    pub deviations: Vec<BeforeAndAfter>,
-}
-
-/// The deviation of an octave, in the unit of the channel.
-#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
-pub struct BeforeAndAfter {
-    /// Averaging factor.
-    pub m: u64,
-    /// Averaging time in seconds.
-    pub tau_s: f64,
-    /// As measured.
-    pub before: f64,
-    /// Without what the temperature made.
-    pub after: f64,
 }
 
 /// Why an axis has no temperature coefficient.
@@ -90,17 +72,11 @@ impl fmt::Display for WhyNoCoefficient {
 }
 
 impl AxisTemperature {
-    /// Bias instability, random walk and ramp would be fitted to what the temperature made: they
-    /// are no more than bounded. Not where it has less than a tenth of the variance of any octave.
+    /// The share of the temperature in the level, if bias instability, random walk and ramp would be
+    /// fitted to what the temperature made: it is proved, and above a tenth.
     #[must_use]
-    pub fn poses_as_noise(&self) -> bool {
-        self.is_proved && (self.deviations.is_empty() || self.largest_share() > POSES_AS_NOISE)
-    }
-
-    /// The most that the temperature has in the variance of an octave, 0 to 1.
-    #[must_use]
-    pub fn largest_share(&self) -> f64 {
-        let share = |BeforeAndAfter { before, after, .. }: &BeforeAndAfter| 1.0 - (after / before).powi(2);
-        self.deviations.iter().map(share).fold(0.0, f64::max)
+    pub fn share_as_noise(&self) -> Option<f64> {
+        let coefficient = self.coefficient.ok().filter(|_| self.is_proved)?;
+        Some(coefficient.largest_share).filter(|share| *share > POSES_AS_NOISE)
     }
 }

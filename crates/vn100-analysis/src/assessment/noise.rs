@@ -117,12 +117,21 @@ pub enum Withheld {
     /// Correlated noise that forgets within a small part of the record explains it about as well.
     #[serde(rename = "perhaps-correlated")]
     MayBeProcess,
+    /// Noise that switches between two levels explains it about as well.
+    #[serde(rename = "perhaps-switching")]
+    MayBeSwitching,
 }
 
 impl Withheld {
     /// All of them.
-    pub const ALL: [Self; 5] =
-        [Self::LevelChange, Self::Temperature, Self::MayBeCycle, Self::MayBeWarmUp, Self::MayBeProcess];
+    pub const ALL: [Self; 6] = [
+        Self::LevelChange,
+        Self::Temperature,
+        Self::MayBeCycle,
+        Self::MayBeWarmUp,
+        Self::MayBeProcess,
+        Self::MayBeSwitching,
+    ];
 }
 
 impl ChannelNoise {
@@ -131,12 +140,13 @@ impl ChannelNoise {
     pub fn withheld(&self) -> Option<Withheld> {
         match () {
             // what follows the temperature is a change of the level too
-            () if self.temperature.as_ref().is_some_and(AxisTemperature::poses_as_noise) => Some(Withheld::Temperature),
+            () if self.follows_temperature() => Some(Withheld::Temperature),
             () if self.level_changes => Some(Withheld::LevelChange),
             () => SLOW.into_iter().find_map(|term| self.fit.rival(term)).map(|rival| match rival {
                 Rival::Cycle => Withheld::MayBeCycle,
                 Rival::WarmUp => Withheld::MayBeWarmUp,
                 Rival::Process => Withheld::MayBeProcess,
+                Rival::Switching => Withheld::MayBeSwitching,
             }),
         }
     }
@@ -254,6 +264,10 @@ impl ChannelNoise {
         Some(curve_minimum(&white?, &bias?, &walk?))
     }
 
+    fn follows_temperature(&self) -> bool {
+        self.temperature.as_ref().and_then(AxisTemperature::share_as_noise).is_some()
+    }
+
     fn bound_slow_terms(&mut self) {
         let is_estimated = |term: &Term| self.fit.parameter(*term).is_some_and(|p| p.status == Status::Estimated);
         let estimated: Vec<Term> = SLOW.into_iter().filter(is_estimated).collect();
@@ -289,7 +303,7 @@ pub(super) fn withhold_changes_of_level(channels: &mut [ChannelAssessment]) {
 /// Bounds the slow terms where they would be fitted to what the temperature made.
 pub(super) fn withhold_what_temperature_made(channels: &mut [ChannelAssessment]) {
     for noise in channels.iter_mut().filter_map(|channel| channel.noise.as_mut()) {
-        if noise.temperature.as_ref().is_some_and(AxisTemperature::poses_as_noise) {
+        if noise.follows_temperature() {
             noise.bound_slow_terms();
         }
     }

@@ -1,14 +1,12 @@
 //! How the bias of each axis follows the temperature of the sensor.
 
 use crate::hypothesis_tests::holm;
-use imu_noise::{
-    NoCoefficient, OctaveSum, PROVED_P, TemperatureCoefficient, TemperatureContribution, TemperatureSearch,
-};
+use imu_noise::{NoCoefficient, PROVED_P, TemperatureCoefficient, TemperatureSearch};
 use vn100_protocol::Channel;
 
 use super::{
     ChannelAssessment, ChannelNoise, LongTauValidity,
-    axis_temperature::{AxisTemperature, BeforeAndAfter, WhyNoCoefficient},
+    axis_temperature::{AxisTemperature, WhyNoCoefficient},
 };
 use crate::{
     in_parallel::in_parallel,
@@ -54,7 +52,7 @@ pub(super) fn warning(snapshot: &Snapshot, channels: &[ChannelAssessment]) -> Op
     let following = |(channel, _, assessed)| -> Option<(&Channel, f64)> {
         let assessed: &ChannelAssessment = assessed;
         let temperature = assessed.noise.as_ref()?.temperature.as_ref()?;
-        temperature.poses_as_noise().then(|| (channel, temperature.largest_share()))
+        Some((channel, temperature.share_as_noise()?))
     };
     let axes: Vec<(&Channel, f64)> = snapshot.assessed(channels).filter_map(following).collect();
     let (worst, share) = axes.iter().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
@@ -77,18 +75,8 @@ pub(super) fn add(snapshot: &Snapshot, was_moved: bool, confidence: f64, channel
     };
     let found = coefficients(snapshot, &search, confidence, why_none);
     let search = search.as_ref().ok();
-    for (place, (found, (channel, results))) in found.into_iter().zip(snapshot.measured()).enumerate() {
+    for (place, found) in found.into_iter().enumerate() {
         let Some((coefficient, is_proved)) = found else { continue };
-        let deviations = match (&coefficient, search, temperature.axis(place)) {
-            (Ok(coefficient), Some(search), Some(axis)) if is_proved => {
-                let per_degree = coefficient.value / channel.in_unit(1.0);
-                let contribution = search.contribution(axis, per_degree, coefficient.lag_s);
-                contribution.map_or_else(Vec::new, |made| {
-                    before_and_after(channel, &results.octaves, &made, snapshot.rate_of(results))
-                })
-            }
-            _ => Vec::new(),
-        };
         let noise: Option<&mut ChannelNoise> = channels.get_mut(place).and_then(|channel| channel.noise.as_mut());
         if let Some(noise) = noise {
             noise.temperature = Some(AxisTemperature {
@@ -97,29 +85,7 @@ pub(super) fn add(snapshot: &Snapshot, was_moved: bool, confidence: f64, channel
                 is_polled: temperature.is_polled(),
                 coefficient,
                 is_proved,
-                deviations,
             });
         }
     }
-}
-
-/// The deviations as measured, and without what the temperature made.
-fn before_and_after(
-    channel: &Channel,
-    sums: &[OctaveSum],
-    made: &TemperatureContribution,
-    rate_hz: f64,
-) -> Vec<BeforeAndAfter> {
-    let of_block = sums.iter().find(|sum| sum.m == made.block_length());
-    let of_block = of_block.and_then(OctaveSum::variance_counts2).unwrap_or(0.0);
-    let without = |sum: &OctaveSum| match sum.variance_counts2() {
-        Some(variance) => sum.with_variance_counts2(made.variance_without(sum.deviation, sum.m, variance, of_block)),
-        None => *sum,
-    };
-    let of = |sum: &OctaveSum| sum.deviation_counts().map(|counts| channel.in_unit(counts).abs());
-    let both = |sum: &OctaveSum| {
-        let (before, after) = (of(sum)?, of(&without(sum))?);
-        Some(BeforeAndAfter { m: sum.m, tau_s: sum.m as f64 / rate_hz, before, after })
-    };
-    sums.iter().filter_map(both).collect()
 }

@@ -8,8 +8,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::assessment::{
-    Aliasing, AxisTemperature, BeforeAndAfter, ChannelNoise, DetectableRrw, LongTauValidity, NoGrade, RateShare,
-    WhiteBudget, WhyNoCoefficient, Withheld,
+    Aliasing, AxisTemperature, ChannelNoise, DetectableRrw, LongTauValidity, NoGrade, RateShare, WhiteBudget,
+    WhyNoCoefficient, Withheld,
 };
 
 /// The noise model of an axis.
@@ -139,10 +139,8 @@ pub struct TemperatureResult {
     pub correlation_with_time: Option<f64>,
     /// Where the temperature comes from: stream or register.
     pub from: &'static str,
-    /// The most that it has in the variance of an octave, 0 to 1.
+    /// If it is proved, the most that it has in the power of an octave of the level, 0 to 1.
     pub largest_share: Option<f64>,
-    /// Deviation of each octave with and without the temperature; empty if it is not proved.
-    pub deviations: Vec<BeforeAndAfter>,
     /// Why there is no coefficient, with the numbers of this record.
     #[serde(skip)]
     pub why: Option<WhyNoCoefficient>,
@@ -328,8 +326,7 @@ impl TemperatureResult {
             excursion_degc: temperature.excursion_c,
             correlation_with_time: temperature.correlation_with_time,
             from: if temperature.is_polled { "register" } else { "stream" },
-            largest_share: (!temperature.deviations.is_empty()).then(|| temperature.largest_share()),
-            deviations: temperature.deviations.clone(),
+            largest_share: found.filter(|_| temperature.is_proved).map(|found| found.largest_share),
             why,
         }
     }

@@ -105,7 +105,7 @@ fn by_sample(axes: &[AxisNoise<'_>], term: Term, name: &str) -> Markup {
     })
 }
 
-/// The coefficient of the bias, its lag, and how much of the deviation is the temperature's.
+/// The coefficient of the bias, its lag, and how much of the level is the temperature's.
 fn temperature(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
     let found = |noise: &NoiseResult| noise.temperature.clone().filter(|found| found.reason.is_none());
     let of = |noise: &NoiseResult| noise.temperature.as_ref().map(|found| found.parameter);
@@ -117,7 +117,7 @@ fn temperature(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
             @if axes.iter().any(|(_, noise)| found(noise).is_some()) {
                 (row(axes, "lag behind the temperature", "s", |noise| found(noise).and_then(|found| lag(&found))))
                 (row(axes, "p without the coefficient", "", |noise| found(noise)?.parameter.p.map(p_value)))
-                (row(axes, "largest share of temperature in the variance of an octave", "%", |noise| found(noise).and_then(share)))
+                (row(axes, "largest share of temperature in an octave of the level", "%", |noise| found(noise).and_then(share)))
             }
             @if let Some(why) = why {
                 tr { th colspan=(axes.len() + 2) scope="rowgroup" { span { "No temperature coefficient: " (why.to_string()) } } }

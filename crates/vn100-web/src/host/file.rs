@@ -54,7 +54,7 @@ impl Read for Opened {
             let count = read_at(self.at, &mut self.piece);
             self.piece.truncate(count.unwrap_or(0));
             self.piece_at = self.at;
-            count.ok_or_else(|| io::Error::other("the browser can no longer read the file"))?;
+            count.ok_or_else(|| io::Error::other("the browser cannot read it: it was moved or changed, or it is a folder (of a bag, drop the file in it)"))?;
         }
         let count = (&self.piece[(self.at - self.piece_at) as usize..]).read(buffer)?;
         self.at += count as u64;

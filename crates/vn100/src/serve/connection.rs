@@ -28,7 +28,7 @@ use tokio::{
 };
 use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
-use crate::serve::{GRACE, guard::Local};
+use crate::serve::guard::Local;
 
 /// Connections at the same time; further ones are closed at once.
 const CONNECTIONS: usize = 128;
@@ -47,8 +47,9 @@ const HEADERS: usize = 64;
 /// files.
 const ACCEPT_AGAIN: Duration = Duration::from_millis(200);
 
-/// Accepts connections and answers their requests until `over` is cancelled.
-pub(crate) async fn accept(listener: TcpListener, router: Router, over: &CancellationToken) {
+/// Accepts connections and answers their requests until `over` is cancelled, and waits for those
+/// that are open, `grace` at most.
+pub(crate) async fn accept(listener: TcpListener, router: Router, grace: Duration, over: &CancellationToken) {
     let free = Arc::new(Semaphore::new(CONNECTIONS));
     let open = TaskTracker::new();
     loop {
@@ -66,7 +67,7 @@ pub(crate) async fn accept(listener: TcpListener, router: Router, over: &Cancell
         }
     }
     open.close();
-    let _ = time::timeout(GRACE, open.wait()).await;
+    let _ = time::timeout(grace, open.wait()).await;
 }
 
 async fn answer(stream: TcpStream, router: Router, over: CancellationToken, _place: OwnedSemaphorePermit) {
@@ -160,7 +161,7 @@ mod tests {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let (address, over) = (listener.local_addr().unwrap(), CancellationToken::new());
         let token = over.clone();
-        tokio::spawn(async move { accept(listener, router, &token).await });
+        tokio::spawn(async move { accept(listener, router, Duration::ZERO, &token).await });
         (address, over)
     }
 

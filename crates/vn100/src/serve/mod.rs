@@ -53,13 +53,13 @@ const PERIOD: Duration = Duration::from_secs(1);
 /// The most streams of events that stay open at the same time.
 const STREAMS: usize = 16;
 
-/// How long readers may take for the last state before the server ends without them.
-const GRACE: Duration = Duration::from_millis(500);
-
 /// What a [`Server`] serves, and to whom.
 pub(crate) struct ServeSpec {
     /// Accepts the connections to the page.
     pub(crate) listener: TcpListener,
+    /// How long the drawing of the last state, and then the readers, may take before the server
+    /// ends without them.
+    pub(crate) grace: Duration,
     /// Host names that a request may ask for, besides the addresses of this machine.
     pub(crate) host_names: Vec<String>,
     /// What an answer that refuses another host name advises.
@@ -85,8 +85,8 @@ pub(crate) struct ServedSource {
     pub(crate) goals: Goals,
 }
 
-/// A running server. It serves until it is dropped, which waits half a second at most for slow
-/// readers and then for the end of its thread.
+/// A running server. It serves until it is dropped, which waits for slow readers as long as
+/// [`ServeSpec::grace`] says, and then for the end of its thread.
 #[derive(Debug)]
 pub(crate) struct Server {
     ending: CancellationToken,
@@ -107,8 +107,9 @@ impl Server {
             let runtime =
                 Builder::new_current_thread().enable_all().thread_name("vn100-drawing").max_blocking_threads(1).build();
             if let Ok(runtime) = runtime {
+                let grace = spec.grace;
                 let _ = runtime.block_on(serve(spec, token));
-                runtime.shutdown_timeout(GRACE);
+                runtime.shutdown_timeout(grace);
             }
         };
         let thread = Some(thread::Builder::new().name("vn100-serve".into()).spawn(run)?);
@@ -159,15 +160,15 @@ async fn serve(spec: ServeSpec, ending: CancellationToken) -> io::Result<()> {
         over: CancellationToken::new(),
         hosts,
     });
-    let keeping = tokio::spawn(keep_drawn(Arc::clone(&app), ending.clone()));
-    connection::accept(listener, routes::router(&app), &app.over).await;
+    let keeping = tokio::spawn(keep_drawn(Arc::clone(&app), spec.grace, ending.clone()));
+    connection::accept(listener, routes::router(&app), spec.grace, &app.over).await;
     // a panic of the task was reported where it occurred
     let _ = keeping.await;
     Ok(())
 }
 
 /// Draws the page as long as it has readers, and once more at the end. Then all is over.
-async fn keep_drawn(app: Arc<App>, ending: CancellationToken) {
+async fn keep_drawn(app: Arc<App>, grace: Duration, ending: CancellationToken) {
     // after a panic too, as the end of the server is waited for
     let _over = app.over.clone().drop_guard();
     let mut ticks = time::interval(PERIOD);
@@ -186,6 +187,6 @@ async fn keep_drawn(app: Arc<App>, ending: CancellationToken) {
         }
     }
     if app.page.receiver_count() > 0 {
-        let _ = time::timeout(GRACE, app.draw()).await;
+        let _ = time::timeout(grace, app.draw()).await;
     }
 }

@@ -119,11 +119,6 @@ impl Gapped {
     pub(super) fn square_sum(&self) -> Option<f64> {
         self.squares.map(|squares| squares as f64 / f64::from(1 << FRACTION_BITS))
     }
-
-    /// The sums with squares multiplied by this factor, rounded once.
-    pub(super) fn scaled(self, factor: f64) -> Self {
-        Self { squares: self.squares.map(|squares| (squares as f64 * factor).round() as u128), ..self }
-    }
 }
 
 /// The sum of squares, each with an exact numerator: 61 bits of a sum, twice 30 of the numbers of

@@ -17,22 +17,23 @@ use crate::infer::chi_squared;
 impl NoiseModel {
     /// Fits the model to one channel.
     ///
-    /// One penalised likelihood of the density: segments of the spectrum, the cosine coefficients of
-    /// the level, and of the octaves what neither holds. Components are white noise behind any
-    /// filter that forgets within forty samples, of whose stop band the record says nothing, flicker noise, a random walk, Gauss-Markov processes with correlation times
-    /// of 20 samples times powers of four up to a sixteenth of the record, and lines; the mean may
-    /// have a ramp, a warm-up or a cycle. The order of the filter is not chosen: intervals hold with
-    /// every structure that the record does not decide against.
+    /// One penalised likelihood of the density: segments of the spectrum, the cosine coefficients of the
+    /// level, and of the octaves what neither holds. Components are white noise behind any filter that
+    /// forgets within forty samples, of whose stop band the record says nothing, flicker noise, a random
+    /// walk, Gauss-Markov processes with correlation times of a thirty-second of the record over powers
+    /// of four down to ten samples, and lines; the mean may have a ramp, a warm-up or a cycle. The order
+    /// of the filter is not chosen: intervals hold with every structure that the record does not decide
+    /// against.
     ///
-    /// A parameter is [`Status::Estimated`] where the likelihood excludes its absence by more than
-    /// 1.96 standard deviations (a ramp by 2.25) beside every warm-up, cycle and process; else it is
-    /// bounded from above, and [`NoiseFit::rival`] says what explains as much. Limits are where the
-    /// likelihood has fallen by what the level `confidence` (0 < p < 1) allows, all other parameters
-    /// fitted anew; the bound is the upper end of the two-sided interval, so that the level holds
-    /// whichever comes out. Where density and octaves deviate from the model more than by chance,
-    /// limits are wider by as much; beyond six times the expected squares the model is rejected, and
-    /// N is bounded by the curve. It is bounded by the fit where lines cover more than half of the
-    /// frequencies. N lies below what the octaves longer than any possible filter leave.
+    /// A parameter is [`Status::Estimated`] where the likelihood excludes its absence by more than 1.96
+    /// standard deviations (a ramp by 2.25) beside every warm-up, cycle, process and noise that switches
+    /// between two levels; else it is bounded from above, and [`NoiseFit::rival`] says what explains as
+    /// much. Limits are where the likelihood has fallen by what the level `confidence` (0 < p < 1)
+    /// allows, all other parameters fitted anew; the bound is the upper end of the two-sided interval, so
+    /// that the level holds whichever comes out. Where density and octaves deviate from the model more
+    /// than by chance, limits are wider by as much; beyond six times the expected squares the model is
+    /// rejected, and N is bounded by the curve. It is bounded by the fit where lines cover more than half
+    /// of the frequencies. N lies below what the octaves longer than any possible filter leave.
     #[must_use]
     pub fn fit(&self, curve: &ChannelCurve<'_>, confidence: f64) -> NoiseFit {
         self.fit_octaves(curve, self.octaves(), confidence)
@@ -109,6 +110,8 @@ impl<'a> ReadOut<'a> {
         let has_ramp = model.terms.contains(Term::RateRamp);
         let shapes = data.level.as_ref().map(|level| model.shapes(level.coefficients.len() + 1));
         let search = Search::new(data, &model.layout, shapes, has_ramp, z)?;
+        // what is expected on average is the level of no one record
+        let _ = search.switching.set(f64::NEG_INFINITY);
         Some(Self { model, data, search: Some(search), has_ramp, tails: 0.0, lacks_free_band: false, z })
     }
 

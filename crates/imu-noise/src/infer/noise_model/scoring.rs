@@ -77,7 +77,7 @@ pub(in crate::infer) struct Scored {
     /// The same with what the ramp took of it.
     targets: Vec<f64>,
     /// What the restriction takes off the log-likelihood.
-    restriction: f64,
+    pub(super) restriction: f64,
     /// Near the likeliest parameters.
     information: Information,
 }

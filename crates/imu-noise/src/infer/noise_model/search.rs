@@ -5,7 +5,7 @@
 //! limit of a parameter is where the best of all structures has fallen by what the level of
 //! confidence allows; a term is there if the best structure without it is that much worse.
 
-use core::ops::Range;
+use core::{cell::OnceCell, f64::consts::PI, ops::Range};
 use std::sync::Arc;
 
 use super::{
@@ -13,9 +13,10 @@ use super::{
     scoring::{Covariance, Rows, Scored, Structure},
     shapes::{FoundShape, MeanShape, MeanShapes},
     spectral_rows::ChannelData,
+    switching,
     thresholds::{
         BENT_LINE, BESIDE_KNOWN_AVERAGING, CYCLE, DEFINITE, FILTER_IN_VALUE, FILTERS, LEAST_RISE, MOST_DEFINITE,
-        OVERDISPERSED, PRESENT, PROCESSES, PROCESSES_IN_VALUE, RAMP_PRESENT, RELAXATION,
+        OVERDISPERSED, PRESENT, PROCESSES, PROCESSES_IN_VALUE, RAMP_PRESENT, RELAXATION, SWITCHING_PARAMETERS,
     },
 };
 use crate::infer::chi_squared;
@@ -86,6 +87,8 @@ pub enum Rival {
     Cycle,
     /// Noise with a correlation time that is short beside the record.
     Process,
+    /// Noise that switches between two levels.
+    Switching,
 }
 
 /// What the record says of one parameter.
@@ -116,6 +119,8 @@ pub(super) struct Search<'a> {
     pub(super) dispersion: f64,
     pub(super) chi2: f64,
     pub(super) dof: usize,
+    /// By how much two levels explain the level better than the likeliest structure does.
+    pub(super) switching: OnceCell<f64>,
 }
 
 /// A shape of the mean with its penalty.
@@ -136,10 +141,20 @@ impl<'a> Search<'a> {
         z: f64,
     ) -> Option<Self> {
         let rows = data.rows(&layout.components, has_ramp && shapes.is_none());
-        let (candidates, dispersion) = (Vec::new(), 1.0);
-        let definite = Vec::new();
-        let mut search =
-            Self { data, layout, shapes, has_ramp, z, rows, candidates, definite, dispersion, chi2: 0.0, dof: 1 };
+        let mut search = Self {
+            data,
+            layout,
+            shapes,
+            has_ramp,
+            z,
+            rows,
+            candidates: Vec::new(),
+            definite: Vec::new(),
+            dispersion: 1.0,
+            chi2: 0.0,
+            dof: 1,
+            switching: OnceCell::new(),
+        };
         search.find_definite_shapes();
         search.scan_filters();
         search.add_processes();
@@ -400,9 +415,14 @@ impl<'a> Search<'a> {
         let Some((likeliest, _)) = explained.first() else {
             return Found { value: 0.0, lower: 0.0, upper: f64::INFINITY, evidence: 0.0, rival: None };
         };
-        let evidence = bare
+        let mut evidence = bare
             .map_or(f64::INFINITY, |(score, _)| (2.0 * (likeliest.score - score).max(0.0) / self.dispersion).sqrt());
-        let rival = bare.and_then(|(_, rival)| rival).filter(|_| is_there && evidence <= PRESENT);
+        let mut rival = bare.and_then(|(_, rival)| rival).filter(|_| is_there && evidence <= PRESENT);
+        let blocks = (rows.level.len() + 1) as f64;
+        let switching = || best.score + self.switching_rise() - SWITCHING_PARAMETERS * 0.5 * blocks.ln();
+        if evidence > PRESENT && switching() > likeliest.score - 0.5 * PRESENT * PRESENT {
+            (evidence, rival) = (0.0, Some(Rival::Switching));
+        }
         let value = likeliest.scored.parameters[column];
         let (lower, upper) = self.limits_of(column, &explained, evidence > PRESENT);
         Found { value, lower, upper, evidence, rival }
@@ -500,6 +520,22 @@ impl<'a> Search<'a> {
         self.candidates.iter().find(|other| other.has_processes == has_processes)
     }
 
+    /// See [`switching`](Self::switching): of the level without the shapes that it is known to have.
+    fn switching_rise(&self) -> f64 {
+        let of_record = || {
+            let (rows, best) = (&self.rows, &self.best().scored);
+            let rest = |(k, coefficient): (usize, &f64)| {
+                let each = self.known_shapes().into_iter().zip(&best.multiples);
+                coefficient - each.map(|(shape, multiple)| multiple * shape[k]).sum::<f64>()
+            };
+            let rest: Vec<f64> = rows.level.iter().enumerate().map(rest).collect();
+            let each = rest.iter().zip(&best.expected[rows.first_level..]);
+            let known: f64 = each.map(|(rest, expected)| -0.5 * (rest * rest / expected + expected.ln())).sum();
+            switching::log_likelihood(&levels(&rest), self.ramp().is_some()) - (known - best.restriction)
+        };
+        *self.switching.get_or_init(of_record)
+    }
+
     /// Whether processes explain the record better than the terms alone, beyond the penalty.
     pub(super) fn rise_by_processes(&self) -> f64 {
         let score = |has_processes| self.likeliest(has_processes).map_or(f64::NEG_INFINITY, |of| of.score);
@@ -592,6 +628,18 @@ impl<'a, 's> Profile<'a, 's> {
         }
         best * (-crossing(drop, self.deviation / best, |distance| self.fall(best * (-distance).exp()))).exp()
     }
+}
+
+/// The level by block from its cosine coefficients, see [`LevelSeries`](crate::infer::level_series).
+fn levels(coefficients: &[f64]) -> Vec<f64> {
+    let blocks = coefficients.len() + 1;
+    let scale = (2.0 / blocks as f64).sqrt();
+    let at = |block: usize| {
+        let turn = PI * (block as f64 + 0.5) / blocks as f64;
+        let each = (1..).zip(coefficients).map(|(k, coefficient)| coefficient * (f64::from(k) * turn).cos());
+        scale * each.sum::<f64>()
+    };
+    (0..blocks).map(at).collect()
 }
 
 /// Warm-up or cycle.

@@ -13,10 +13,6 @@ const LEAST_READ: f64 = 0.9;
 #[derive(Clone, Debug)]
 pub(super) struct BlockSeries {
     pub(super) block_s: f64,
-    /// Samples of a block.
-    pub(super) length: u64,
-    /// Places of the first and the last block of the whole record.
-    pub(super) record: Range<u64>,
     /// Of each axis the block means less the first one, in counts.
     pub(super) axes: Vec<Vec<f64>>,
     /// Less the first one.
@@ -44,11 +40,8 @@ impl BlockSeries {
         let read = |(_, block): (usize, &Presence)| {
             (block.readings > 0).then(|| degrees_per_count * mean(block.temperature_counts, block.readings))
         };
-        let first = blocks.blocks().iter().position(|block| block.samples > 0).unwrap_or(0);
         Self {
             block_s: blocks.length() as f64 * interval_s,
-            length: blocks.length(),
-            record: first as u64..blocks.blocks().len() as u64,
             axes: (0..blocks.axes()).map(axis).collect(),
             temperatures_c: less_first(interpolated(&places().map(read).collect::<Vec<_>>())),
         }

@@ -3,8 +3,6 @@
 use std::f64::consts::TAU;
 
 use super::*;
-use crate::ChannelAccumulator;
-use crate::accumulate::record::{Deviation, Estimator};
 
 const INTERVAL_S: f64 = 0.025;
 
@@ -164,26 +162,4 @@ fn a_few_readings_are_enough_and_nothing_is_taken_across_a_break() {
     let search = TemperatureSearch::new(&broken, INTERVAL_S, 0.1).unwrap();
     let end_s = search.series.duration_s();
     assert!((1190.0..=1200.0).contains(&end_s), "{end_s} s");
-    assert!(search.contribution(0, 20.0, 0.0).is_none(), "a third of the record is elsewhere");
-}
-
-#[test]
-fn without_its_contribution_the_noise_is_left() {
-    let (with, without) =
-        (SyntheticRecord::new(1800, cycle, 0.2, 0.0, 9), SyntheticRecord::new(1800, cycle, 0.0, 0.0, 9));
-    let contribution = with.search().unwrap().contribution(0, 20.0, 0.0).unwrap();
-    let sums = |record: &SyntheticRecord| {
-        let mut channel = ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
-        channel.push(&record.axis);
-        channel.octaves().sums().filter_map(|sum| Some((sum.m, sum.variance_counts2()?))).collect::<Vec<_>>()
-    };
-    let measured = sums(&with);
-    let of_block = measured.iter().find(|(m, _)| *m == contribution.block_length()).unwrap().1;
-    for ((m, variance), (_, clean)) in measured.iter().zip(sums(&without)) {
-        let left = contribution.variance_without(Deviation::Allan, *m, *variance, of_block);
-        // half of the range of the longest octave is one window
-        assert!((left / clean - 1.0).abs() < 0.15, "{m}: {variance} to {left}, not {clean}");
-    }
-    let most = measured.iter().zip(sums(&without)).map(|((_, with), (_, without))| with / without).fold(0.0, f64::max);
-    assert!(most > 100.0, "{most}");
 }

@@ -61,8 +61,11 @@ fn axes_follow_the_temperature_of_the_stream() {
         let coefficient = found.coefficient.unwrap();
         assert!((coefficient.value / truth - 1.0).abs() < 0.1, "{name} {coefficient:?}");
         assert!(coefficient.lower < truth && truth < coefficient.upper, "{name} {coefficient:?}");
-        assert!(found.is_proved && found.poses_as_noise() && !found.is_polled);
-        assert!(found.largest_share() > 0.9 && found.excursion_c.is_some_and(|range| (3.9..4.2).contains(&range)));
+        assert!(found.is_proved && !found.is_polled);
+        assert!(
+            found.share_as_noise().is_some_and(|share| share > 0.9)
+                && found.excursion_c.is_some_and(|range| (3.9..4.2).contains(&range))
+        );
     }
     let status = |(snapshot, assessment): &(Snapshot, Assessment), term| {
         let place = snapshot.layout_channels().iter().position(|channel| channel.name == "gyro_y").unwrap();
@@ -74,12 +77,6 @@ fn axes_follow_the_temperature_of_the_stream() {
     let (_, assessment) = &measured;
     let warning = assessment.warnings.iter().find(|warning| warning.kind == WarningKind::FollowsTemperature).unwrap();
     assert_eq!(warning.channels.len(), 6);
-    let found = of(&measured, "gyro_y");
-    // what is left of each octave is white: √(1/12) of 2000 counts, over √m
-    for octave in found.deviations.iter().filter(|octave| octave.m <= 1024) {
-        let white = 2000e-6 / (12.0 * octave.m as f64).sqrt();
-        assert!((octave.after / white - 1.0).abs() < 0.25 && octave.after <= octave.before, "{octave:?}");
-    }
     assert!(measured.1.channels[8].stationarity.level_change.is_some(), "a cycle of the level");
 }
 
