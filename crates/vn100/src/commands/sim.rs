@@ -1,5 +1,7 @@
 //! `vn100 sim`: the emulated sensor on a serial port or at a TCP address, or a capture of it.
 
+#[cfg(target_os = "linux")]
+mod pseudo_terminal;
 mod tcp;
 mod twin;
 
@@ -12,18 +14,18 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use tokio::{runtime::Runtime, task, time};
+use tokio::{runtime::Runtime, time};
 use vn100_analysis::Completion;
 use vn100_capture::{Clock, RecordingWriter};
 use vn100_protocol::stream::Chunk;
-#[cfg(target_os = "linux")]
-use vn100_sim::pty::{PtyOptions, PtyStats, serve};
 use vn100_sim::{Generator, PacketStream, capture::write_next};
 
+#[cfg(target_os = "linux")]
+use self::pseudo_terminal::emulate;
 use self::{tcp::TcpSensor, twin::twin_of};
 use crate::{
-    args::{CaptureMessage, SimArgs, SimSensorArgs},
-    emulated_sensor::{device, emulated_port},
+    args::{CaptureMessage, SimArgs},
+    emulated_sensor::emulated_port,
     exit::{HangUp, print, report, stop_on_interrupt},
 };
 
@@ -63,32 +65,6 @@ fn emulate_at(address: SocketAddr, args: &SimArgs) -> Result<Completion> {
 #[cfg(not(target_os = "linux"))]
 fn emulate(_: &SimArgs) -> Result<Completion> {
     bail!("--link needs a pseudo-terminal of Linux: --tcp serves the sensor at a TCP address")
-}
-
-/// The sensor on a pseudo-terminal.
-#[cfg(target_os = "linux")]
-fn emulate(args: &SimArgs) -> Result<Completion> {
-    let runtime = Runtime::new().context("cannot start the worker threads")?;
-    runtime.block_on(async {
-        let stop = stop_on_interrupt(HangUp::Stops)?;
-        let SimSensorArgs { faults, seed, .. } = args.sensor.clone();
-        let options = PtyOptions { link: args.link.clone(), faults, seed, ..PtyOptions::default() };
-        let sensor = serve(device(&args.sensor), options)?;
-        let path = args.link.clone().unwrap_or_else(|| sensor.path());
-        print(&format!("{}\n", path.display()))?;
-        match args.duration {
-            Some(duration) => _ = time::timeout(duration, stop.cancelled()).await,
-            None => stop.cancelled().await,
-        }
-        let stats = task::spawn_blocking(|| sensor.stop()).await.context("internal error: the emulator stopped")??;
-        let PtyStats { openings, bytes_sent, bytes_dropped, bytes_unread } = stats;
-        report(&format!(
-            "opened {}, {bytes_sent} bytes sent; dropped: {bytes_dropped} because the terminal was full, {bytes_unread} because no \
-             program read them",
-            times(openings)
-        ));
-        Ok(Completion::Complete)
-    })
 }
 
 fn times(openings: u64) -> String {
