@@ -130,7 +130,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(24))]
 
         #[test]
-        fn two_levels_are_likelier_than_noise_and_noise_is_not_two_levels(
+        fn two_levels_are_likelier_than_noise_in_any_unit(
             seed: u64,
             blocks in 40..128_usize,
             dwell in 5..12_usize,
@@ -139,7 +139,6 @@ mod tests {
             let white = noise(seed, blocks);
             let switching: Vec<f64> =
                 white.iter().enumerate().map(|(i, noise)| noise + (i / dwell % 2) as f64 * 6.0).collect();
-            prop_assert!(log_likelihood(&white, false) < of_white(&white) + 10.0);
             let found = log_likelihood(&switching, false);
             prop_assert!(found > of_white(&switching) + 15.0);
             // densities are those of another unit
@@ -147,6 +146,18 @@ mod tests {
             let other: Vec<f64> = switching.iter().map(|value| 7.0 - scale * value).collect();
             prop_assert!((log_likelihood(&other, false) - (found - (blocks - 1) as f64 * scale.ln())).abs() < 1e-3);
         }
+    }
+
+    /// White noise is taken for two levels, at half the logarithm of the blocks for each of their four
+    /// parameters, in few records: outliers may be a level of their own.
+    #[test]
+    fn noise_is_rarely_two_levels() {
+        let rises = |seed: u64, blocks: usize| {
+            let white = noise(seed, blocks);
+            log_likelihood(&white, false) - of_white(&white) > 2.0 * (blocks as f64).ln()
+        };
+        let taken = [40, 64, 127].map(|blocks| (0..400).filter(|seed| rises(*seed * 7919, blocks)).count());
+        assert!(taken.iter().all(|taken| *taken <= 10), "{taken:?} of 400");
     }
 
     #[test]
