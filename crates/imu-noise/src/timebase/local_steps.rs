@@ -17,22 +17,14 @@ const BLOCK: usize = 64;
 const CHANGED: f64 = 0.15;
 const SAME: f64 = 0.06;
 
-/// Relative tolerance of a single step, of one of a clock with ticks as long, and of a sum of two.
-const NEAR: f64 = 0.25;
-const ON_TICKS: f64 = 0.05;
+/// Relative tolerance of a single step, and of a sum of two.
+const NEAR: f64 = 0.2;
 const COARSE_TICKS_S: [f64; 3] = [0.01, 0.015_625, 0.016];
 const NEAR_SUM: f64 = 0.04;
-
-/// The least difference of every other step in pairs, in mean steps. Chosen.
-const PAIRED: f64 = 0.1;
 
 /// If samples are missing, the mean step divided by a single one is below this: with more missing
 /// samples, stamps in bursts are equally likely.
 const MOST_MISSING: f64 = 1.8;
-
-/// Samples that waited are sent this many times faster, or end after this time. Chosen.
-const FLUSHED_FASTER: f64 = 1.9;
-const LONGEST_FLUSH_S: f64 = 2.0;
 
 /// Steps above this many median ones are pauses, and below this part of one samples come together.
 const PAUSE: f64 = 16.0;
@@ -47,15 +39,21 @@ const OUTLIER: f64 = 4.0;
 const RETURNS: f64 = 1.6;
 const MOST_SPREAD: f64 = 1.5;
 
-/// The least mean resultant of stamps that are whole periods of a frequency, the part of the longest
-/// that is as long, and the number of stamps of that search.
-const LEAST_RESULTANT: f64 = 0.55;
+/// The least mean resultant of stamps that are whole periods of a frequency, for a search far from
+/// the mean step, and close to it.
+const LEAST_RESULTANT: f64 = 0.3;
+const SURE_RESULTANT: f64 = 0.45;
 const AS_LONG: f64 = 0.85;
+/// Samples of that search, and the most periods of a mean step.
 const SEARCHED: usize = 256;
+const MOST_PERIODS: f64 = 5.0;
 
-/// The number of steps of which the sums are compared, and the mean steps by which nine tenths of the
-/// sums differ at most: two ticks of a clock, with some wander.
-const BALANCED: usize = 16;
+/// The number of steps of which the sums are compared, which hold about [`IN_A_SUM`] missing samples,
+/// and the mean steps by which nine tenths of the sums differ at most: two ticks of a clock, with some
+/// wander. Missing at random, four samples would be one to eight.
+const LEAST_BALANCED: usize = 16;
+const MOST_BALANCED: usize = 96;
+const IN_A_SUM: f64 = 4.0;
 const MOST_UNBALANCED: f64 = 2.3;
 
 /// The unevenness of the stamps of an even stream.
@@ -138,11 +136,7 @@ impl LocalSteps {
             let period = |part: &[f64]| Some(steps_of(part, None)?.period_s).filter(|_| part.len() >= BLOCK);
             match (period(parts.0), period(parts.1)) {
                 // samples that waited when the recording began come faster than the sensor sends
-                (Some(before), Some(after))
-                    if self.is_first && 2 * place <= self.pending_s.len() && is_flush(place, before, after) =>
-                {
-                    from = place;
-                }
+                (Some(before), Some(after)) if self.is_first && place <= WINDOW / 2 && before < after => from = place,
                 (Some(before), Some(after)) if !is_same(before, after) => until = place,
                 _ => {}
             }
@@ -191,22 +185,14 @@ fn waited(stamps_s: &[f64]) -> usize {
     if short <= WINDOW / 2 { short } else { 0 }
 }
 
-/// Whether the first samples, at this step, had waited when the recording began: they come much
-/// faster than the later ones, or soon end.
-fn is_flush(samples: usize, step_s: f64, later_step_s: f64) -> bool {
-    let is_short = step_s * samples as f64 <= LONGEST_FLUSH_S;
-    step_s < later_step_s && (is_short || FLUSHED_FASTER * step_s < later_step_s)
-}
-
 fn is_same(one: f64, other: f64) -> bool {
     (one / other - 1.0).abs() <= CHANGED && (other / one - 1.0).abs() <= CHANGED
 }
 
 /// The place of a change of the mean step, which is even on both sides of it.
 fn change_of_rate(stamps_s: &[f64]) -> Option<usize> {
-    let size = (stamps_s.len() / 16).clamp(16, BLOCK);
-    let ends: Vec<f64> = stamps_s.iter().copied().step_by(size).collect();
-    let means: Vec<f64> = ends.windows(2).map(|pair| (pair[1] - pair[0]) / size as f64).collect();
+    let ends: Vec<f64> = stamps_s.iter().copied().step_by(BLOCK).collect();
+    let means: Vec<f64> = ends.windows(2).map(|pair| (pair[1] - pair[0]) / BLOCK as f64).collect();
     let is_even = |means: &[f64], mean: f64| {
         5 * means.iter().filter(|other| (*other / mean - 1.0).abs() < SAME).count() >= 4 * means.len()
     };
@@ -219,7 +205,7 @@ fn change_of_rate(stamps_s: &[f64]) -> Option<usize> {
     let (_, block, before, after) = parts.min_by(|a, b| a.0.total_cmp(&b.0))?;
     // relative to a step between the two, the lag has its extreme at the change
     let (between, sign) = (0.5 * (before + after), if after > before { -1.0 } else { 1.0 });
-    let around = (block - 1) * size..((block + 1) * size + 1).min(stamps_s.len());
+    let around = (block - 1) * BLOCK..((block + 1) * BLOCK + 1).min(stamps_s.len());
     let lag = |place: usize| sign * (stamps_s[place] - place as f64 * between);
     let place = around.max_by(|a, b| lag(*a).total_cmp(&lag(*b)))?;
     Some(place + 1)
@@ -253,27 +239,34 @@ fn steps_of(stamps_s: &[f64], last: Option<Steps>) -> Option<Steps> {
         Some(last) => {
             last.unevenness.is_none().then_some((resultant(searched_s, last.period_s.recip()), last.period_s))
         }
-        None => common_period(searched_s).filter(|(_, period_s)| is_single(period_s)),
+        None => common_period(searched_s, MOST_MISSING).filter(|(_, period_s)| is_single(period_s)),
     };
-    if let Some((_, period_s)) = known.filter(|(length, _)| *length >= LEAST_RESULTANT) {
+    if let Some((_, period_s)) = known.filter(|(length, _)| *length >= SURE_RESULTANT) {
         return Some(even(period_s));
     }
     if steps_s.len() < BLOCK {
         let mean_s = steps_s.iter().sum::<f64>() / steps_s.len() as f64;
         return (mean_s > 0.0).then(|| uneven((mean_s, 2.0 * mean_s)));
     }
+    let common = || match last {
+        Some(_) => None,
+        None => common_period(searched_s, MOST_PERIODS).filter(|(length, _)| *length >= LEAST_RESULTANT),
+    };
     if let Some(edge) = edge_step(stamps_s) {
         return Some(uneven(edge));
     }
     let mean_s = steps_s.iter().sum::<f64>() / steps_s.len() as f64;
-    are_balanced(&steps_s).then(|| uneven((mean_s, 2.0 * mean_s)))
+    if are_balanced(&steps_s, LEAST_BALANCED) {
+        return Some(uneven((mean_s, 2.0 * mean_s)));
+    }
+    common().map(|(_, period_s)| even(period_s))
 }
 
-/// Whether some successive steps always take nearly the same time, as with a clock of few digits for a
-/// rate that wanders: samples that are missing at random leave other times.
-fn are_balanced(steps_s: &[f64]) -> bool {
+/// Whether this many successive steps always take nearly the same time, as with a clock of few digits
+/// for a rate that wanders: samples that are missing at random leave other times.
+fn are_balanced(steps_s: &[f64], steps: usize) -> bool {
     let mean_s = steps_s.iter().sum::<f64>() / steps_s.len() as f64;
-    let mut times_s: Vec<f64> = steps_s.windows(BALANCED).map(|all| all.iter().sum()).collect();
+    let mut times_s: Vec<f64> = steps_s.windows(steps).map(|all| all.iter().sum()).collect();
     times_s.sort_by(f64::total_cmp);
     let at = |share: usize| times_s.get(share * times_s.len() / 20);
     at(1).zip(at(19)).is_some_and(|(low_s, high_s)| high_s - low_s <= MOST_UNBALANCED * mean_s)
@@ -284,21 +277,21 @@ fn equal_stamps(stamps_s: &[f64]) -> usize {
     stamps_s.chunk_by(|a, b| a == b).map(<[f64]>::len).max().unwrap_or_default()
 }
 
-/// The mean step of samples that come in pairs: every other step is shorter, by more than the steps vary.
+/// The mean step of samples that come in pairs: two steps together are even, and each is not.
 fn pairs(steps_s: &[f64]) -> Option<f64> {
-    let every_other = |first: usize| steps_s.iter().copied().skip(first).step_by(2).collect::<Vec<_>>();
-    let (one, other) = (every_other(0), every_other(1));
-    let (one_s, other_s) = (median(&one)?, median(&other)?);
-    let (period_s, difference_s) = (0.5 * (one_s + other_s), (one_s - other_s).abs());
-    let varies =
-        |steps_s: &[f64], about_s: f64| median(&steps_s.iter().map(|s| (s - about_s).abs()).collect::<Vec<_>>());
-    let variation_s = varies(&one, one_s)?.max(varies(&other, other_s)?);
+    let sums_s: Vec<f64> = steps_s.windows(2).map(|pair| pair[0] + pair[1]).collect();
+    let period_s = 0.5 * median(&sums_s).filter(|sum_s| *sum_s > 0.0)?;
+    let even = sums_s.iter().filter(|sum_s| (*sum_s / (2.0 * period_s) - 1.0).abs() <= NEAR_SUM).count();
+    let single = steps_s.iter().filter(|step_s| (*step_s / period_s - 1.0).abs() <= NEAR_SUM).count();
     // equal stamps belong to a coarse clock
     let equal = steps_s.iter().filter(|step_s| **step_s <= 0.0).count();
     // steps that differ by a tick of a coarse clock come from one that is half a tick longer or shorter
+    let differences_s: Vec<f64> = steps_s.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let difference_s = median(&differences_s)?;
     let is_clock = COARSE_TICKS_S.iter().any(|tick_s| (difference_s / tick_s - 1.0).abs() < NEAR_SUM);
-    let is_rule = difference_s > f64::max(PAIRED * period_s, 3.0 * variation_s) && steps_s.len() >= BLOCK;
-    (is_rule && 20 * equal < steps_s.len() && !is_clock).then_some(period_s)
+    let is_even = 20 * even >= 19 * sums_s.len() && 5 * single < steps_s.len();
+    let is_rule = is_even && 20 * equal < steps_s.len() && !is_clock;
+    is_rule.then_some(period_s)
 }
 
 /// The steps if single ones are the rule and the others are multiples of them, as caused by missing
@@ -324,10 +317,9 @@ fn singles(steps_s: &[f64]) -> Option<Steps> {
     let (every, length) = even_pauses(&kept);
     let whole_s = kept.iter().sum::<f64>() * single_s / kept.iter().map(|periods| periods.round()).sum::<f64>();
     let count = |is: &dyn Fn(f64) -> bool| kept.iter().filter(|periods| is(**periods)).count();
-    // after a stall several follow each other
-    let is_alone = |pair: &&[f64]| pair[1] < SHORT && (SHORT..2.5).contains(&pair[0]);
-    let short = kept.windows(2).filter(is_alone).count();
-    let on_ticks = count(&|periods| (periods - periods.round()).abs() <= ON_TICKS);
+    let short = count(&|periods| periods < SHORT);
+    let on_ticks = count(&|periods| (periods - periods.round()).abs() <= 0.5 * NEAR);
+    let summed = (IN_A_SUM / (mean - 1.0).max(0.0)).ceil() as usize;
     // uneven stamps are late at times, for long
     let uneven = |unevenness| {
         let period_s = mean * single_s;
@@ -338,10 +330,24 @@ fn singles(steps_s: &[f64]) -> Option<Steps> {
         () if 20 * on_ticks >= 19 * kept.len() && (short > 0 || every && length < 2.5) => {
             uneven(Unevenness::CoarseClock)
         }
+        () if summed <= MOST_BALANCED && are_balanced(&kept, summed.max(LEAST_BALANCED)) => {
+            uneven(Unevenness::CoarseClock)
+        }
+        () if are_ticks_more(&kept) => uneven(Unevenness::CoarseClock),
         () if 50 * short > kept.len() => uneven(Unevenness::Irregular),
         () if every => None,
         () => Some(Steps { period_s: whole_s, unevenness: None, jump_s: 0.0 }),
     }
+}
+
+/// Whether the steps that are no multiples of a single one are equal, as with a clock for which a
+/// single step has some ticks and the others one more.
+fn are_ticks_more(periods: &[f64]) -> bool {
+    let others: Vec<f64> =
+        periods.iter().copied().filter(|periods| (periods - periods.round()).abs() > NEAR && *periods < 2.0).collect();
+    let Some(other) = median(&others) else { return false };
+    let equal = others.iter().filter(|periods| (*periods - other).abs() < NEAR_SUM).count();
+    others.len() >= 4 && 10 * equal >= 9 * others.len()
 }
 
 /// Whether longer steps come after equal numbers of single ones, as for reads of a buffer, or after
@@ -406,9 +412,9 @@ fn unevenness(steps_s: &[f64], period_s: f64) -> (Unevenness, f64) {
     (unevenness, tick_s)
 }
 
-/// The period, between the mean step and the part of it that missing samples leave at least, for which
-/// all stamps are multiples, with any missing and slightly late samples; with the resultant length.
-fn common_period(stamps_s: &[f64]) -> Option<(f64, f64)> {
+/// The period, between the mean step and the `most`-th part of it, for which all stamps are
+/// multiples, with any missing and slightly late samples; with the resultant length.
+fn common_period(stamps_s: &[f64], most: f64) -> Option<(f64, f64)> {
     let span_s = stamps_s.last()? - stamps_s.first()?;
     let mean_hz = (stamps_s.len() - 1) as f64 / span_s;
     let step_hz = 0.25 / span_s;
@@ -417,7 +423,7 @@ fn common_period(stamps_s: &[f64]) -> Option<(f64, f64)> {
     }
     let with_length = |hz: f64| (resultant(stamps_s, hz), hz);
     let lowest_hz = mean_hz - 8.0 * step_hz;
-    let candidates = ((MOST_MISSING * mean_hz - lowest_hz) / step_hz) as u32;
+    let candidates = ((most * mean_hz - lowest_hz) / step_hz) as u32;
     let all: Vec<_> = (0..candidates).map(|index| with_length(lowest_hz + f64::from(index) * step_hz)).collect();
     let longest = all.iter().map(|(length, _)| *length).fold(0.0, f64::max);
     // multiples of the rate, and sums with that of the digits of the stamps, fit about as well
