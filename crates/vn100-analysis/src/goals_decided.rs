@@ -4,7 +4,7 @@ use crate::{accumulate::analysis::Analysis, assessment::Assessment};
 
 impl Analysis {
     /// Whether all goals of the settings are met, or one is out of reach; `false` without goals. The
-    /// answer is that of [`Goal::is_met`] with the assessment of this moment, which is made only if
+    /// answer is that of [`Goal::is_met`](crate::Goal::is_met) with the assessment of this moment, which is made only if
     /// its answer may be yes.
     #[must_use]
     pub fn goals_are_decided(&self) -> bool {
