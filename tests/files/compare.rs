@@ -71,7 +71,6 @@ fn equal_sensors_are_not_reported_as_different() {
     assert!(octaves.len() > 15 * 10, "15 pairs of {} octaves", octaves.len());
     assert_eq!(kinds(&document["caveats"]), [""; 0]);
     assert_eq!(document["same_samples"], Value::Array(vec![]));
-    assert_eq!(document["recommended"]["why"], "smallest-of-quiet", "{}", document["recommended"]);
 }
 
 #[test]
@@ -108,12 +107,6 @@ fn records_with_different_aliasing_have_no_quietest() {
     let text = vn100().arg("compare").args([&slow, &fast]).output().unwrap().stdout;
     let text = String::from_utf8(text).unwrap();
     assert!(text.contains("N is not compared"), "{text}");
-    let said = document["recommended"]["text"].as_str().unwrap();
-    assert!(said.starts_with("use run") && !said.contains("significantly quieter"), "{said}");
-    let short = capture(folder.path(), "short.mcap", &["--duration", "2min", "--message", "VNIMU", "--rate", "40"]);
-    let (document, _) = compare(&[fast, short], &[]);
-    let said = document["recommended"]["text"].as_str().unwrap();
-    assert!(said.starts_with("use run 1"), "{said}");
 }
 
 #[test]
