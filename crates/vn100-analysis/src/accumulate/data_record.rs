@@ -98,7 +98,7 @@ impl DataRecord {
         self.push_gap(rejected, true);
         let rate_hz = self.rate.hz();
         if let Some((measured, first_index)) = self.span.push(rows.len(), rate_hz, self.rate.is_excluding()) {
-            self.accumulators.push(rows.at(measured), first_index, rate_hz, self.settings.recent);
+            self.accumulators.push(rows.at(measured), first_index, rate_hz);
         }
     }
 

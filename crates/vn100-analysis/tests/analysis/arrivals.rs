@@ -4,7 +4,7 @@
 use std::{sync::Arc, time::Duration};
 
 use imu_noise::timebase::{Arrivals, NominalRate, Refusal};
-use imu_noise::{ChannelAccumulator, Deviation, Estimator};
+use imu_noise::{Deviation, Estimator, Octaves};
 use proptest::prelude::*;
 use vn100_analysis::{
     Analysis, FalseRate, FalseReport, Finding, MissingFrom, RateFrom, Remedy, Settings, Severity, Snapshot, Timing,
@@ -89,14 +89,14 @@ fn lines_lost_whole_are_gaps_at_their_place() {
     assert_eq!((timing.rate_hz, timing.rate_from), (40.0, RateFrom::Arrival));
     assert_eq!(snapshot.timing.missing_from, MissingFrom::Arrival);
 
-    let mut expected = ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
+    let mut expected = Octaves::new(Estimator::Strided, Deviation::Allan);
     let counts: Vec<i32> = (0..989).collect();
     expected.push(&counts[..300]);
     expected.gap(Some(1));
     expected.push(&counts[300..599]);
     expected.gap(Some(10));
     expected.push(&counts[599..]);
-    let octaves: Vec<_> = expected.octaves().sums().collect();
+    let octaves: Vec<_> = expected.sums().collect();
     assert_eq!(snapshot.channels[9].octaves, octaves);
 }
 
