@@ -9,7 +9,6 @@
 mod channels;
 mod column_map;
 mod columns;
-mod date;
 mod dialect;
 mod fields;
 mod head;
@@ -17,11 +16,8 @@ mod header;
 mod lines;
 mod name;
 mod number;
-mod reader;
 mod resolution;
-mod row_counts;
-mod row_parser;
-mod sensor_column;
+mod rows;
 mod sentence_rows;
 mod stamp;
 mod streams;
@@ -33,17 +29,17 @@ mod time_columns;
 use std::sync::Arc;
 
 use thiserror::Error;
-use vn100_protocol::{Layout, stream::LeftOutColumn};
+use vn100_protocol::{Layout, stream::CsvReport};
 
-use self::{
-    date::DateForm, dialect::Dialect, fields::LastField, number::Number, resolution::Quantizer, stamp::StampForm,
-};
+use self::{dialect::Dialect, fields::RowEnd, number::Number, resolution::Quantizer, stamp::StampForm};
 pub(crate) use channels::{Unit, by_name, known, units};
-pub(crate) use column_map::ColumnName;
 pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use head::detect;
-pub(crate) use reader::CsvReader;
+pub(crate) use rows::CsvReader;
 pub(crate) use sentence_rows::checked_part;
+
+/// Number of rows that are examined in the head of a file.
+const HEAD_ROWS: usize = 1000;
 
 /// Bytes of a file that are examined: a thousand rows of up to 260 bytes.
 pub(crate) const HEAD_BYTES: usize = 256 * 1024;
@@ -52,30 +48,23 @@ pub(crate) const HEAD_BYTES: usize = 256 * 1024;
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
 /// The way to read a CSV file, as determined from its head.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct CsvPlan {
     /// The layout of the rows in their counts; `None` for sentences. If the channels are exactly those
     /// of a message, it has its name, else `CSV`.
     layout: Option<Arc<Layout>>,
     /// The names of all columns; empty in a file without a header.
     names: Vec<String>,
-    /// The names of the columns that are not used.
-    ignored_columns: Vec<String>,
-    /// The columns that are not read although they could be.
-    left_out: Vec<LeftOutColumn>,
     /// LF, which may follow a CR; or CR, as on old Macs.
     line_end: u8,
     dialect: Dialect,
     columns: Vec<ColumnUse>,
+    /// A row of numbers has this many fields at least.
+    fewest_fields: usize,
     /// The conversion of the column of each channel of the layout to counts.
     quantizers: Vec<Quantizer>,
-    /// The common printed form of the last fields of the first rows, used to recognise a truncated
-    /// row; `None` for a last column of sentences, which have a checksum, and if no row has a line end.
-    last_field: Option<LastField>,
-    /// The columns of the stamps and their forms, as written in a column map.
-    times: Option<String>,
-    /// The form of dates and times of day.
-    date: Option<DateForm>,
+    /// `None` for sentences, and if no row has a line end.
+    row_end: Option<RowEnd>,
     /// Whether a row is a stamp and a sentence, with any signs between them.
     has_prefix_stamps: bool,
     /// Lines before the first row.
@@ -83,6 +72,8 @@ pub(crate) struct CsvPlan {
     /// The names of the streams of different rates; empty if all columns are one stream, as in a
     /// table without times and so without a known rate, or with the fields of a message of the sensor.
     pub(crate) streams: Vec<String>,
+    /// The facts that are known before the first row; its absences have an entry for each channel.
+    report: CsvReport,
 }
 
 impl CsvPlan {
@@ -93,7 +84,7 @@ impl CsvPlan {
 
     /// Whether the rows are numbers without a stamp.
     pub(crate) fn lacks_times(&self) -> bool {
-        self.holds_values() && self.times.is_none()
+        self.holds_values() && self.report.times.is_none()
     }
 }
 
@@ -123,8 +114,9 @@ pub(crate) struct Said<'a> {
     pub(crate) file: Option<&'a str>,
 }
 
-/// The fields of the first rows.
-type HeadRows = [Vec<Vec<u8>>];
+/// The fields of one of the first rows.
+type HeadRow = Vec<Vec<u8>>;
+type HeadRows = [HeadRow];
 
 /// The numbers of a column in the first rows.
 fn numbers_at(rows: &HeadRows, place: usize) -> impl Iterator<Item = Number> {
@@ -132,7 +124,7 @@ fn numbers_at(rows: &HeadRows, place: usize) -> impl Iterator<Item = Number> {
 }
 
 /// Whether a row has a number in this column.
-fn holds_number(row: &[Vec<u8>], place: usize) -> bool {
+fn holds_number(row: &HeadRow, place: usize) -> bool {
     row.get(place).is_some_and(|cell| Number::parse(cell).is_some())
 }
 
@@ -150,7 +142,7 @@ pub struct CsvError {
 /// The part that a [`ColumnMap`] must add so that the file can be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum MapHint {
-    /// The columns; with a fitting map, if exactly one is certain.
+    /// The columns; with a fitting map, if names, units and magnitudes fit exactly one.
     Columns(Option<String>),
     /// The unit of the stamps, one of s, ms, us and ns; with a map that names one.
     StampUnit(String),
@@ -170,7 +162,7 @@ impl CsvError {
     }
 
     fn uncertain(reason: String) -> Self {
-        Self { is_certain: false, ..Self::certain(reason) }
+        Self { reason, hint: None, is_certain: false }
     }
 
     /// A map gives one column to two channels.
@@ -178,30 +170,11 @@ impl CsvError {
         Self::uncertain(format!("column {column:?} is mapped to both {one} and {other}: give each its own"))
     }
 
-    /// The unit of the stamps cannot be inferred from them, for this reason. A column map names the
-    /// column by `argument`.
-    fn stamp_unit(column: &str, argument: &str, ambiguous: &str) -> Self {
-        let reason = format!("the unit of the time stamps in column {column:?} is ambiguous: {ambiguous}");
-        Self { hint: Some(MapHint::StampUnit(format!("t={argument}:ms"))), ..Self::certain(reason) }
-    }
-
-    /// Whether the day or the month comes first cannot be inferred from the dates.
+    /// Whether the day or the month comes first cannot be inferred from the dates. A column map names
+    /// the column by `argument`.
     fn date_order(column: &str, argument: &str) -> Self {
         let reason = format!("the dates in column {column:?} may begin with the day or with the month");
         Self { hint: Some(MapHint::DateOrder(format!("t={argument}:dmy"))), ..Self::certain(reason) }
-    }
-
-    /// No column of the rows of numbers has a known name in the header. `map` is a column map, if
-    /// names, units and magnitudes fit exactly one.
-    fn unknown_columns(found: &[String], left_out: &[LeftOutColumn], map: Option<String>) -> Self {
-        let described = |name: &String| match left_out.iter().find(|column| column.name == *name) {
-            Some(LeftOutColumn { reason, .. }) => format!("{name} ({reason})"),
-            None => name.clone(),
-        };
-        let found = found.iter().map(described).collect::<Vec<_>>().join(", ");
-        let searched = columns::Columns::SEARCHED;
-        let reason = format!("no known column in this CSV file: expected {searched}; found {found}");
-        Self { hint: Some(MapHint::Columns(map)), ..Self::uncertain(reason) }
     }
 }
 

@@ -13,7 +13,7 @@ use super::{
     topic::{BagError, Topic},
     topic_scan::{ScannedTopic, unusable_definition},
 };
-use crate::csv::{ColumnMap, ColumnName, Unit, by_name, known, units};
+use crate::csv::{ColumnMap, Unit, by_name, known, units};
 
 /// How the messages of a topic become rows of counts.
 #[derive(Debug)]
@@ -132,7 +132,7 @@ impl NumberFields {
         let fields = map.channels.iter().map(|mapped| {
             let (place, unit) = (mapped.index, mapped.unit.clone());
             let bits = bits(known(place).quantity, unit.scale);
-            NumberField { place, path: mapped.column.to_string(), unit, bits }
+            NumberField { place, path: mapped.column.clone(), unit, bits }
         });
         Self::new(topic, fields.collect(), Some(map), &[])
     }
@@ -280,8 +280,8 @@ fn stamp_paths(
     all: &BTreeMap<String, PathTarget>,
 ) -> Result<Vec<(String, i64)>, BagError> {
     let Topic { name, type_name, .. } = &topic.topic;
-    let unit = |(column, in_unit): (&ColumnName, Option<i64>)| {
-        let path = column.to_string();
+    let unit = |(column, in_unit): (&String, Option<i64>)| {
+        let path = column.clone();
         match (all.get(&path), in_unit) {
             (Some(PathTarget::Leaf(Leaf::Time)), _) => Ok((path, 1)),
             (Some(PathTarget::Leaf(Leaf::Number(_))), Some(in_unit)) => Ok((path, in_unit)),

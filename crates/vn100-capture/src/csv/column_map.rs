@@ -7,7 +7,7 @@ use vn100_protocol::Quantity;
 
 use super::{
     channels::{Unit, by_name, known, names, units},
-    stamp::{StampForm, StampUnit},
+    stamp::StampForm,
 };
 
 /// Names the columns of any CSV file with the numbers of an inertial sensor.
@@ -37,12 +37,14 @@ use super::{
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnMap {
+    /// As it was written, in one line.
+    text: String,
     /// Empty if only the stamp or the sentences are mapped.
     pub(crate) channels: Vec<MappedChannel>,
     /// The column of the stamps, and the column that is added to it, if there are two.
-    pub(super) stamp: Vec<(ColumnName, StampForm)>,
+    pub(super) stamp: Vec<(String, StampForm)>,
     /// The column of sentences.
-    pub(super) sentence: Option<ColumnName>,
+    pub(super) sentence: Option<String>,
 }
 
 /// A column that holds a channel.
@@ -50,15 +52,9 @@ pub struct ColumnMap {
 pub(crate) struct MappedChannel {
     /// The index, as in [`known`].
     pub(crate) index: usize,
-    pub(crate) column: ColumnName,
+    /// The name of the column, or its number from 1.
+    pub(crate) column: String,
     pub(crate) unit: Unit,
-}
-
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum ColumnName {
-    Header(String),
-    /// The number, from 1.
-    Number(usize),
 }
 
 /// The reason why a text is no [`ColumnMap`], in words.
@@ -66,13 +62,19 @@ pub(crate) enum ColumnName {
 #[error("{0}")]
 pub struct ColumnMapError(String);
 
+/// The name of the stamp among the channels.
+pub(super) const STAMP: &str = "t";
+
+/// The name of the sentences among the channels.
+pub(super) const RAW: &str = "raw";
+
 impl FromStr for ColumnMap {
     type Err = ColumnMapError;
 
     fn from_str(text: &str) -> Result<Self, ColumnMapError> {
-        let mut map = Self { channels: Vec::new(), stamp: Vec::new(), sentence: None };
         // a map that a terminal broke into lines is the same map
         let text = one_line(text);
+        let mut map = Self { text: text.clone(), channels: Vec::new(), stamp: Vec::new(), sentence: None };
         for part in text.split(',').map(str::trim).filter(|part| !part.is_empty()) {
             map.add(part).map_err(ColumnMapError)?;
         }
@@ -91,44 +93,31 @@ impl ColumnMap {
     fn add(&mut self, part: &str) -> Result<(), String> {
         let form = || format!("{part:?} is not of the form CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns");
         let (channel, rest) = part.split_once('=').map(|(channel, rest)| (channel.trim(), rest)).ok_or_else(form)?;
-        let twice = || format!("{channel} is mapped twice, again in {part:?}: keep one");
-        if channel == RAW {
-            let column = ColumnName::of(rest, part)?;
-            return if self.sentence.replace(column).is_none() { Ok(()) } else { Err(twice()) };
-        }
         // the name of a column may contain `=` and `:`, channel and unit cannot
-        let (column, unit) = rest.rsplit_once(':').ok_or_else(form)?;
-        let unit = unit.trim();
-        let bad_unit = || format!("unknown unit {unit:?} of {channel} in {part:?}: use {}", unit_names(channel));
-        if column.trim().is_empty() {
+        let (column, unit) = if channel == RAW { (rest, "") } else { rest.rsplit_once(':').ok_or_else(form)? };
+        let (column, unit) = (column.trim(), unit.trim());
+        if column.is_empty() {
             return Err(form());
         }
-        if channel == STAMP {
-            let form = StampForm::by_name(unit).ok_or_else(bad_unit)?;
-            // two columns, as in secs:s+nsecs:ns
-            let pair = StampUnit::all().find_map(|first| {
-                let (seconds, part) = column.split_once(&format!(":{}+", first.name))?;
-                Some((seconds, StampForm::Unit(first), part))
-            });
-            let columns = match pair.filter(|_| matches!(form, StampForm::Unit(_))) {
-                Some((seconds, first, added)) => vec![(seconds, first), (added, form)],
-                None => vec![(column, form)],
+        let bad_unit = || format!("unknown unit {unit:?} of {channel} in {part:?}: use {}", unit_names(channel));
+        if self.columns().any(|(other, _)| other == channel) {
+            return Err(format!("{channel} is mapped twice, again in {part:?}: keep one"));
+        }
+        if channel == RAW {
+            self.sentence = Some(column.into());
+        } else if channel == STAMP {
+            self.stamp = stamp(column, StampForm::by_name(unit).ok_or_else(bad_unit)?);
+        } else {
+            let unknown = || format!("unknown channel {channel:?} in {part:?}: use one of {}", channel_names());
+            let index = by_name(channel).ok_or_else(unknown)?;
+            let unit = match known(index).quantity {
+                Quantity::Value if !unit.is_empty() && !unit.contains(char::is_control) => {
+                    Unit::unconverted(unit.into())
+                }
+                quantity => units(quantity).find(|known| known.name == unit).cloned().ok_or_else(bad_unit)?,
             };
-            let columns = columns.into_iter().map(|(column, form)| Ok((ColumnName::of(column, part)?, form)));
-            let stamp = columns.collect::<Result<_, String>>()?;
-            return if std::mem::replace(&mut self.stamp, stamp).is_empty() { Ok(()) } else { Err(twice()) };
+            self.channels.push(MappedChannel { index, column: column.into(), unit });
         }
-        let column = ColumnName::of(column, part)?;
-        let unknown = || format!("unknown channel {channel:?} in {part:?}: use one of {}", channel_names());
-        let index = by_name(channel).ok_or_else(unknown)?;
-        let unit = match known(index).quantity {
-            Quantity::Value if !unit.is_empty() && !unit.contains(char::is_control) => Unit::unconverted(unit.into()),
-            quantity => units(quantity).find(|known| known.name == unit).cloned().ok_or_else(bad_unit)?,
-        };
-        if self.channels.iter().any(|mapped| mapped.index == index) {
-            return Err(twice());
-        }
-        self.channels.push(MappedChannel { index, column, unit });
         Ok(())
     }
 
@@ -139,21 +128,31 @@ impl ColumnMap {
 
     /// The columns of the times, or of the parts that are added, with their unit in nanoseconds;
     /// `None` for text.
-    pub(crate) fn stamp_columns(&self) -> impl Iterator<Item = (&ColumnName, Option<i64>)> {
+    pub(crate) fn stamp_columns(&self) -> impl Iterator<Item = (&String, Option<i64>)> {
         self.stamp.iter().map(|(column, form)| match form {
-            StampForm::Unit(unit) => (column, Some(unit.nanoseconds)),
-            StampForm::Date(_) => (column, None),
+            StampForm::Unit(unit_ns) => (column, Some(*unit_ns)),
+            _ => (column, None),
         })
     }
 
     /// Every column with the channel it holds, the stamp last.
-    pub(crate) fn columns(&self) -> impl Iterator<Item = (&'static str, &ColumnName)> {
+    pub(crate) fn columns(&self) -> impl Iterator<Item = (&'static str, &str)> {
         let channels = self.channels.iter();
         channels
-            .map(|mapped| (&*known(mapped.index).name, &mapped.column))
-            .chain(self.stamp.iter().map(|(column, _)| (STAMP, column)))
-            .chain(self.sentence.iter().map(|column| (RAW, column)))
+            .map(|mapped| (&*known(mapped.index).name, &*mapped.column))
+            .chain(self.stamp.iter().map(|(column, _)| (STAMP, &**column)))
+            .chain(self.sentence.iter().map(|column| (RAW, &**column)))
     }
+}
+
+/// The columns of a stamp in this form; of two in a text such as `secs:s+nsecs`.
+fn stamp(column: &str, form: StampForm) -> Vec<(String, StampForm)> {
+    let is_unit = |form: &StampForm| matches!(form, StampForm::Unit(_));
+    let pair = StampForm::all().filter(|first| is_unit(first) && is_unit(&form)).find_map(|first| {
+        let (whole, part) = column.split_once(&format!(":{}+", first.name()))?;
+        Some(vec![(whole.trim().into(), first), (part.trim().into(), form)])
+    });
+    pair.unwrap_or_else(|| vec![(column.into(), form)])
 }
 
 /// The text with one space for each run of spaces and line ends.
@@ -161,53 +160,11 @@ pub(super) fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-impl ColumnName {
-    /// A column by name, or by number from 1.
-    fn of(column: &str, part: &str) -> Result<Self, String> {
-        match column.trim() {
-            "" => Err(format!("{part:?} is not of the form CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns")),
-            column => match column.parse() {
-                Ok(0) => Err(format!("column 0 in {part:?} does not exist: columns are numbered from 1")),
-                Ok(number) => Ok(Self::Number(number)),
-                Err(_) => Ok(Self::Header(column.into())),
-            },
-        }
-    }
-}
-
 impl fmt::Display for ColumnMap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut comma = "";
-        for mapped in &self.channels {
-            write!(f, "{comma}{}={}:{}", known(mapped.index).name, mapped.column, mapped.unit.name)?;
-            comma = ",";
-        }
-        for (place, (column, form)) in self.stamp.iter().enumerate() {
-            let before = if place == 0 { format!("{comma}{STAMP}=") } else { "+".into() };
-            write!(f, "{before}{column}:{}", form.name())?;
-            comma = ",";
-        }
-        if let Some(column) = &self.sentence {
-            write!(f, "{comma}{RAW}={column}")?;
-        }
-        Ok(())
+        f.write_str(&self.text)
     }
 }
-
-impl fmt::Display for ColumnName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Header(name) => f.write_str(name),
-            Self::Number(number) => write!(f, "{number}"),
-        }
-    }
-}
-
-/// The name of the stamp among the channels.
-pub(super) const STAMP: &str = "t";
-
-/// The name of the sentences among the channels.
-pub(super) const RAW: &str = "raw";
 
 /// All names before an `=`.
 fn channel_names() -> String {
@@ -230,9 +187,13 @@ mod tests {
     #[test]
     fn columns_are_given_by_name_or_number() {
         let map: ColumnMap = " gyro_x = w=x: :deg/s , t=1:us, ".parse().unwrap();
-        assert_eq!(map.to_string(), "gyro_x=w=x::deg/s,t=1:us");
-        let form = StampForm::Unit(StampUnit::USUAL[2]);
-        assert_eq!(map.stamp, [(ColumnName::Number(1), form)]);
+        assert_eq!((&*map.channels[0].column, &*map.channels[0].unit.name), ("w=x:", "deg/s"));
+        assert_eq!(map.stamp, [("1".to_owned(), StampForm::Unit(1000))]);
+        let pair: ColumnMap = "t=secs:s+nsecs:ns".parse().unwrap();
+        assert_eq!(
+            pair.stamp,
+            [("secs".to_owned(), StampForm::Unit(1_000_000_000)), ("nsecs".to_owned(), StampForm::Unit(1))]
+        );
         for text in ["t=secs:s+nsecs:ns", "t=1:s+2:ns,raw=VNYMR read", "t=Time (local):iso", "raw=5", "t=a:b+c:clock"] {
             assert_eq!(text.parse::<ColumnMap>().unwrap().to_string(), text);
         }
@@ -260,7 +221,6 @@ mod tests {
                 "t=1:min",
                 "unknown unit \"min\" of t in \"t=1:min\": use one of s ms us ns 100us d iso dmy mdy clock mmss",
             ),
-            ("gyro_x=0:deg/s", "column 0 in \"gyro_x=0:deg/s\" does not exist: columns are numbered from 1"),
             ("yaw=1:deg,yaw=2:deg", "yaw is mapped twice, again in \"yaw=2:deg\": keep one"),
             ("t=1:s,t=2:s", "t is mapped twice, again in \"t=2:s\": keep one"),
         ] {

@@ -12,15 +12,15 @@ use super::{
     channels::{Unit, known, quantity_word, rank, units},
     column_map::ColumnMap,
     header::Header,
-    holds_number,
     name::{Made, Meaning},
+    numbers_at,
 };
 
 /// The columns that are read, and the others whose names tell their content.
 #[derive(Debug, Default)]
 pub(super) struct Columns {
     /// In the order of the channels in a layout.
-    pub(super) channels: Vec<ChannelColumn>,
+    pub(super) read: Vec<Column>,
     /// The places of the channels of other streams.
     pub(super) others: Vec<usize>,
     pub(super) left_out: Vec<LeftOutColumn>,
@@ -28,12 +28,19 @@ pub(super) struct Columns {
     pub(super) compensated: Option<bool>,
 }
 
+/// A column that holds a channel.
 #[derive(Debug, Clone)]
-pub(super) struct ChannelColumn {
+pub(super) struct Column {
     pub(super) place: usize,
     /// The channel, as in [`known`].
     pub(super) channel: usize,
     pub(super) unit: Unit,
+}
+
+impl Column {
+    pub(super) fn name(&self) -> &'static str {
+        &known(self.channel).name
+    }
 }
 
 /// A column whose name tells its content.
@@ -42,10 +49,6 @@ struct Named {
     meaning: Meaning,
     is_empty: bool,
 }
-
-/// The order of several columns of one sensor: by how they were made, a word before a letter, more
-/// axes before fewer, then by their place.
-type Rank = (Made, bool, Reverse<usize>, usize);
 
 impl Named {
     /// The unit, if it is known and the column has numbers.
@@ -58,34 +61,32 @@ impl Named {
         }
     }
 
-    fn sensor(&self) -> &'static str {
-        quantity_word(&known(self.meaning.channel).name)
-    }
-
-    fn rank(&self, usable: &[&Self]) -> Rank {
-        let is_beside =
-            |other: &&&Self| (&other.meaning.group, other.meaning.made) == (&self.meaning.group, self.meaning.made);
-        let mut axes: Vec<_> = usable.iter().filter(is_beside).collect();
-        let first = axes.first().map_or(self.place, |first| first.place);
-        axes.sort_by_key(|axis| axis.meaning.channel);
-        axes.dedup_by_key(|axis| axis.meaning.channel);
+    /// The order of several columns of one sensor: by how they were made, a word before a letter, more
+    /// axes before fewer, then by their place.
+    fn rank(&self, usable: &[&Self]) -> (Made, bool, Reverse<usize>, usize) {
+        let kind = |named: &Self| (named.meaning.group.clone(), named.meaning.made);
+        let beside: Vec<&&Self> = usable.iter().filter(|other| kind(other) == kind(self)).collect();
+        let mut axes: Vec<usize> = beside.iter().map(|axis| axis.meaning.channel).collect();
+        axes.sort_unstable();
+        axes.dedup();
+        let first = beside.first().map_or(self.place, |first| first.place);
         (self.meaning.made, !self.meaning.is_sure, Reverse(axes.len()), first)
     }
 
     /// The reason why the column is not read together with `read`; `None` if a letter alone gives
     /// its meaning.
     fn left_out(&self, read: &[&Self]) -> Option<LeftOutReason> {
-        let instead = read.iter().find(|other| other.sensor() == self.sensor());
+        let instead = read.iter().find(|other| other.meaning.sensor() == self.meaning.sensor());
         let (made, instead_made) = (self.meaning.made, instead.map(|other| other.meaning.made));
         Some(match &self.meaning.unit {
             Some(Err(_)) | None if !self.meaning.is_sure => return None,
             Some(Err(unit)) => LeftOutReason::UnknownUnit(unit.clone()),
             _ if self.is_empty => LeftOutReason::Empty,
-            _ if made == Made::WithoutGravity && instead_made < Some(made) && instead.is_some() => {
+            _ if made == Made::WithoutGravity && instead_made.is_some_and(|instead| instead < made) => {
                 LeftOutReason::WithoutGravity
             }
             _ if made != Made::Uncompensated && instead_made == Some(Made::Uncompensated) => LeftOutReason::Compensated,
-            _ => LeftOutReason::AnotherOf(instead.map_or("", |other| other.sensor()).into()),
+            _ => LeftOutReason::AnotherOf(instead.map_or("", |other| other.meaning.sensor()).into()),
         })
     }
 }
@@ -99,21 +100,20 @@ impl Columns {
     /// The columns whose names tell their content, in a file of this name. A column without a number
     /// in `rows` is left out.
     pub(super) fn by_name(header: &Header, file: Option<&str>, rows: &HeadRows) -> Self {
-        let mut named: Vec<Named> = (0..header.names.len())
-            .filter_map(|place| {
-                let is_empty = !rows.is_empty() && !rows.iter().any(|row| holds_number(row, place));
-                Some(Named { place, meaning: Meaning::of(&header.described(place), file)?, is_empty })
-            })
-            .collect();
+        let named = |place: usize| {
+            let is_empty = !rows.is_empty() && numbers_at(rows, place).next().is_none();
+            Some(Named { place, meaning: Meaning::of(&header.described(place), file)?, is_empty })
+        };
+        let mut named: Vec<Named> = (0..header.names.len()).filter_map(named).collect();
         // a table whose only columns are empty is read, and its rows are rejected
-        let is_inertial = |column: &&Named| matches!(column.sensor(), "gyro" | "accel");
+        let is_inertial = |column: &&Named| matches!(column.meaning.sensor(), "gyro" | "accel");
         if named.iter().filter(is_inertial).all(|column| column.unit().is_none()) {
             named.iter_mut().for_each(|column| column.is_empty = false);
         }
         let usable: Vec<&Named> = named.iter().filter(|column| column.unit().is_some()).collect();
         let mut read: Vec<&Named> = Vec::new();
         for column in &usable {
-            let rivals = usable.iter().filter(|other| other.sensor() == column.sensor());
+            let rivals = usable.iter().filter(|other| other.meaning.sensor() == column.meaning.sensor());
             let is_best = rivals.map(|other| other.rank(&usable)).min() == Some(column.rank(&usable));
             if is_best && read.iter().all(|other| other.meaning.channel != column.meaning.channel) {
                 read.push(column);
@@ -122,14 +122,14 @@ impl Columns {
         read.sort_by_key(|column| column.meaning.channel);
         let channel = |column: &&Named| {
             let unit = column.unit()?.clone();
-            Some(ChannelColumn { place: column.place, channel: column.meaning.channel, unit })
+            Some(Column { place: column.place, channel: column.meaning.channel, unit })
         };
         let left_out = named.iter().filter(|column| read.iter().all(|other| other.place != column.place));
         let left_out = left_out.filter_map(|column| {
             Some(LeftOutColumn { name: header.names[column.place].clone(), reason: column.left_out(&read)? })
         });
         Self {
-            channels: read.iter().filter_map(channel).collect(),
+            read: read.iter().filter_map(channel).collect(),
             left_out: left_out.collect(),
             compensated: compensated(read.iter().map(|column| &column.meaning)),
             ..Self::default()
@@ -142,44 +142,41 @@ impl Columns {
         for (channel, column) in map.columns() {
             let place = header.mapped_place(channel, column)?;
             if let Some((other, _)) = found.iter().find(|(_, taken)| *taken == place) {
-                return Err(CsvError::same_column(&column.to_string(), other, channel));
+                return Err(CsvError::same_column(column, other, channel));
             }
             found.push((channel, place));
         }
-        let channels = map.channels.iter().zip(&found);
-        let mut channels: Vec<ChannelColumn> = channels
-            .map(|(mapped, &(_, place))| ChannelColumn { place, channel: mapped.index, unit: mapped.unit.clone() })
-            .collect();
-        channels.sort_by_key(|column| column.channel);
+        let column = |(mapped, &(_, place)): (&super::column_map::MappedChannel, &(_, usize))| Column {
+            place,
+            channel: mapped.index,
+            unit: mapped.unit.clone(),
+        };
+        let mut read: Vec<Column> = map.channels.iter().zip(&found).map(column).collect();
+        read.sort_by_key(|column| column.channel);
         let meanings: Vec<_> =
-            channels.iter().filter_map(|column| Meaning::of(&header.names[column.place], None)).collect();
-        Ok(Self { channels, compensated: compensated(meanings.iter()), ..Self::default() })
+            read.iter().filter_map(|column| Meaning::of(&header.names[column.place], None)).collect();
+        Ok(Self { read, compensated: compensated(meanings.iter()), ..Self::default() })
     }
 
     /// Whether there is a channel that only an inertial sensor has.
     pub(super) fn has_inertial_channel(&self) -> bool {
-        let mut quantities = self.channels.iter().map(|column| known(column.channel).quantity);
+        let mut quantities = self.read.iter().map(|column| known(column.channel).quantity);
         quantities.any(|quantity| matches!(quantity, Quantity::Acceleration | Quantity::AngularRate))
     }
 
     /// Keeps only the channels that `stream` names, individually or by their quantity.
     pub(super) fn choose(&mut self, stream: &str) -> Result<(), CsvError> {
         let words: Vec<_> = stream.split_whitespace().collect();
-        let is_of = |column: &ChannelColumn, word: &str| {
-            let name = &*known(column.channel).name;
-            name == word || quantity_word(name) == word
-        };
-        let is_there = |word: &&str| self.channels.iter().any(|column| is_of(column, word));
-        if words.is_empty() || !words.iter().all(is_there) {
-            let mut found: Vec<_> =
-                self.channels.iter().map(|column| quantity_word(&known(column.channel).name)).collect();
+        let is_of = |column: &Column, word: &str| column.name() == word || quantity_word(column.name()) == word;
+        if words.is_empty() || !words.iter().all(|word| self.read.iter().any(|column| is_of(column, word))) {
+            let mut found: Vec<_> = self.read.iter().map(|column| quantity_word(column.name())).collect();
             found.dedup();
             found.sort_by_key(|name| rank(name));
             return Err(CsvError::certain(format!("no columns of {stream:?}: name some of {}", found.join(", "))));
         }
-        let is_chosen = |column: &ChannelColumn| words.iter().any(|word| is_of(column, word));
-        let (chosen, others): (Vec<_>, Vec<_>) = self.channels.iter().cloned().partition(is_chosen);
-        self.channels = chosen;
+        let is_chosen = |column: &Column| words.iter().any(|word| is_of(column, word));
+        let (chosen, others): (Vec<_>, Vec<_>) = self.read.drain(..).partition(is_chosen);
+        self.read = chosen;
         self.others = others.into_iter().map(|column| column.place).collect();
         Ok(())
     }
@@ -187,8 +184,8 @@ impl Columns {
 
 /// The compensation, as far as the names of the rates tell it.
 fn compensated<'a>(meanings: impl Iterator<Item = &'a Meaning>) -> Option<bool> {
-    let inertial = meanings.filter(|meaning| known(meaning.channel).quantity == Quantity::AngularRate);
-    let mut said = inertial.map(|meaning| match meaning.made {
+    let rates = meanings.filter(|meaning| known(meaning.channel).quantity == Quantity::AngularRate);
+    let mut said = rates.map(|meaning| match meaning.made {
         Made::Uncompensated => Some(false),
         Made::Compensated => Some(true),
         Made::Unsaid | Made::WithoutGravity => None,

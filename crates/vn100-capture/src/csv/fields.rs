@@ -1,11 +1,11 @@
-//! Cuts a line of a CSV file into its fields. Quotes, doubled or not closed, have the same meaning as
+//! Cuts a line of a table into its fields. Quotes, doubled or not closed, have the same meaning as
 //! for other programs.
 
 use std::borrow::Cow;
 
 use memchr::memchr;
 
-use super::number::Number;
+use super::{HeadRow, number::Number};
 
 /// The fields of a line, at least one, without the spaces and quotes around them.
 pub(super) const fn fields(line: &[u8], separator: u8) -> Fields<'_> {
@@ -13,7 +13,8 @@ pub(super) const fn fields(line: &[u8], separator: u8) -> Fields<'_> {
 }
 
 pub(super) struct Fields<'a> {
-    rest: Option<&'a [u8]>,
+    /// `None` after the last field.
+    pub(super) rest: Option<&'a [u8]>,
     separator: u8,
 }
 
@@ -32,10 +33,6 @@ impl<'a> Iterator for Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    pub(super) const fn has_next(&self) -> bool {
-        self.rest.is_some()
-    }
-
     /// The next field, if it is a number without spaces or quotes around it.
     #[inline]
     pub(super) fn next_number(&mut self) -> Option<Number> {
@@ -76,35 +73,48 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// The printed form of the last fields of all rows. It tells whether a last row without a line end
-/// is complete or truncated: many writers omit the last line end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct LastField {
-    /// Number of digits between the point and an exponent, at least one, and whether there is an
-    /// exponent, if these are the same in all rows: a truncated integer looks complete.
-    decimals: Option<(usize, bool)>,
+/// The form of the ends of all rows. It tells whether a last row without a line end is complete or
+/// truncated: many writers omit the last line end.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RowEnd {
+    /// The fewest fields of a row.
+    fields: usize,
+    /// The decimals of the last fields, if these are the same in all rows.
+    decimals: Option<Decimals>,
+    /// The length of the longest last field.
     longest: usize,
 }
 
-impl LastField {
-    pub(super) fn of(field: &[u8]) -> Self {
-        let exponent = field.iter().position(|byte| matches!(byte, b'e' | b'E'));
-        let mantissa = &field[..exponent.unwrap_or(field.len())];
-        let point = memchr(b'.', mantissa).filter(|_| Number::parse(field).is_some());
-        let decimals = point.map(|point| (mantissa.len() - point - 1, exponent.is_some()));
-        Self { decimals: decimals.filter(|(decimals, _)| *decimals > 0), longest: field.len() }
+/// Number of digits between the point and an exponent, at least one, and whether there is an
+/// exponent. A number without any has `None`, as a truncated integer looks complete.
+type Decimals = (usize, bool);
+
+impl RowEnd {
+    /// The common form of these rows; `None` if there are none.
+    pub(super) fn of_all(rows: impl Iterator<Item = HeadRow>) -> Option<Self> {
+        let last = |row: &HeadRow| row.last().cloned().unwrap_or_default();
+        let ends =
+            rows.map(|row| Self { fields: row.len(), decimals: decimals(&last(&row)), longest: last(&row).len() });
+        ends.reduce(|common, end| Self {
+            fields: common.fields.min(end.fields),
+            decimals: common.decimals.filter(|_| common.decimals == end.decimals),
+            longest: common.longest.max(end.longest),
+        })
     }
 
-    pub(super) fn common(self, other: Self) -> Self {
-        let decimals = self.decimals.filter(|_| self.decimals == other.decimals);
-        Self { decimals, longest: self.longest.max(other.longest) }
+    /// Whether a row has as many fields as all others, and its last one as many decimals, or the length
+    /// of the longest.
+    pub(super) fn is_whole(self, row: &[Cow<'_, [u8]>]) -> bool {
+        let Some(last) = row.last().filter(|_| row.len() >= self.fields) else { return false };
+        self.decimals.is_some() && decimals(last) == self.decimals || last.len() >= self.longest
     }
+}
 
-    /// Whether `field` has the decimals of all other fields, or is as long as the longest of them.
-    pub(super) fn is_whole(self, field: &[u8]) -> bool {
-        let own = Self::of(field);
-        self.decimals.is_some() && own.decimals == self.decimals || own.longest >= self.longest
-    }
+fn decimals(field: &[u8]) -> Option<Decimals> {
+    let exponent = field.iter().position(|byte| matches!(byte, b'e' | b'E'));
+    let mantissa = &field[..exponent.unwrap_or(field.len())];
+    let point = memchr(b'.', mantissa).filter(|_| Number::parse(field).is_some())?;
+    Some((mantissa.len() - point - 1, exponent.is_some())).filter(|(decimals, _)| *decimals > 0)
 }
 
 #[cfg(test)]
@@ -176,31 +186,6 @@ mod tests {
     fn an_open_quote_ends_with_its_line() {
         assert_eq!(cut("1,\"$A,b*63", b','), ["1", "$A,b*63"]);
         assert_eq!(cut("\"", b','), [""]);
-    }
-
-    #[test]
-    fn a_field_is_whole_with_the_decimals_or_the_width_of_all_others() {
-        for (others, field, whole) in [
-            (&["+00.000301", "-00.000391"][..], "+00.000724", true),
-            (&["+00.000301", "-00.000391"], "+00.00072", false),
-            (&["0.301", "-12.391"], "7.724", true),
-            (&["0.301", "-12.391"], "7.72", false),
-            (&["1234", "1235"], "1236", true),
-            (&["1234", "1235"], "123", false),
-            (&["9", "10"], "1", false),
-            (&["0.5", "0.25"], "0.12", true),
-            (&["-0.5", "0.25"], "0.1", false),
-            (&["-3.220814489E-2", "7.7036E-1"], "7.7", false),
-            (&["-3.220814489E-2", "7.703784658E-10"], "7.625183395E-1", true),
-            (&["-3.220814489E-2", "7.703784658E-10"], "7.62518", false),
-            (&["12:00:01", "12:00:02"], "12:00:03", true),
-            (&["12:00:01", "12:00:02"], "12:00", false),
-            (&["", ""], "", true),
-        ] {
-            let others_forms = others.iter().map(|other| LastField::of(other.as_bytes()));
-            let last = others_forms.reduce(LastField::common).unwrap();
-            assert_eq!(last.is_whole(field.as_bytes()), whole, "{field} after {others:?}");
-        }
     }
 
     proptest! {

@@ -2,26 +2,28 @@
 
 use std::{borrow::Cow, sync::Arc};
 
-use vn100_protocol::{Channel, ColumnRead, ColumnsRead, Layout, MESSAGES, Quantity};
+use vn100_protocol::{
+    Channel, ColumnRead, ColumnsRead, Layout, MESSAGES, Quantity,
+    stream::{AbsentValues, CsvReport},
+};
 
 use super::{
-    BYTE_ORDER_MARK, ColumnUse, CsvError, CsvPlan, Said,
+    BYTE_ORDER_MARK, ColumnUse, CsvError, CsvPlan, HEAD_ROWS, HeadRow, HeadRows, MapHint, Said,
     channels::known,
     column_map::STAMP,
-    columns::{ChannelColumn, Columns},
+    columns::{Column, Columns},
     dialect::Dialect,
-    fields::{LastField, fields},
+    fields::{RowEnd, fields},
     header::Header,
     holds_number,
     lines::is_comment_or_blank,
     number::Number,
     numbers_at,
-    resolution::{HEAD_ROWS, Prior, Quantizer},
-    sensor_column::check_one_sensor,
+    resolution::Quantizer,
     sentence_rows, shown,
-    streams::streams,
+    streams::{check_one_sensor, streams},
     suggestion::suggestion,
-    time_columns::{StampColumns, TimeSearch, argument, date_of},
+    time_columns::{StampColumns, TimeSearch, argument},
 };
 
 /// The most comments above the first row, and lines of another kind, that are searched for the names
@@ -52,8 +54,8 @@ pub(crate) fn detect(head: &[u8], said: Said<'_>) -> Result<Option<CsvPlan>, Csv
     let first = lines.iter().position(|line| !is_comment_or_blank(line)).filter(|&first| !lines[first].contains(&0));
     let Some(first) = first else { return Ok(None) };
     let names_channels = said.map.is_some_and(|map| map.has_channels());
-    if !names_channels && let Some(plan) = sentence_rows::detect(&lines, line_end, said)? {
-        return Ok(Some(plan));
+    if !names_channels && let Some(plan) = sentence_rows::detect(&lines, said)? {
+        return Ok(Some(CsvPlan { line_end, ..plan }));
     }
     let (mut evident, mut of_first) = (None, None);
     for index in first.saturating_sub(SEARCHED_LINES)..lines.len().min(first + SEARCHED_LINES) {
@@ -64,17 +66,17 @@ pub(crate) fn detect(head: &[u8], said: Said<'_>) -> Result<Option<CsvPlan>, Csv
             _ if index < first || is_comment_or_blank(line) => continue,
             _ => lines[index],
         };
-        let candidate = Candidate::new(names, &lines, line_end, index);
+        let candidate = Candidate::new(names, &lines, index);
         // a name of one word may occur in any text
-        if index != first && (!candidate.fits() || index > first && candidate.header.width() < 2) {
+        if index != first && (!candidate.fits() || index > first && candidate.header.names.len() < 2) {
             continue;
         }
         match candidate.plan(said) {
-            Ok(Some(plan)) => return Ok(Some(plan)),
+            Ok(Some(plan)) => return Ok(Some(CsvPlan { line_end, ..plan })),
             Ok(None) => {}
             Err(error) if error.is_certain => return Err(error),
-            Err(error) if index != first && candidate.is_header_of_numbers() => evident = evident.or(Some(error)),
             Err(error) if index == first => of_first = Some(error),
+            Err(error) if candidate.is_header_of_numbers() => evident = evident.or(Some(error)),
             Err(_) => {}
         }
         if index >= first && evident.is_some() {
@@ -90,15 +92,15 @@ struct Candidate<'a> {
     dialect: Dialect,
     /// The head of the file.
     lines: &'a [&'a [u8]],
-    /// The byte that ends them.
-    line_end: u8,
     /// Its place among the lines; the place of the units below it, if there are any.
     index: usize,
+    /// The first rows below it.
+    below: Vec<HeadRow>,
 }
 
 impl<'a> Candidate<'a> {
     /// The line at `index`, which names the columns in the text `names`.
-    fn new(names: &[u8], lines: &'a [&'a [u8]], line_end: u8, index: usize) -> Self {
+    fn new(names: &[u8], lines: &'a [&'a [u8]], index: usize) -> Self {
         let below: Vec<&[u8]> = rows(lines, index + 1).take(FITTED_ROWS).collect();
         let dialect = Dialect::of(names, if below.is_empty() { std::slice::from_ref(&names) } else { &below });
         let (header_names, separator) = dialect.header(names);
@@ -107,47 +109,32 @@ impl<'a> Candidate<'a> {
             header = Header::of_names(cells);
             header.is_first_row = true;
         }
-        let units = (index + 1..lines.len()).find(|&below| !is_comment_or_blank(lines[below]));
-        let units = units.filter(|&units| {
-            header.names_columns() && header.take_units(&dialect.tidy(lines[units]), dialect.separator)
-        });
-        let tidy: Vec<_> = below.iter().map(|row| dialect.tidy(row)).collect();
-        header.fit(&tidy, dialect.separator);
+        let units = below
+            .first()
+            .filter(|units| header.names_columns() && header.take_units(&dialect.tidy(units), dialect.separator));
+        let units = units.and_then(|_| (index + 1..lines.len()).find(|&below| !is_comment_or_blank(lines[below])));
+        let index = units.unwrap_or(index);
+        let below: Vec<HeadRow> = rows(lines, index + 1).take(FITTED_ROWS).map(|row| cells(dialect, row)).collect();
+        header.cut_off_row(&below);
         header.name_ros2_imu();
-        Self { header, dialect, lines, line_end, index: units.unwrap_or(index) }
-    }
-
-    /// The first rows below `lines_above`, tidied.
-    fn rows(&self, lines_above: usize) -> impl Iterator<Item = Cow<'a, [u8]>> {
-        rows(self.lines, lines_above).map(|row| self.dialect.tidy(row))
-    }
-
-    /// The number of fields in the row below.
-    fn width_below(&self) -> Option<usize> {
-        Some(fields(&self.rows(self.index + 1).next()?, self.dialect.separator).count())
+        Self { header, dialect, lines, index, below }
     }
 
     fn fits(&self) -> bool {
-        self.width_below() == Some(self.header.width())
+        self.below.first().is_some_and(|row| self.header.fits(row))
     }
 
     /// Whether a row of numbers follows a line of names.
     fn is_header_of_numbers(&self) -> bool {
-        let row = self.rows(self.index + 1).next();
-        let holds_number =
-            row.is_some_and(|row| fields(&row, self.dialect.separator).any(|field| Number::parse(&field).is_some()));
+        let holds_number = self.below.first().is_some_and(|row| row.iter().any(|cell| Number::parse(cell).is_some()));
         self.header.names_columns() && self.fits() && holds_number
     }
 
     /// Whether rows of as many numbers follow a row of numbers: a table without names.
     fn is_table_of_numbers(&self) -> bool {
-        let are_numbers = |row: &Cow<'_, [u8]>| {
-            let cells: Vec<bool> =
-                fields(row, self.dialect.separator).map(|field| Number::parse(&field).is_some()).collect();
-            cells.len() == self.header.width() && !cells.contains(&false)
-        };
-        let rows = self.rows(self.index + 1).take(FITTED_ROWS).filter(are_numbers).count();
-        self.header.is_all_numbers() && rows + 1 >= FITTED_ROWS
+        let width = self.header.names.len();
+        let are_numbers = |row: &&HeadRow| row.len() == width && row.iter().all(|cell| Number::parse(cell).is_some());
+        self.header.is_all_numbers() && self.below.iter().filter(are_numbers).count() + 1 >= FITTED_ROWS
     }
 
     /// The plan, if this is the header. The columns are those that the user names, or those with known
@@ -157,22 +144,19 @@ impl<'a> Candidate<'a> {
         let is_row = self.header.is_first_row || mapped.is_some_and(|map| self.header.is_row(map));
         let lines_above = self.index + usize::from(!is_row);
         let mut cells = self.cells(lines_above);
+        let has_names = self.is_header_of_numbers() || self.header.is_first_row;
         let mut columns = match mapped {
             Some(map) => Columns::mapped(&self.header, map)?,
-            None => {
-                let has_names = self.is_header_of_numbers() || self.header.is_first_row;
-                let columns = Columns::by_name(&self.header, said.file, if has_names { &cells } else { &[] });
-                if !columns.has_inertial_channel() {
-                    let is_table = has_names || self.is_table_of_numbers();
-                    return if is_table { Err(self.unknown_columns(columns, &cells, has_names)) } else { Ok(None) };
-                }
-                columns
-            }
+            None => Columns::by_name(&self.header, said.file, if has_names { &cells } else { &[] }),
         };
+        if mapped.is_none() && !columns.has_inertial_channel() {
+            let is_table = has_names || self.is_table_of_numbers();
+            return if is_table { Err(self.unknown_columns(&columns, &cells, has_names)) } else { Ok(None) };
+        }
         if let Some(stream) = said.stream {
             columns.choose(stream)?;
             if !columns.others.is_empty() {
-                cells.retain(|row| columns.channels.iter().any(|column| holds_number(row, column.place)));
+                cells.retain(|row| columns.read.iter().any(|column| holds_number(row, column.place)));
             }
         }
         let search = self.search(&columns, &cells);
@@ -182,37 +166,53 @@ impl<'a> Candidate<'a> {
             stamp => stamp,
         };
         let is_stamp = |place: usize| stamp.iter().flatten().any(|(taken, _)| *taken == place);
-        if let Some(taken) = columns.channels.iter().find(|column| is_stamp(column.place)) {
-            let column = said.map.and_then(|map| map.stamp.first()).map(|(column, _)| column.to_string());
+        if let Some(taken) = columns.read.iter().find(|column| is_stamp(column.place)) {
+            let column = said.map.and_then(|map| map.stamp.first()).map(|(column, _)| column.clone());
             let column = column.unwrap_or_else(|| self.header.argument(taken.place));
-            return Err(CsvError::same_column(&column, &known(taken.channel).name, STAMP));
+            return Err(CsvError::same_column(&column, taken.name(), STAMP));
         }
-        let is_taken = |place: usize| search.taken.contains(&place) || is_stamp(place);
-        check_one_sensor(&self.header, &cells, is_taken)?;
-        Ok(Some(self.complete(&columns, stamp, mapped.is_none(), lines_above, &cells, said)))
+        check_one_sensor(&self.header, &cells, |place| search.taken.contains(&place) || is_stamp(place))?;
+        let mut plan = self.complete(&columns, stamp, mapped.is_none(), lines_above, &cells);
+        let is_of_message = plan.layout.as_ref().is_some_and(|layout| layout.message != "CSV");
+        if plan.report.times.is_some() && !is_of_message && said.stream.is_none() {
+            plan.streams = streams(&columns.read, &cells);
+        }
+        Ok(Some(plan))
     }
 
-    fn unknown_columns(&self, columns: Columns, cells: &[Vec<Vec<u8>>], has_names: bool) -> CsvError {
-        let stamps = if has_names { self.search(&columns, cells).likely() } else { None };
-        let map = suggestion(&self.header, stamps.as_ref(), cells);
-        CsvError::unknown_columns(&self.header.listed(cells), &columns.left_out, map)
+    /// No column of the rows of numbers has a known name in the header.
+    fn unknown_columns(&self, columns: &Columns, cells: &HeadRows, has_names: bool) -> CsvError {
+        let stamps = if has_names { self.search(columns, cells).likely() } else { None };
+        let described = |name: String| match columns.left_out.iter().find(|column| column.name == name) {
+            Some(column) => format!("{name} ({})", column.reason),
+            None => name,
+        };
+        let found: Vec<String> = self.header.listed(cells).into_iter().map(described).collect();
+        CsvError {
+            reason: format!(
+                "no known column in this CSV file: expected {}; found {}",
+                Columns::SEARCHED,
+                found.join(", ")
+            ),
+            hint: Some(MapHint::Columns(suggestion(&self.header, stamps.as_ref(), cells))),
+            is_certain: false,
+        }
     }
 
     /// The fields of the first rows.
-    fn cells(&self, lines_above: usize) -> Vec<Vec<Vec<u8>>> {
-        let cut = |row: Cow<'_, [u8]>| fields(&row, self.dialect.separator).map(Cow::into_owned).collect::<Vec<_>>();
+    fn cells(&self, lines_above: usize) -> Vec<HeadRow> {
         // a second header may give another order to the columns of the rows below it
-        let is_header = |row: &Vec<Vec<u8>>| {
+        let is_header = |row: &HeadRow| {
             let is_name = |cell: &Vec<u8>| self.header.names.contains(&shown(cell));
             let are_names = row.iter().all(|cell| cell.is_empty() || is_name(cell) && Number::parse(cell).is_none());
             row.len() > 1 && are_names && row.iter().any(is_name)
         };
-        let rows = self.rows(lines_above).map(cut).take_while(|row| !is_header(row));
-        rows.filter(|cells| cells.len() == self.header.width()).collect()
+        let rows = rows(self.lines, lines_above).map(|row| cells(self.dialect, row));
+        rows.take_while(|row| !is_header(row)).filter(|row| self.header.fits(row)).collect()
     }
 
-    fn search<'b>(&'b self, columns: &Columns, rows: &'b [Vec<Vec<u8>>]) -> TimeSearch<'b> {
-        let channels = columns.channels.iter().map(|column| column.place);
+    fn search<'b>(&'b self, columns: &Columns, rows: &'b HeadRows) -> TimeSearch<'b> {
+        let channels = columns.read.iter().map(|column| column.place);
         TimeSearch { header: &self.header, rows, taken: channels.chain(columns.others.iter().copied()).collect() }
     }
 
@@ -224,50 +224,49 @@ impl<'a> Candidate<'a> {
         stamp: Option<StampColumns>,
         are_named: bool,
         lines_above: usize,
-        cells: &[Vec<Vec<u8>>],
-        said: Said<'_>,
+        cells: &HeadRows,
     ) -> CsvPlan {
         let times = stamp.as_ref().map(|stamp| argument(stamp, &self.header));
-        let quantizer = |column: &ChannelColumn| {
+        let quantizer = |column: &Column| {
             let channel = known(column.channel);
-            let of_sensor = are_named && column.unit.name == channel.unit;
             let numbers: Vec<Number> = numbers_at(cells, column.place).collect();
-            Quantizer::new(&numbers, Prior::new(channel, &column.unit, of_sensor))
+            Quantizer::new(&numbers, channel, &column.unit, are_named && column.unit.name == channel.unit)
         };
-        let quantizers: Vec<Quantizer> = columns.channels.iter().map(quantizer).collect();
+        let quantizers: Vec<Quantizer> = columns.read.iter().map(quantizer).collect();
         let mut layout = self.layout(columns, are_named, times.clone());
         let channels = layout.channels.iter().cloned().zip(&quantizers);
         layout.channels = channels.map(|(channel, quantizer)| quantizer.of_counts(channel)).collect::<Vec<_>>().into();
-        let mut uses = vec![ColumnUse::Ignored; self.header.width()];
-        for &(place, column) in stamp.iter().flatten() {
+        let mut uses = vec![ColumnUse::Ignored; self.header.width];
+        let channels = columns.read.iter().enumerate().map(|(slot, column)| (column.place, ColumnUse::Channel(slot)));
+        let others = columns.others.iter().map(|&place| (place, ColumnUse::OtherStream));
+        for (place, column) in stamp.into_iter().flatten().chain(channels).chain(others) {
             uses[place] = column;
-        }
-        for (slot, column) in columns.channels.iter().enumerate() {
-            uses[column.place] = ColumnUse::Channel(slot);
-        }
-        for &place in &columns.others {
-            uses[place] = ColumnUse::OtherStream;
         }
         let is_left_out = |name: &String| columns.left_out.iter().any(|left_out| left_out.name == *name);
         let names = self.header.names.iter().zip(&uses);
         let unused = names.filter(|(_, column)| matches!(column, ColumnUse::Ignored | ColumnUse::OtherStream));
         let ignored = unused.map(|(name, _)| name).filter(|name| !name.is_empty() && !is_left_out(name)).cloned();
-        let is_one_stream = times.is_none() || layout.message != "CSV" || said.stream.is_some();
+        let rounded = layout.channels.iter().zip(&quantizers).filter(|(_, quantizer)| quantizer.is_rounded);
+        let absent = |channel: &Channel| AbsentValues { channel: channel.name.to_string(), ..AbsentValues::default() };
         CsvPlan {
+            report: CsvReport {
+                ignored_columns: ignored.collect(),
+                left_out: columns.left_out.clone(),
+                times,
+                other_stream_rows: (!columns.others.is_empty()).then_some(0),
+                rounded: rounded.map(|(channel, _)| channel.name.to_string()).collect(),
+                absent: layout.channels.iter().map(absent).collect(),
+                ..CsvReport::default()
+            },
             quantizers,
-            streams: if is_one_stream { Vec::new() } else { streams(&columns.channels, cells) },
             layout: Some(Arc::new(layout)),
-            last_field: self.last_field(lines_above),
+            row_end: self.row_end(lines_above),
             names: if lines_above > self.index { self.header.names.clone() } else { Vec::new() },
-            ignored_columns: ignored.collect(),
-            left_out: columns.left_out.clone(),
-            line_end: self.line_end,
+            fewest_fields: self.header.names.len(),
+            lines_above: lines_above as u64,
             dialect: self.dialect,
             columns: uses,
-            has_prefix_stamps: false,
-            times,
-            date: stamp.as_ref().and_then(date_of),
-            lines_above: lines_above as u64,
+            ..CsvPlan::default()
         }
     }
 
@@ -275,13 +274,13 @@ impl<'a> Candidate<'a> {
     /// exactly and include an attitude, or have a stated compensation and not all occur in other
     /// sensors.
     fn layout(&self, columns: &Columns, are_named: bool, times: Option<String>) -> Layout {
-        let channel = |column: &ChannelColumn| match known(column.channel) {
+        let channel = |column: &Column| match known(column.channel) {
             series if series.quantity == Quantity::Value => {
                 Channel { unit: column.unit.name.clone(), ..series.clone() }
             }
             known => Channel { scale: column.unit.scale, ..known.clone() },
         };
-        let channels: Vec<Channel> = columns.channels.iter().map(channel).collect();
+        let channels: Vec<Channel> = columns.read.iter().map(channel).collect();
         let compensated = columns.compensated;
         let is_of_any_sensor = |channel: &Channel| {
             matches!(channel.quantity, Quantity::MagneticField | Quantity::Acceleration | Quantity::AngularRate)
@@ -294,25 +293,26 @@ impl<'a> Candidate<'a> {
                 && *message.channels == *channels
                 && (compensated.is_none() || message.compensated == compensated)
         });
-        let read = |column: &ChannelColumn| ColumnRead {
+        let read = |column: &Column| ColumnRead {
             name: self.header.argument(column.place),
             unit: column.unit.name.to_string(),
         };
-        let read = ColumnsRead { columns: columns.channels.iter().map(read).collect(), times };
+        let read = ColumnsRead { columns: columns.read.iter().map(read).collect(), times };
         let message = message.map_or("CSV".into(), |message| message.message.clone());
         Layout { message, compensated, channels: channels.into(), columns: Some(read) }
     }
 
-    /// The common form of the ends of the first rows that have a line end.
-    fn last_field(&self, lines_above: usize) -> Option<LastField> {
+    /// The form of the ends of the first rows that have a line end.
+    fn row_end(&self, lines_above: usize) -> Option<RowEnd> {
         let ended = &self.lines[..self.lines.len() - 1];
-        let forms = rows(ended, lines_above.min(ended.len())).filter_map(|row| {
-            let row = self.dialect.tidy(row);
-            let cells: Vec<_> = fields(&row, self.dialect.separator).collect();
-            cells.last().filter(|_| cells.len() == self.header.width()).map(|last| LastField::of(last))
-        });
-        forms.reduce(LastField::common)
+        let rows = rows(ended, lines_above.min(ended.len())).map(|row| cells(self.dialect, row));
+        RowEnd::of_all(rows.filter(|row| self.header.fits(row)))
     }
+}
+
+/// The fields of a row.
+fn cells(dialect: Dialect, row: &[u8]) -> HeadRow {
+    fields(&dialect.tidy(row), dialect.separator).map(Cow::into_owned).collect()
 }
 
 /// The first rows below `lines_above`.

@@ -4,15 +4,12 @@ use std::borrow::Cow;
 
 use super::{
     CsvError, HeadRows,
-    column_map::{ColumnMap, ColumnName, STAMP, one_line},
+    column_map::{ColumnMap, STAMP, one_line},
     fields::fields,
     name::is_unit,
     number::Number,
     numbers_at, shown,
 };
-
-/// The most nameless fields at the end of a row.
-const MOST_NAMELESS: usize = 16;
 
 /// The fields of a row of `ros2 topic echo --csv` of a `sensor_msgs/Imu`, which has no names; each
 /// covariance has nine.
@@ -25,12 +22,12 @@ const ROS2_IMU: &str = "header.stamp.sec header.stamp.nanosec header.frame_id or
 pub(super) struct Header {
     /// The names, without empty ones at the end.
     pub(super) names: Vec<String>,
+    /// The number of columns, with those at the end that have no name.
+    pub(super) width: usize,
     /// Whether the line is a row as well: its cells have names, or it is a row of a known message.
     pub(super) is_first_row: bool,
     /// The units of the columns, if a row of units follows the names; else empty.
     units: Vec<String>,
-    /// Number of fields without a name at the end of each row, from surplus separators.
-    nameless_end: usize,
 }
 
 fn is_number(name: &str) -> bool {
@@ -38,17 +35,15 @@ fn is_number(name: &str) -> bool {
 }
 
 impl Header {
-    pub(super) fn of_names(names: Vec<String>) -> Self {
-        Self { names, ..Self::default() }
+    pub(super) fn of_names(mut names: Vec<String>) -> Self {
+        let width = names.len();
+        names.truncate(names.iter().rposition(|name| !name.is_empty()).map_or(1, |last| last + 1));
+        Self { names, width, ..Self::default() }
     }
 
     /// Cuts `line` at the separators.
     pub(super) fn read(line: &[u8], separator: u8) -> Self {
-        let mut names: Vec<_> = fields(line, separator).map(|field| shown(&field)).collect();
-        let named = names.iter().rposition(|name| !name.is_empty()).map_or(1, |last| last + 1);
-        let nameless_end = names.len() - named;
-        names.truncate(named);
-        Self { nameless_end, ..Self::of_names(names) }
+        Self::of_names(fields(line, separator).map(|field| shown(&field)).collect())
     }
 
     /// Names the fields of a row of `ros2 topic echo --csv`.
@@ -63,30 +58,19 @@ impl Header {
         }
     }
 
-    /// Fits the names to the number of fields of the rows. A line of names that has lost its line end
-    /// runs into the first row, and rows may end in fields without a name; the line of names may
-    /// have a separator too many or too few.
-    pub(super) fn fit(&mut self, rows: &[Cow<'_, [u8]>], separator: u8) {
-        let rows: Vec<Vec<_>> = rows.iter().map(|row| fields(row, separator).collect()).collect();
+    /// Cuts off the first row, if a line of names that has lost its line end runs into it.
+    pub(super) fn cut_off_row(&mut self, rows: &HeadRows) {
         let names = self.names.iter().take_while(|name| !is_number(name)).count();
-        if let Some(width) = rows.first().map(Vec::len).filter(|width| rows.iter().all(|row| row.len() == *width))
-            && self.names.len() > width
-            && (3..=width).contains(&names)
-        {
+        let width = rows.first().map_or(0, Vec::len);
+        if (3..=width).contains(&names) && self.names.len() > width && rows.iter().all(|row| row.len() == width) {
             self.names.truncate(names);
-            self.nameless_end = width - names;
+            self.width = width;
         }
-        let mut rows_with = vec![0; self.nameless_end.max(MOST_NAMELESS) + 1];
-        for row in &rows {
-            let Some(more) = row.len().checked_sub(self.names.len()) else { continue };
-            let are_empty = row[self.names.len()..].iter().all(|field| field.is_empty());
-            if let Some(count) = rows_with.get_mut(more).filter(|_| are_empty || more <= self.nameless_end) {
-                *count += 1;
-            }
-        }
-        let most = rows_with.iter().copied().max().filter(|most| *most > 0);
-        // the smallest of several equally frequent counts
-        self.nameless_end = rows_with.iter().position(|count| Some(*count) == most).unwrap_or_default();
+    }
+
+    /// Whether a row has all named columns, and no field beyond the others but empty ones.
+    pub(super) fn fits(&self, row: &[Vec<u8>]) -> bool {
+        row.len() >= self.names.len() && row.iter().skip(self.width).all(Vec::is_empty)
     }
 
     /// Takes the units from the row below the names, if that row contains nothing else. Returns
@@ -94,10 +78,9 @@ impl Header {
     pub(super) fn take_units(&mut self, row: &[u8], separator: u8) -> bool {
         let bare = |unit: Cow<'_, [u8]>| shown(&unit).trim_matches(['[', ']', '(', ')', ' ']).to_owned();
         let units: Vec<String> = fields(row, separator).map(bare).collect();
-        let says_none = |unit: &String| matches!(unit.as_str(), "" | "-" | "1");
         let are_units = units.len() >= self.names.len()
             && units.iter().any(|unit| is_unit(unit))
-            && units.iter().all(|unit| says_none(unit) || is_unit(unit));
+            && units.iter().all(|unit| matches!(unit.as_str(), "" | "-" | "1") || is_unit(unit));
         if are_units {
             self.units = units;
         }
@@ -113,31 +96,24 @@ impl Header {
         }
     }
 
-    /// The number of fields in a row.
-    pub(super) fn width(&self) -> usize {
-        self.names.len() + self.nameless_end
-    }
-
     /// Whether the line consists of numbers instead of names, if `map` has columns: a file without a
     /// header. Only columns given by number can be found in such a file.
     pub(super) fn is_row(&self, map: &ColumnMap) -> bool {
-        let by_number = |column: &ColumnName| matches!(column, ColumnName::Number(_));
-        let place =
-            |column: &ColumnName| self.mapped_place(STAMP, column).ok().map(|place| self.names[place].as_bytes());
-        map.channels
-            .iter()
-            .all(|mapped| by_number(&mapped.column) && place(&mapped.column).and_then(Number::parse).is_some())
-            && map.stamp.iter().all(|(column, form)| {
-                by_number(column) && place(column).and_then(|stamp| form.nanoseconds(stamp)).is_some()
-            })
+        let cell = |column: &str| {
+            column.parse::<usize>().ok()?;
+            self.mapped_place(STAMP, column).ok().map(|place| self.names[place].as_bytes())
+        };
+        map.channels.iter().all(|mapped| cell(&mapped.column).and_then(Number::parse).is_some())
+            && map.stamp.iter().all(|(column, form)| cell(column).and_then(|stamp| form.nanoseconds(stamp)).is_some())
     }
 
     /// Whether the line could name columns: several fields, each neither empty, number nor
     /// sentence. The first may be empty, because it may number the rows.
     pub(super) fn names_columns(&self) -> bool {
-        let is_name = |name: &String| !name.is_empty() && !name.starts_with('$') && !is_number(name);
-        let may_number_rows = |(place, name): (usize, &String)| place == 0 && name.is_empty();
-        self.names.len() > 1 && self.names.iter().enumerate().all(|name| may_number_rows(name) || is_name(name.1))
+        let is_name = |(place, name): (usize, &String)| {
+            if name.is_empty() { place == 0 } else { !name.starts_with('$') && !is_number(name) }
+        };
+        self.names.len() > 1 && self.names.iter().enumerate().all(is_name)
     }
 
     /// Whether the line is the first row of several numbers, and not a line of names.
@@ -150,11 +126,7 @@ impl Header {
         if !self.is_all_numbers() {
             return self.names.iter().filter(|name| !name.is_empty()).cloned().collect();
         }
-        let mean = |place: usize| {
-            let numbers: Vec<f64> = numbers_at(rows, place).map(|number| number.value()).collect();
-            numbers.iter().sum::<f64>() / numbers.len() as f64
-        };
-        (0..self.names.len()).map(|place| format!("{} (mean {:.4})", place + 1, mean(place))).collect()
+        (0..self.names.len()).map(|place| format!("{} (mean {:.4})", place + 1, mean_at(rows, place))).collect()
     }
 
     /// The column at `place` as written in a column map.
@@ -168,19 +140,23 @@ impl Header {
         if !is_row && !is_number(name) && is_unique && is_typed { name.clone() } else { (place + 1).to_string() }
     }
 
-    /// The place of a column that a map names for `channel`.
-    pub(super) fn mapped_place(&self, channel: &str, column: &ColumnName) -> Result<usize, CsvError> {
-        let place = match column {
-            ColumnName::Number(number) => (*number <= self.names.len()).then(|| number - 1),
-            ColumnName::Header(name) => {
-                let names = || self.names.iter().map(|name| one_line(name));
-                let exactly = names().position(|other| other == *name);
-                exactly.or_else(|| names().position(|other| other.eq_ignore_ascii_case(name)))
-            }
+    /// The place of a column that a map names for `channel`, by its name or number.
+    pub(super) fn mapped_place(&self, channel: &str, column: &str) -> Result<usize, CsvError> {
+        let names = || self.names.iter().map(|name| one_line(name));
+        let place = match column.parse::<usize>() {
+            Ok(number) => number.checked_sub(1).filter(|place| *place < self.names.len()),
+            Err(_) => names()
+                .position(|name| name == column)
+                .or_else(|| names().position(|name| name.eq_ignore_ascii_case(column))),
         };
         place.ok_or_else(|| {
-            let column = column.to_string();
             CsvError::uncertain(format!("no column {column:?} for {channel}: the file has {}", self.names.join(", ")))
         })
     }
+}
+
+/// The mean of the numbers of a column in the first rows.
+pub(super) fn mean_at(rows: &HeadRows, place: usize) -> f64 {
+    let numbers: Vec<f64> = numbers_at(rows, place).map(|number| number.value()).collect();
+    numbers.iter().sum::<f64>() / numbers.len() as f64
 }

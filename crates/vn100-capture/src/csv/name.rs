@@ -10,33 +10,65 @@ use super::{
     stamp::time_unit,
 };
 
-/// Words for a sensor, or two words in one, with the sensor's name in our channels.
-const WORDS: [(&str, &[&str]); 3] = [
-    (
-        "gyro",
-        &["gyro", "gyr", "gyros", "gyroscope", "angularvelocity", "angularrate", "angvel", "rotationrate", "rotrate"],
-    ),
-    ("accel", &["accel", "acc", "accl", "acceleration", "accelerometer"]),
-    ("mag", &["mag", "magn", "magnetometer", "magneticfield", "magfield"]),
-];
+/// A sensor of three axes.
+struct Sensor {
+    /// Its name in our channels.
+    name: &'static str,
+    quantity: Quantity,
+    /// Words for it, or two words in one.
+    words: &'static str,
+    /// Letters for it, valid only together with a unit of its quantity.
+    letters: &'static str,
+    /// The word for it in the name of a file.
+    in_file: &'static str,
+}
 
-/// Letters for a sensor, valid only together with a unit of its quantity.
-const LETTERS: [(&str, &[&str]); 3] =
-    [("gyro", &["w", "g", "gy", "omega"]), ("accel", &["a", "ac", "f", "t"]), ("mag", &["m", "b", "h"])];
+const SENSORS: [Sensor; 3] = [
+    Sensor {
+        name: "gyro",
+        quantity: AngularRate,
+        words: "gyro gyr gyros gyroscope angularvelocity angularrate angvel rotationrate rotrate",
+        letters: "w g gy omega",
+        in_file: "gyro",
+    },
+    Sensor {
+        name: "accel",
+        quantity: Acceleration,
+        words: "accel acc accl acceleration accelerometer",
+        letters: "a ac f t",
+        in_file: "accel",
+    },
+    Sensor {
+        name: "mag",
+        quantity: MagneticField,
+        words: "mag magn magnetometer magneticfield magfield",
+        letters: "m b h",
+        in_file: "magnet",
+    },
+];
 
 /// Words that turn the name of a sensor into another quantity.
 const OTHER_QUANTITIES: &str = "std stddev sigma cov covariance var variance bias offset scale norm temp temperature time timestamp \
      stamp dt integral clipping status count accuracy flag delta gravity error rms mean max min setpoint ref target jerk world \
      earth ned enu global diff";
+const OF_ROTATION: &str = "angular rotation rotational";
 
-const UNCOMPENSATED: [&str; 2] = ["uncomp", "uncompensated"];
-const COMPENSATED: [&str; 2] = ["comp", "compensated"];
-const WITHOUT_GRAVITY: [&str; 3] = ["linear", "lin", "user"];
+const UNCOMP: &str = "uncomp";
+const UNCOMPENSATED: &str = "uncomp uncompensated";
+const COMPENSATED: &str = "comp compensated";
+const WITHOUT_GRAVITY: &str = "linear lin user";
 
 /// Words for numbers without a unit.
-const RAW: [&str; 5] = ["raw", "lsb", "adc", "counts", "ticks"];
+const RAW: &str = "raw lsb adc counts ticks";
 
-#[derive(Debug, Clone, PartialEq)]
+/// Prefixes of the name of a sensor that have no meaning.
+const ABOVE: &str = "field imu sensor";
+
+fn is_among(word: &str, list: &str) -> bool {
+    list.split(' ').any(|known| known == word)
+}
+
+#[derive(Debug, Clone)]
 pub(super) struct Meaning {
     /// The channel, as in [`known`].
     pub(super) channel: usize,
@@ -66,64 +98,65 @@ impl Meaning {
         let (bare, brackets) = without_brackets(name);
         let mut words = words(&bare);
         part_uncompensated(&mut words);
-        let of_axis = |content: &str| match content {
-            "0" | "x" | "X" => Some('x'),
-            "1" | "y" | "Y" => Some('y'),
-            "2" | "z" | "Z" => Some('z'),
-            _ => None,
-        };
-        let index = brackets.iter().find_map(|content| of_axis(content));
-        let stated = brackets.into_iter().rfind(|content| of_axis(content).is_none() && !content.is_empty());
-        if let Some(meaning) = single(&words, stated.as_deref()) {
+        let stated = brackets.iter().rfind(|content| axis_of(content).is_none() && !content.is_empty());
+        let stated = stated.map(String::as_str);
+        if let Some(meaning) = without_axes(&words, stated) {
             return Some(meaning);
         }
-        let named = index.or_else(|| take_axis(&mut words));
-        // a number may be that of an axis, or of a sensor
-        let axis = named.or_else(|| take_number_of_axis(&mut words))?;
-        let (sensor, is_sure) = match sensor_word(&words) {
+        let named = brackets.iter().find_map(|content| axis_of(content)).or_else(|| take_axis(&mut words));
+        // a number after the name may be that of an axis, as MATLAB writes it, or of a sensor
+        let mut number = || words.pop_if(|last| matches!(last.as_str(), "1" | "2" | "3"))?.parse().ok();
+        let axis = named.or_else(|| number().map(|number: usize| number - 1))?;
+        let by_word = || words.iter().map(|word| word.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned());
+        let pairs = words.windows(2).map(<[String]>::concat);
+        let of =
+            |list: fn(&Sensor) -> &'static str, word: &str| SENSORS.iter().find(|sensor| is_among(word, list(sensor)));
+        let (sensor, is_sure) = match pairs.chain(by_word()).find_map(|word| of(|sensor| sensor.words, &word)) {
             Some(sensor) => (sensor, named.is_some()),
-            None if words.is_empty() => (sensor_of_bare_axis(stated.as_deref(), file)?, true),
-            None => (sensor_letter(&words).or_else(|| sensor_of_unit(stated.as_deref()?))?, false),
+            None if words.is_empty() => (of_bare_axis(stated, file)?, true),
+            None => {
+                let by_letter = words.iter().find_map(|word| of(|sensor| sensor.letters, word));
+                (by_letter.or_else(|| of_unit(stated?))?, false)
+            }
         };
-        let channel = by_name(&format!("{sensor}_{axis}"))?;
-        let quantity = known(channel).quantity;
-        let has = |known: &[&str]| words.iter().any(|word| known.contains(&word.as_str()));
-        let is_of_rotation = quantity == Acceleration && has(&["angular", "rotation", "rotational"]);
-        let is_other = words.iter().any(|word| OTHER_QUANTITIES.split(' ').any(|other| other == word));
-        if is_other || is_of_rotation {
+        let has = |list: &str| words.iter().any(|word| is_among(word, list));
+        if has(OTHER_QUANTITIES) || sensor.quantity == Acceleration && has(OF_ROTATION) {
             return None;
         }
-        let unit = match (stated, unit_among(quantity, &words)) {
-            (Some(stated), _) => Some(unit_of(quantity, &stated).ok_or(stated)),
-            (None, Some(unit)) => Some(Ok(unit)),
-            (None, None) => has(&RAW).then(|| Err("raw".into())),
+        let unit = match stated {
+            Some(stated) => Some(unit_of(sensor.quantity, stated).ok_or_else(|| stated.to_owned())),
+            None => unit_among(sensor.quantity, &words).map(Ok).or_else(|| has(RAW).then(|| Err("raw".into()))),
         };
         let made = match () {
-            () if has(&UNCOMPENSATED) => Made::Uncompensated,
-            () if has(&COMPENSATED) => Made::Compensated,
-            () if quantity == Acceleration && has(&WITHOUT_GRAVITY) => Made::WithoutGravity,
+            () if has(UNCOMPENSATED) => Made::Uncompensated,
+            () if has(COMPENSATED) => Made::Compensated,
+            () if sensor.quantity == Acceleration && has(WITHOUT_GRAVITY) => Made::WithoutGravity,
             () => Made::Unsaid,
         };
-        Some(Self { channel, unit, made, is_sure, group: format!("{sensor} {}", words.join(" ")) })
+        let channel = by_name(&format!("{}_{}", sensor.name, ["x", "y", "z"][axis]))?;
+        Some(Self { channel, unit, made, is_sure, group: format!("{} {}", sensor.name, words.join(" ")) })
+    }
+
+    /// The quantity of the channel, as written in names of streams.
+    pub(super) fn sensor(&self) -> &'static str {
+        quantity_word(&known(self.channel).name)
     }
 }
 
 /// The channels that have no axes: yaw, temperature and the like, alone or with a unit.
-fn single(words: &[String], stated: Option<&str>) -> Option<Meaning> {
-    let above = words.iter().take_while(|word| ABOVE.contains(&word.as_str())).count();
+fn without_axes(words: &[String], stated: Option<&str>) -> Option<Meaning> {
+    let above = words.iter().take_while(|word| is_among(word, ABOVE)).count();
     let words = &words[above..];
     let (channel, rest) = (1..=words.len()).rev().find_map(|count| {
-        let name = words[..count].concat();
-        let name = match name.as_str() {
-            "temp" => "temperature",
-            "pres" | "press" => "pressure",
-            name => name.strip_prefix("quaternion").map_or(name, |_| name),
+        let name = match words[..count].concat().as_str() {
+            "temp" => "temperature".to_owned(),
+            "pres" | "press" => "pressure".to_owned(),
+            name => name.replace("quaternion", "quat"),
         };
-        let is_so = |channel: &usize| known(*channel).name.replace('_', "") == name.replace("quaternion", "quat");
-        let is_single =
-            |channel: &usize| matches!(known(*channel).quantity, Angle | Quaternion | Temperature | Pressure);
-        let channel = (0..names().count()).find(is_so)?;
-        Some((channel, words[count..].concat())).filter(|(channel, _)| is_single(channel))
+        let channel = names().position(|known| known.replace('_', "") == name)?;
+        let quantity = known(channel).quantity;
+        let is_single = matches!(quantity, Angle | Quaternion | Temperature | Pressure);
+        is_single.then(|| (channel, words[count..].concat()))
     })?;
     let quantity = known(channel).quantity;
     let unit = match stated.or(Some(rest.as_str()).filter(|rest| !rest.is_empty())) {
@@ -136,9 +169,6 @@ fn single(words: &[String], stated: Option<&str>) -> Option<Meaning> {
     let group = quantity_word(&known(channel).name).to_owned();
     Some(Meaning { channel, unit, made: Made::Unsaid, is_sure: true, group })
 }
-
-/// Prefixes of the name of a sensor that have no meaning.
-const ABOVE: [&str; 3] = ["field", "imu", "sensor"];
 
 /// The name without its text in brackets, and that text.
 fn without_brackets(name: &str) -> (String, Vec<String>) {
@@ -160,68 +190,46 @@ fn without_brackets(name: &str) -> (String, Vec<String>) {
 /// Separates the words of the maker's messages, as in `uncompgyro.x`.
 fn part_uncompensated(words: &mut Vec<String>) {
     let place = words.iter().position(|word| {
-        let sensor = word.strip_prefix(UNCOMPENSATED[0]).map(|rest| rest.strip_suffix(['x', 'y', 'z']).unwrap_or(rest));
-        sensor.is_some_and(|sensor| WORDS.iter().any(|(_, known)| known.contains(&sensor)))
+        let sensor = word.strip_prefix(UNCOMP).map(|rest| rest.strip_suffix(['x', 'y', 'z']).unwrap_or(rest));
+        sensor.is_some_and(|word| SENSORS.iter().any(|sensor| is_among(word, sensor.words)))
     });
     if let Some(place) = place {
-        let sensor = words[place].split_off(UNCOMPENSATED[0].len());
+        let sensor = words[place].split_off(UNCOMP.len());
         words.insert(place + 1, sensor);
     }
 }
 
+/// The axis that stands alone or in brackets.
+fn axis_of(text: &str) -> Option<usize> {
+    ["x0", "y1", "z2"].iter().position(|signs| text.len() == 1 && signs.contains(&text.to_lowercase()))
+}
+
 /// Removes the axis from the words and returns it: a word, or the last letter of the word for the sensor.
-fn take_axis(words: &mut Vec<String>) -> Option<char> {
-    let is_axis = |word: &str| matches!(word, "x" | "y" | "z");
-    if let Some(place) = words.iter().rposition(|word| is_axis(word)) {
-        return words.remove(place).chars().next();
+fn take_axis(words: &mut Vec<String>) -> Option<usize> {
+    let is_letter = |word: &String| matches!(word.as_str(), "x" | "y" | "z");
+    if let Some(place) = words.iter().rposition(is_letter) {
+        return axis_of(&words.remove(place));
     }
-    let is_sensor = |stem: &str| WORDS.iter().chain(&LETTERS).any(|(_, known)| known.contains(&stem));
-    let place = words.iter().position(|word| {
-        let stem = word.strip_suffix(['x', 'y', 'z']);
-        stem.is_some_and(is_sensor)
-    })?;
-    words[place].pop()
-}
-
-/// The number of an axis from 1, as MATLAB writes it after the name of a matrix: `AngularVelocity_1`.
-fn take_number_of_axis(words: &mut Vec<String>) -> Option<char> {
-    let axes = [("1", 'x'), ("2", 'y'), ("3", 'z')];
-    let (_, axis) = axes.into_iter().find(|(number, _)| words.last().is_some_and(|last| last == number))?;
-    words.pop();
-    Some(axis)
-}
-
-fn sensor_word(words: &[String]) -> Option<&'static str> {
-    let pairs = words.windows(2).map(<[String]>::concat);
-    let single = words.iter().map(|word| word.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned());
-    let sensor =
-        |word: String| WORDS.iter().find(|(_, known)| known.contains(&word.as_str())).map(|(sensor, _)| *sensor);
-    pairs.chain(single).find_map(sensor)
-}
-
-fn sensor_letter(words: &[String]) -> Option<&'static str> {
-    words
-        .iter()
-        .find_map(|word| LETTERS.iter().find(|(_, known)| known.contains(&word.as_str())))
-        .map(|(sensor, _)| *sensor)
+    let is_sensor =
+        |stem: &str| SENSORS.iter().any(|sensor| is_among(stem, sensor.words) || is_among(stem, sensor.letters));
+    let place = words.iter().position(|word| word.strip_suffix(['x', 'y', 'z']).is_some_and(is_sensor))?;
+    axis_of(&words[place].pop()?.to_string())
 }
 
 /// The sensor of columns named only `x`, `y` and `z`, from their unit or the name of the file.
-fn sensor_of_bare_axis(stated: Option<&str>, file: Option<&str>) -> Option<&'static str> {
+fn of_bare_axis(stated: Option<&str>, file: Option<&str>) -> Option<&'static Sensor> {
     let file = file.unwrap_or_default().to_lowercase();
-    let words = [("gyro", "gyro"), ("accel", "accel"), ("mag", "magnet")];
-    let by_file = words.into_iter().find(|(_, word)| file.contains(word)).map(|(sensor, _)| sensor);
+    let by_file = SENSORS.iter().find(|sensor| file.contains(sensor.in_file));
     match stated {
-        Some(unit) => sensor_of_unit(unit).filter(|by_unit| by_file.is_none_or(|by_file| by_file == *by_unit)),
+        Some(unit) => of_unit(unit).filter(|by_unit| by_file.is_none_or(|by_file| by_file.name == by_unit.name)),
         None => by_file,
     }
 }
 
 /// The sensor whose numbers have this unit; none for degrees, which are those of angles.
-fn sensor_of_unit(unit: &str) -> Option<&'static str> {
-    let of_sensors = [("gyro", AngularRate), ("accel", Acceleration), ("mag", MagneticField)];
-    let sensor = of_sensors.into_iter().find(|(_, quantity)| unit_of(*quantity, unit).is_some());
-    sensor.filter(|_| unit_of(Angle, unit).is_none()).map(|(sensor, _)| sensor)
+fn of_unit(unit: &str) -> Option<&'static Sensor> {
+    let sensor = SENSORS.iter().find(|sensor| unit_of(sensor.quantity, unit).is_some());
+    sensor.filter(|_| unit_of(Angle, unit).is_none())
 }
 
 /// The unit that words beside the sensor are.

@@ -5,9 +5,6 @@ use vn100_protocol::{Channel, Quantity};
 
 use super::{channels::Unit, number::Number};
 
-/// Number of rows that are examined in the head of a file.
-pub(super) const HEAD_ROWS: usize = 1000;
-
 /// There is room for deviations from the median that are this many times as large as those in the
 /// head.
 const HEADROOM: f64 = 64.0;
@@ -30,7 +27,7 @@ const MOST_COUNTS: f64 = i32::MAX as f64;
 
 /// The conversion of a number to a count, which is 10^-`decimals` of the unit of the file, or a power
 /// of two.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Quantizer {
     /// `None` for a power of two.
     decimals: Option<u8>,
@@ -42,69 +39,49 @@ pub(super) struct Quantizer {
     limit_counts: i32,
 }
 
-/// Properties of a column that are known before its numbers are read.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Prior {
-    /// The least number of decimals.
-    decimals: u32,
-    /// Beyond this magnitude a number of the sensor is damaged; `None` if that is not known.
-    limit: Option<f64>,
-    /// A power of two has room for this magnitude at least, in the unit of the file.
-    range: f64,
-    zero: f64,
-}
-
-impl Prior {
-    /// For a column in this unit; numbers `of_sensor` are in the sensor's own unit.
-    pub(super) fn new(channel: &Channel, unit: &Unit, of_sensor: bool) -> Self {
-        let limit = channel.value(channel.limit_counts);
-        let range = match channel.quantity {
-            Quantity::Value => 0.0,
-            Quantity::Angle => TURNS * limit,
-            _ => limit,
-        };
-        if of_sensor {
-            return Self { decimals: channel.decimals.into(), limit: Some(limit), range, zero: 0.0 };
-        }
-        // the distance between two zeros must be a whole count
-        let decimals = if unit.zero == 0.0 { 0 } else { 2 };
-        Self { decimals, limit: None, range: range / unit.scale, zero: unit.zero }
-    }
-}
-
 impl Quantizer {
-    /// Decides from the numbers of the head.
-    pub(super) fn new(numbers: &[Number], prior: Prior) -> Self {
+    /// Decides from the numbers of the head, which are in this unit of the channel. Numbers
+    /// `of_sensor` are in its own unit, and have at least its decimals; beyond its limit one is
+    /// damaged.
+    pub(super) fn new(numbers: &[Number], channel: &Channel, unit: &Unit, of_sensor: bool) -> Self {
+        // the distance between two zeros must be a whole count
+        let of_unit = if unit.zero == 0.0 { 0 } else { 2 };
+        let least = if of_sensor { channel.decimals.into() } else { of_unit };
         let numbers: Vec<Number> = numbers.iter().map(|number| without_noise_digits(*number)).collect();
         let mut values: Vec<f64> = numbers.iter().map(Number::value).collect();
         // the largest magnitude except glitches
         let mut magnitudes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
         let usual = nth(&mut magnitudes, 1.0 - GLITCHES);
-        let limit = prior.limit.filter(|limit| usual <= 2.0 * limit);
         let median = nth(&mut values, 0.5);
         let mut deviations: Vec<f64> = values.iter().map(|value| (value - median).abs()).collect();
         let deviation = nth(&mut deviations, 1.0 - GLITCHES);
-        let room = (median.abs() + HEADROOM * deviation).max(2.0 * usual) + prior.zero;
-        let (printed, _) = most_decimals(&numbers, |number| number.decimals.max(0).unsigned_abs());
-        let (shortest, significant) = most_decimals(&numbers, Number::significant_decimals);
-        let fits = |decimals: &u32| *decimals <= MOST_DECIMALS && room * 10_f64.powi(*decimals as i32) <= MOST_COUNTS;
-        let at_least = |decimals: u32| decimals.max(prior.decimals);
-        let decimals = match () {
-            () if limit.is_some() && printed.map_or(0, at_least).max(significant) <= prior.decimals => {
-                Some(prior.decimals)
-            }
-            () => [printed, shortest].into_iter().flatten().map(at_least).find(fits),
+        let largest = channel.value(channel.limit_counts);
+        let limit = Some(largest).filter(|limit| of_sensor && usual <= 2.0 * limit);
+        let room = (median.abs() + HEADROOM * deviation).max(2.0 * usual) + unit.zero;
+        let within = limit.map_or(room, |limit| room.min(limit));
+        // zeros are printed shorter by some scripts, and are no evidence against a last digit
+        let most = |decimals: fn(&Number) -> u32| {
+            let seen = numbers.iter().filter(|number| number.digits != 0).map(decimals).max();
+            seen.unwrap_or(if of_sensor { 0 } else { UNSEEN_DECIMALS }).max(least)
         };
-        let decimals = decimals.or_else(|| (usual == 0.0).then(|| at_least(UNSEEN_DECIMALS)));
+        let significant = most(Number::significant_decimals);
+        let fits = |decimals: &u32| *decimals <= MOST_DECIMALS && within * 10_f64.powi(*decimals as i32) <= MOST_COUNTS;
+        let decimals = [most(|number| number.decimals.max(0).unsigned_abs()), significant].into_iter().find(fits);
+        // a power of two has room for the range of the channel at least
+        let range = match channel.quantity {
+            Quantity::Value => 0.0,
+            Quantity::Angle => TURNS * largest / unit.scale,
+            _ => largest / unit.scale,
+        };
         let counts_per_unit = match decimals {
             Some(decimals) => 10_f64.powi(decimals as i32),
-            None => 2_f64.powi(((MOST_COUNTS / room.max(prior.range)).log2().floor() as i32).clamp(-900, 900)),
+            None => 2_f64.powi(((MOST_COUNTS / room.max(range)).log2().floor() as i32).clamp(-900, 900)),
         };
         Self {
             decimals: decimals.map(|decimals| decimals as u8),
             counts_per_unit,
             is_rounded: decimals.is_none_or(|decimals| significant > decimals),
-            zero: prior.zero,
+            zero: unit.zero,
             // a cast saturates
             limit_counts: limit.map_or(i32::MAX, |limit| (limit * counts_per_unit).round() as i32),
         }
@@ -141,16 +118,6 @@ impl Quantizer {
     }
 }
 
-/// The most decimals of numbers that are not zero, `None` if most of them have fewer, so that later
-/// ones may have more; and the most of any. Zeros are printed shorter by some scripts, and are no
-/// evidence against a last digit.
-fn most_decimals(numbers: &[Number], decimals: impl Fn(&Number) -> u32) -> (Option<u32>, u32) {
-    let all: Vec<u32> = numbers.iter().filter(|number| number.digits != 0).map(decimals).collect();
-    let most = all.iter().copied().max();
-    let have = all.iter().filter(|decimals| Some(**decimals) == most).count();
-    (most.filter(|_| 2 * have >= all.len()), most.unwrap_or_default())
-}
-
 /// The shortest decimal number that is the same float, if this one is a float that was printed
 /// beyond its precision.
 fn without_noise_digits(number: Number) -> Number {
@@ -168,18 +135,24 @@ fn nth(values: &mut [f64], share: f64) -> f64 {
 mod tests {
     use proptest::prelude::*;
 
-    use super::*;
+    use super::{
+        super::channels::{by_name, known, units},
+        *,
+    };
 
-    const ANY: Prior = Prior { decimals: 0, limit: None, range: 0.0, zero: 0.0 };
-    const RATE: Prior = Prior { decimals: 6, limit: Some(40.0), range: 40.0, ..ANY };
+    /// The channel of any series, and that of a rate of the sensor.
+    const ANY: &str = "value";
+    const RATE: &str = "gyro_x";
 
-    fn quantizer<T: ToString>(fields: impl IntoIterator<Item = T>, prior: Prior) -> Quantizer {
+    fn quantizer<T: ToString>(fields: impl IntoIterator<Item = T>, name: &str) -> Quantizer {
         let numbers = fields.into_iter().map(|field| Number::parse(field.to_string().as_bytes()).unwrap());
-        Quantizer::new(&numbers.collect::<Vec<_>>(), prior)
+        let channel = known(by_name(name).unwrap());
+        let unit = units(channel.quantity).next().cloned().unwrap_or_else(|| Unit::unconverted("1".into()));
+        Quantizer::new(&numbers.collect::<Vec<_>>(), channel, &unit, name == RATE)
     }
 
-    fn decimals(fields: &[&str], prior: Prior) -> Option<u8> {
-        quantizer(fields, prior).decimals
+    fn decimals(fields: &[&str], name: &str) -> Option<u8> {
+        quantizer(fields, name).decimals
     }
 
     #[test]

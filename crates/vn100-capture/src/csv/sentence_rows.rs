@@ -4,20 +4,19 @@
 use std::borrow::Cow;
 
 use memchr::{memchr, memchr2, memmem};
+use vn100_protocol::stream::CsvReport;
 
 use super::{
-    ColumnUse, CsvError, CsvPlan, HeadRows, Said,
+    ColumnUse, CsvError, CsvPlan, HEAD_ROWS, HeadRow, Said,
     column_map::RAW,
-    date::DateForm,
     dialect::{Dialect, separator},
-    fields::{LastField, fields},
+    fields::fields,
     header::Header,
     lines::is_comment_or_blank,
     number::Number,
-    resolution::HEAD_ROWS,
     shown,
-    stamp::{StampForm, StampScan},
-    time_columns::{StampColumns, TimeSearch, argument, date_of},
+    stamp::{StampForm, unit_of},
+    time_columns::{TimeSearch, argument},
 };
 
 /// With fewer rows, any text may stand before a sentence.
@@ -54,6 +53,11 @@ impl<'a> SentenceRow<'a> {
         (cells, place)
     }
 
+    /// Whether no field follows the sentence.
+    pub(super) fn is_last(&self) -> bool {
+        !self.after.iter().any(u8::is_ascii_alphanumeric)
+    }
+
     /// The text before the sentence, without signs around it.
     pub(super) fn prefix(&self) -> &'a [u8] {
         let begin = self.before.iter().position(u8::is_ascii_alphanumeric).unwrap_or(self.before.len());
@@ -76,58 +80,63 @@ pub(crate) fn checked_part(sentence: &[u8]) -> &[u8] {
 
 /// The plan of a table or log of sentences; `None` without stamps, because the file can then be read
 /// as text just as well. The user may have named the columns.
-pub(super) fn detect(lines: &[&[u8]], line_end: u8, said: Said<'_>) -> Result<Option<CsvPlan>, CsvError> {
+pub(super) fn detect(lines: &[&[u8]], said: Said<'_>) -> Result<Option<CsvPlan>, CsvError> {
     let is_row = |line: &&[u8]| !is_comment_or_blank(line) && SentenceRow::of(line).is_some();
     let Some(first) = lines.iter().position(is_row) else { return Ok(None) };
     let rows = lines[first..].iter().filter(|line| !is_comment_or_blank(line));
     let rows: Vec<SentenceRow<'_>> = rows.filter_map(|line| SentenceRow::of(line)).take(HEAD_ROWS).collect();
-    let raw = said.map.and_then(|map| map.sentence.as_ref());
+    let raw = said.map.and_then(|map| map.sentence.as_deref());
     let above = lines[..first].iter().rposition(|line| !line.trim_ascii().is_empty());
-    let header = above.and_then(|above| header(lines[above], &rows[0], raw.is_some()));
-    if header.is_none()
+    let named = above.and_then(|above| header(lines[above], &rows[0], raw.is_some()));
+    let has_names = named.is_some();
+    if !has_names
         && raw.is_none()
         && let Some(form) = prefix_form(&rows, said)?
     {
         let columns = vec![ColumnUse::Stamp(form), ColumnUse::Sentence];
-        let plan =
-            CsvPlan { has_prefix_stamps: true, times: Some(format!("1:{}", form.name())), ..plan(columns, line_end) };
-        return Ok(Some(CsvPlan { date: if let StampForm::Date(date) = form { Some(date) } else { None }, ..plan }));
+        let report = CsvReport { times: Some(format!("1:{}", form.name())), ..CsvReport::default() };
+        return Ok(Some(CsvPlan { has_prefix_stamps: true, columns, report, ..CsvPlan::default() }));
     }
-    let has_names = header.is_some();
-    let (header, separator) = header.unwrap_or_else(|| {
+    let (header, separator) = named.unwrap_or_else(|| {
         let separator = separator(&[rows[0].before, rows[0].after].concat());
-        let names = rows[0].cells(separator).0.iter().map(|cell| shown(cell)).collect();
-        (Header::of_names(names), separator)
+        (Header::of_names(rows[0].cells(separator).0.iter().map(|cell| shown(cell)).collect()), separator)
     });
-    let place = rows[0].cells(separator).1;
-    let cells: Vec<Vec<Vec<u8>>> =
-        rows.iter().map(|row| row.cells(separator).0.into_iter().map(Cow::into_owned).collect()).collect();
     if let Some(raw) = raw {
         header.mapped_place(RAW, raw)?;
     }
-    let stamp = stamps(&header, &cells, place, has_names, said)?;
+    let place = rows[0].cells(separator).1;
+    let owned = |row: &SentenceRow<'_>| row.cells(separator).0.into_iter().map(Cow::into_owned).collect();
+    let cells: Vec<HeadRow> = rows.iter().map(owned).collect();
+    let search = TimeSearch { header: &header, rows: &cells, taken: vec![place] };
+    // named by the user, found by name, or any column that can only be times
+    let stamp = match said.map.map_or(Ok(None), |map| search.mapped(map))? {
+        None if has_names => search.found()?.or_else(|| search.unnamed()),
+        None => search.unnamed(),
+        stamp => stamp,
+    };
     if stamp.is_none() && raw.is_none() {
         return Ok(None);
     }
     let mut columns = vec![ColumnUse::Ignored; header.names.len()];
     columns[place] = ColumnUse::Sentence;
-    for &(place, column) in stamp.iter().flatten() {
+    let times = stamp.as_ref().map(|stamp| argument(stamp, &header));
+    for (place, column) in stamp.into_iter().flatten() {
         columns[place] = column;
     }
-    let unused =
-        header.names.iter().zip(&columns).filter(|(name, column)| **column == ColumnUse::Ignored && !name.is_empty());
-    let is_last = place + 1 == header.names.len();
-    let ended = cells.len() - usize::from(lines.last().is_some_and(|last| !last.is_empty()));
-    let whole = cells[..ended].iter().filter(|cells| !is_last && cells.len() == header.names.len());
+    let unused = header
+        .names
+        .iter()
+        .zip(&columns)
+        .filter(|(name, column)| has_names && **column == ColumnUse::Ignored && !name.is_empty());
+    let report =
+        CsvReport { times, ignored_columns: unused.map(|(name, _)| name.clone()).collect(), ..CsvReport::default() };
     Ok(Some(CsvPlan {
-        last_field: whole.filter_map(|cells| Some(LastField::of(cells.last()?))).reduce(LastField::common),
-        ignored_columns: if has_names { unused.map(|(name, _)| name.clone()).collect() } else { Vec::new() },
-        dialect: Dialect::plain(separator),
-        times: stamp.as_ref().map(|stamp| argument(stamp, &header)),
-        date: stamp.as_ref().and_then(date_of),
+        report,
         lines_above: above.filter(|_| has_names).map_or(0, |above| above as u64 + 1),
-        names: if has_names { header.names } else { Vec::new() },
-        ..plan(columns, line_end)
+        names: if has_names { header.names.clone() } else { Vec::new() },
+        dialect: Dialect { separator, ..Dialect::default() },
+        columns,
+        ..CsvPlan::default()
     }))
 }
 
@@ -142,42 +151,6 @@ fn header(line: &[u8], row: &SentenceRow<'_>, is_named: bool) -> Option<(Header,
     ((cells.len() > 1 || is_named) && header.names.len() > place).then_some((header, separator))
 }
 
-/// A plan for sentences in these columns.
-fn plan(columns: Vec<ColumnUse>, line_end: u8) -> CsvPlan {
-    CsvPlan {
-        layout: None,
-        names: Vec::new(),
-        ignored_columns: Vec::new(),
-        left_out: Vec::new(),
-        line_end,
-        dialect: Dialect::plain(b','),
-        columns,
-        quantizers: Vec::new(),
-        last_field: None,
-        has_prefix_stamps: false,
-        times: None,
-        date: None,
-        lines_above: 0,
-        streams: Vec::new(),
-    }
-}
-
-/// The columns of the stamps: named by the user, found by name, or any column that can only be times.
-fn stamps(
-    header: &Header,
-    rows: &HeadRows,
-    place: usize,
-    has_names: bool,
-    said: Said<'_>,
-) -> Result<Option<StampColumns>, CsvError> {
-    let search = TimeSearch { header, rows, taken: vec![place] };
-    match said.map.map_or(Ok(None), |map| search.mapped(map))? {
-        Some(stamp) => Ok(Some(stamp)),
-        None if has_names => Ok(search.found()?.or_else(|| search.unnamed())),
-        None => Ok(search.unnamed()),
-    }
-}
-
 /// The form of the stamps before the sentences, if these are all of one form: dates, or numbers that
 /// ascend and have a certain unit. The user may have named the form of column 1.
 fn prefix_form(rows: &[SentenceRow<'_>], said: Said<'_>) -> Result<Option<StampForm>, CsvError> {
@@ -188,15 +161,13 @@ fn prefix_form(rows: &[SentenceRow<'_>], said: Said<'_>) -> Result<Option<StampF
     if let Some(&(_, form)) = said.map.and_then(|map| map.stamp.first()) {
         return Ok(Some(form).filter(|form| prefixes.iter().all(|stamp| form.nanoseconds(stamp).is_some())));
     }
-    if let Some(form) = DateForm::of_all(&prefixes).map_err(|()| CsvError::date_order("1", "1"))? {
-        return Ok(Some(StampForm::Date(form)));
+    if let Some(form) = StampForm::of_texts(&prefixes).map_err(|()| CsvError::date_order("1", "1"))? {
+        return Ok(Some(form));
     }
     let Some(numbers) = prefixes.iter().map(|stamp| Number::parse(stamp)).collect::<Option<Vec<_>>>() else {
         return Ok(None);
     };
-    let mut scan = StampScan::default();
-    numbers.iter().for_each(|number| scan.add(number));
     let ascends = numbers.windows(2).all(|pair| pair[1].value() >= pair[0].value());
     let is_certain = ascends && numbers.iter().any(|number| number.decimals > 0);
-    Ok(scan.unit().ok().filter(|_| is_certain).map(StampForm::Unit))
+    Ok(unit_of(&numbers).ok().filter(|_| is_certain).map(StampForm::Unit))
 }

@@ -1,8 +1,15 @@
-//! The stamp of a row: its form, and its value in exact nanoseconds.
+//! The stamp of a row: its form, and its value in exact nanoseconds. A stamp is a number in a unit, a
+//! date as `2023-03-06T02:25:02.45Z`, `2023/03/06/02:25:02.45` or `06-Mar-2023 02:25:02,45`, or a time of day
+//! as `02:25:02.45`, `02:25:02:450` or `25:02.4`.
 
 use std::ops::Range;
 
-use super::{date::DateForm, number::Number};
+use jiff::{
+    civil::{Date, Time},
+    tz::Offset,
+};
+
+use super::number::Number;
 
 /// Times of the years 2001 to 2102 in seconds since 1970.
 const SINCE_EPOCH_S: Range<f64> = 1e9..4.2e9;
@@ -17,70 +24,64 @@ const LONGEST_STEP_S: f64 = 1.1;
 /// The most rows of one read: an adapter delays bytes by up to 16 ms, at 1000 Hz.
 const MOST_ROWS_TOGETHER: usize = 16;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct StampUnit {
-    /// Its name in a column map.
-    pub(super) name: &'static str,
-    pub(super) nanoseconds: i64,
-}
-
-impl StampUnit {
-    /// The units that the size of a stamp, or the step from row to row, may show.
-    pub(super) const USUAL: [Self; 4] =
-        [Self::new("s", 1_000_000_000), Self::new("ms", 1_000_000), Self::new("us", 1000), Self::new("ns", 1)];
-    const SECONDS: Self = Self::USUAL[0];
-    pub(super) const NANOSECONDS: Self = Self::USUAL[3];
-    /// The ticks of a sensor of Xsens.
-    pub(super) const TICKS: Self = Self::new("100us", 100_000);
-    /// Days, as spreadsheets and MATLAB count them.
-    const DAYS: Self = Self::new("d", 86_400_000_000_000);
-
-    const fn new(name: &'static str, nanoseconds: i64) -> Self {
-        Self { name, nanoseconds }
-    }
-
-    pub(super) fn all() -> impl Iterator<Item = Self> {
-        Self::USUAL.into_iter().chain([Self::TICKS, Self::DAYS])
-    }
-
-    /// The length of the unit in seconds.
-    pub(super) fn seconds(self) -> f64 {
-        self.nanoseconds as f64 / 1e9
-    }
-}
-
-/// The words for the units in a name.
-const UNIT_WORDS: [(&str, &[&str]); 4] = [
-    ("s", &["s", "sec", "secs", "second", "seconds"]),
-    ("ms", &["ms", "msec", "msecs", "millis", "millisec", "milliseconds"]),
-    ("us", &["us", "µs", "usec", "usecs", "micros", "microsec", "microseconds"]),
-    ("ns", &["ns", "nsec", "nsecs", "nanos", "nanosec", "nanosecs", "nanoseconds"]),
+/// The units: the name in a column map, the length in nanoseconds, and the words for it in names.
+const UNITS: [(&str, i64, &str); 6] = [
+    ("s", 1_000_000_000, "s sec secs second seconds"),
+    ("ms", 1_000_000, "ms msec msecs millis millisec milliseconds"),
+    ("us", 1000, "us µs usec usecs micros microsec microseconds"),
+    ("ns", 1, "ns nsec nsecs nanos nanosec nanosecs nanoseconds"),
+    // the ticks of a sensor of Xsens
+    ("100us", 100_000, ""),
+    // days, as spreadsheets and MATLAB count them
+    ("d", 86_400_000_000_000, ""),
 ];
 
-/// The unit of time of a word in lower case.
-pub(super) fn time_unit(word: &str) -> Option<StampUnit> {
-    let (name, _) = UNIT_WORDS.iter().find(|(_, words)| words.contains(&word))?;
-    StampUnit::USUAL.into_iter().find(|unit| unit.name == *name)
+/// The units that the size of a stamp, or the step from row to row, may show.
+pub(super) const USUAL_NS: [i64; 4] = [UNITS[0].1, UNITS[1].1, UNITS[2].1, UNITS[3].1];
+pub(super) const TICK_NS: i64 = UNITS[4].1;
+const SECOND_NS: i64 = UNITS[0].1;
+const DAY_NS: i64 = UNITS[5].1;
+
+/// The unit of time of a word in lower case, in nanoseconds.
+pub(super) fn time_unit(word: &str) -> Option<i64> {
+    let is_one = |words: &str| words.split(' ').any(|known| known == word && !word.is_empty());
+    UNITS.iter().find(|(_, _, words)| is_one(words)).map(|(_, unit_ns, _)| *unit_ns)
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum StampForm {
-    /// A number in this unit.
-    Unit(StampUnit),
-    /// A date or a time of day.
-    Date(DateForm),
+    /// A number in a unit of this many nanoseconds.
+    Unit(i64),
+    /// Year, month, day, time: ISO 8601, also with other separators.
+    YearFirst,
+    /// Day, month, year, time; the month may be a word, as MATLAB writes it.
+    DayFirst,
+    /// Month, day, year, time.
+    MonthFirst,
+    /// The time of day alone, which restarts at midnight.
+    TimeOfDay,
+    /// Minutes and seconds alone, as Excel shows a time of day; they restart with the hour.
+    MinutesSeconds,
 }
 
 impl StampForm {
+    /// If several fit, the first is taken.
+    const OF_TEXT: [Self; 5] =
+        [Self::YearFirst, Self::DayFirst, Self::MonthFirst, Self::TimeOfDay, Self::MinutesSeconds];
+
     pub(super) fn all() -> impl Iterator<Item = Self> {
-        StampUnit::all().map(Self::Unit).chain(DateForm::ALL.map(Self::Date))
+        UNITS.iter().map(|(_, unit_ns, _)| Self::Unit(*unit_ns)).chain(Self::OF_TEXT)
     }
 
     /// Its name in a column map.
-    pub(super) const fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
-            Self::Unit(unit) => unit.name,
-            Self::Date(form) => form.name(),
+            Self::Unit(unit_ns) => UNITS.iter().find(|unit| unit.1 == unit_ns).map_or("", |unit| unit.0),
+            Self::YearFirst => "iso",
+            Self::DayFirst => "dmy",
+            Self::MonthFirst => "mdy",
+            Self::TimeOfDay => "clock",
+            Self::MinutesSeconds => "mmss",
         }
     }
 
@@ -88,21 +89,99 @@ impl StampForm {
         Self::all().find(|form| form.name() == name)
     }
 
-    /// `stamp` in nanoseconds; for a date, since 1970.
+    /// `stamp` in nanoseconds: for a date since 1970 in UTC, or in the local time of its clock if it names
+    /// no zone; for a time of day since midnight. `None` for a text of another form.
     pub(super) fn nanoseconds(self, stamp: &[u8]) -> Option<i64> {
-        match self {
-            Self::Unit(unit) => match Number::parse(stamp) {
-                Some(number) => number.times(unit.nanoseconds),
-                None => with_unit(stamp).and_then(|(number, unit)| number.times(unit.nanoseconds)),
-            },
-            Self::Date(form) => form.nanoseconds(stamp),
+        let Self::Unit(unit_ns) = self else { return self.text_ns(str::from_utf8(stamp).ok()?) };
+        match Number::parse(stamp) {
+            Some(number) => number.times(unit_ns),
+            None => with_unit(stamp).and_then(|(number, unit_ns)| number.times(unit_ns)),
         }
     }
+
+    fn text_ns(self, text: &str) -> Option<i64> {
+        let mut text = text.trim().replace(',', ".");
+        if self == Self::MinutesSeconds {
+            // without a fraction it could equally be hours and minutes
+            let is_so = text.split_once(':').is_some_and(|(_, seconds)| seconds.find('.') == Some(2));
+            let are_digits = text.bytes().all(|byte| byte.is_ascii_digit() || matches!(byte, b':' | b'.'));
+            text = (is_so && are_digits).then(|| format!("00:{text}"))?;
+        }
+        // a date without a time of day has no colon, and a number has none
+        let hour = text[..text.find(':')?].trim_end_matches(|c: char| c.is_ascii_digit()).len();
+        let (date, clock) = text.split_at(hour);
+        let date = date.trim_end_matches([' ', 'T', 't', '_', '-', '/', ':']).replace(['/', '.'], "-");
+        let of = |format: &str| Date::strptime(format, &date).ok();
+        let date = match self {
+            Self::YearFirst => of("%Y-%m-%d").or_else(|| of("%Y-%b-%d")),
+            Self::DayFirst => of("%d-%m-%Y").or_else(|| of("%d-%b-%Y")),
+            Self::MonthFirst => of("%m-%d-%Y"),
+            _ => date.is_empty().then_some(Date::constant(1970, 1, 1)),
+        };
+        let (time, offset_s) = time_and_offset(clock)?;
+        let moment = Offset::UTC.to_timestamp(date?.to_datetime(time)).ok()?;
+        i64::try_from(moment.as_nanosecond() - i128::from(offset_s) * i128::from(SECOND_NS)).ok()
+    }
+
+    /// The form of all these texts, if they are dates or times of day.
+    ///
+    /// # Errors
+    /// If the day or the month may come first.
+    pub(super) fn of_texts(texts: &[&[u8]]) -> Result<Option<Self>, ()> {
+        let fits = |form: &Self| !texts.is_empty() && texts.iter().all(|text| form.nanoseconds(text).is_some());
+        match Self::OF_TEXT.into_iter().filter(fits).collect::<Vec<_>>()[..] {
+            [Self::DayFirst, Self::MonthFirst] => Err(()),
+            [form, ..] => Ok(Some(form)),
+            [] => Ok(None),
+        }
+    }
+
+    /// `stamp_ns` after `last_ns`, if a new day or hour has begun between them.
+    #[inline]
+    pub(super) fn after(self, last_ns: Option<i64>, stamp_ns: i64) -> i64 {
+        let period_ns = match self {
+            Self::TimeOfDay => DAY_NS,
+            Self::MinutesSeconds => DAY_NS / 24,
+            _ => return stamp_ns,
+        };
+        let Some(last_ns) = last_ns else { return stamp_ns };
+        let periods = (last_ns - stamp_ns + period_ns / 2).div_euclid(period_ns);
+        stamp_ns + periods.max(0) * period_ns
+    }
+}
+
+/// Whether the text is a date with a time of day, or a time of day alone.
+pub(super) fn is_stamp(text: &[u8]) -> bool {
+    StampForm::OF_TEXT.iter().any(|form| form.nanoseconds(text).is_some())
+}
+
+/// A time of day, and the seconds by which its zone is east of Greenwich; 0 without a zone.
+fn time_and_offset(text: &str) -> Option<(Time, i64)> {
+    let end = text.find(|c: char| !c.is_ascii_digit() && c != ':' && c != '.').unwrap_or(text.len());
+    let (clock, rest) = (&text[..end], text[end..].trim());
+    // milliseconds after a third colon
+    let third = clock.match_indices(':').nth(2).map_or(clock.len(), |(at, _)| at);
+    let clock = clock[..third].to_owned() + &clock[third..].replace(':', ".");
+    let half = rest.get(..2).filter(|half| half.eq_ignore_ascii_case("am") || half.eq_ignore_ascii_case("pm"));
+    let time = match half {
+        Some(half) => Time::strptime("%I:%M:%S%.f %p", format!("{clock} {half}")),
+        None => Time::strptime("%H:%M:%S%.f", clock),
+    };
+    let zone = rest[half.map_or(0, str::len)..].trim();
+    let offset_s = match zone {
+        "" | "Z" | "z" | "UTC" | "GMT" => 0,
+        _ if zone.starts_with(['+', '-']) => {
+            let digits = zone.replace(':', "") + if zone.len() == 3 { "00" } else { "" };
+            jiff::fmt::strtime::parse("%z", digits).ok()?.offset()?.seconds().into()
+        }
+        _ => return None,
+    };
+    Some((time.ok()?, offset_s))
 }
 
 /// A stamp with its unit after it, as in `0.01 sec`.
 #[cold]
-pub(super) fn with_unit(stamp: &[u8]) -> Option<(Number, StampUnit)> {
+pub(super) fn with_unit(stamp: &[u8]) -> Option<(Number, i64)> {
     let (number, length) = Number::parse_prefix(stamp)?;
     let unit = str::from_utf8(&stamp[length..]).ok()?.trim().to_lowercase();
     Some((number, time_unit(&unit)?))
@@ -113,68 +192,52 @@ pub(super) fn device_ns(cell: &[u8]) -> Option<u64> {
     Number::parse(cell)?.times(1)?.try_into().ok()
 }
 
-/// The properties of the stamps of the first rows.
-#[derive(Debug, Default)]
-pub(super) struct StampScan {
-    stamps: Vec<f64>,
-    /// Whether one of the stamps has decimals.
-    decimals: bool,
+/// The unit in which the stamps are times of the years 2001 to 2102: seconds or a decimal part of
+/// them, or days if the step in seconds would be less than 0.02 ms. Otherwise seconds, if there
+/// are decimals; otherwise the unit in which the step from row to row is 1 ms to 1 s. A unit with
+/// a longer step is excluded.
+///
+/// # Errors
+/// The reason why the unit is ambiguous, in words.
+pub(super) fn unit_of(stamps: &[Number]) -> Result<i64, String> {
+    let seconds = |length: f64, unit_ns: i64| length * (unit_ns as f64 / 1e9);
+    let step = step(stamps);
+    let is_short = |unit_ns: i64| step.is_none_or(|step| seconds(step, unit_ns) <= LONGEST_STEP_S);
+    let middle = median(stamps.iter().map(Number::value).collect()).unwrap_or_default();
+    let is_epoch = |unit_ns: &i64| SINCE_EPOCH_S.contains(&seconds(middle, *unit_ns)) && is_short(*unit_ns);
+    if let Some(unit_ns) = USUAL_NS.into_iter().find(is_epoch) {
+        return Ok(unit_ns);
+    }
+    let are_days = DAYS_OF_THIS_CENTURY.iter().any(|days| days.contains(&middle));
+    if are_days && step.is_some_and(|step| step > 0.0 && step < SHORTEST_STEP_S / 50.0) {
+        return Ok(DAY_NS);
+    }
+    let have_decimals = stamps.iter().any(|stamp| stamp.decimals > 0);
+    let Some(step) = step.filter(|_| !have_decimals || !is_short(SECOND_NS)) else { return Ok(SECOND_NS) };
+    let fits = |unit_ns: &i64| (SHORTEST_STEP_S..=LONGEST_STEP_S).contains(&seconds(step, *unit_ns));
+    let may_be = match USUAL_NS.into_iter().filter(fits).collect::<Vec<_>>()[..] {
+        [unit_ns] => return Ok(unit_ns),
+        [] => "is not between 1 ms and 1 s in any unit".into(),
+        ref units => {
+            let names = units.iter().map(|unit_ns| StampForm::Unit(*unit_ns).name());
+            format!("may be {}", names.collect::<Vec<_>>().join(" or "))
+        }
+    };
+    Err(format!("they step by {step} from row to row, which {may_be}"))
 }
 
-impl StampScan {
-    pub(super) fn add(&mut self, stamp: &Number) {
-        self.stamps.push(stamp.value());
-        self.decimals |= stamp.decimals > 0;
-    }
+/// Whether the step from row to row fits an inertial sensor in this unit.
+pub(super) fn may_be_in(stamps: &[Number], unit_ns: i64) -> bool {
+    let range_s = SHORTEST_STEP_S / 10.0..=LONGEST_STEP_S;
+    step(stamps).is_none_or(|step| range_s.contains(&(step * (unit_ns as f64 / 1e9))))
+}
 
-    pub(super) fn is_empty(&self) -> bool {
-        self.stamps.is_empty()
-    }
-
-    /// The unit in which the stamps are times of the years 2001 to 2102: seconds or a decimal part of
-    /// them, or days if the step in seconds would be less than 0.02 ms. Otherwise seconds, if there
-    /// are decimals; otherwise the unit in which the step from row to row is 1 ms to 1 s. A unit with
-    /// a longer step is excluded.
-    ///
-    /// # Errors
-    /// The reason why the unit is ambiguous, in words.
-    pub(super) fn unit(&self) -> Result<StampUnit, String> {
-        let step = self.step();
-        let is_short = |unit: &StampUnit| step.is_none_or(|step| step * unit.seconds() <= LONGEST_STEP_S);
-        let middle = median(self.stamps.clone()).unwrap_or_default();
-        let is_epoch = |unit: &StampUnit| SINCE_EPOCH_S.contains(&(middle * unit.seconds()));
-        if let Some(unit) = StampUnit::USUAL.into_iter().find(|unit| is_epoch(unit) && is_short(unit)) {
-            return Ok(unit);
-        }
-        let are_days = DAYS_OF_THIS_CENTURY.iter().any(|days| days.contains(&middle));
-        if are_days && step.is_some_and(|step| step > 0.0 && step < SHORTEST_STEP_S / 50.0) {
-            return Ok(StampUnit::DAYS);
-        }
-        let Some(step) = step.filter(|_| !self.decimals || !is_short(&StampUnit::SECONDS)) else {
-            return Ok(StampUnit::SECONDS);
-        };
-        let fits = |unit: &StampUnit| (SHORTEST_STEP_S..=LONGEST_STEP_S).contains(&(step * unit.seconds()));
-        let fitting: Vec<_> = StampUnit::USUAL.into_iter().filter(fits).collect();
-        let may_be = match &fitting[..] {
-            [unit] => return Ok(*unit),
-            [] => "is not between 1 ms and 1 s in any unit".into(),
-            units => format!("may be {}", units.iter().map(|unit| unit.name).collect::<Vec<_>>().join(" or ")),
-        };
-        Err(format!("they step by {step} from row to row, which {may_be}"))
-    }
-
-    /// Whether the step from row to row fits an inertial sensor in this unit.
-    pub(super) fn may_be(&self, unit: StampUnit) -> bool {
-        self.step().is_none_or(|step| (SHORTEST_STEP_S / 10.0..=LONGEST_STEP_S).contains(&(step * unit.seconds())))
-    }
-
-    /// The median step from row to row; `None` for a single row.
-    fn step(&self) -> Option<f64> {
-        // rows of one read have uneven steps, which average out over several rows
-        let lag = (self.stamps.len() / 2).clamp(1, MOST_ROWS_TOGETHER);
-        let later = self.stamps.iter().skip(lag);
-        median(later.zip(&self.stamps).map(|(later, stamp)| (later - stamp) / lag as f64).collect())
-    }
+/// The median step from row to row; `None` for a single row.
+fn step(stamps: &[Number]) -> Option<f64> {
+    // rows of one read have uneven steps, which average out over several rows
+    let lag = (stamps.len() / 2).clamp(1, MOST_ROWS_TOGETHER);
+    let later = stamps.iter().skip(lag);
+    median(later.zip(stamps).map(|(later, stamp)| (later.value() - stamp.value()) / lag as f64).collect())
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {
@@ -184,100 +247,135 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
-    fn scan<T: ToString>(stamps: impl IntoIterator<Item = T>) -> StampScan {
-        let mut scan = StampScan::default();
-        stamps.into_iter().for_each(|stamp| scan.add(&Number::parse(stamp.to_string().as_bytes()).unwrap()));
-        scan
-    }
-
-    fn nanoseconds(text: &str) -> Option<i64> {
-        Number::parse(text.as_bytes()).unwrap().times(scan([text]).unit().unwrap().nanoseconds)
+    /// The unit of stamps, by its name.
+    fn unit<T: ToString>(stamps: impl IntoIterator<Item = T>) -> Result<&'static str, String> {
+        let numbers = stamps.into_iter().map(|stamp| Number::parse(stamp.to_string().as_bytes()).unwrap());
+        unit_of(&numbers.collect::<Vec<_>>()).map(|unit_ns| StampForm::Unit(unit_ns).name())
     }
 
     #[test]
     fn the_unit_of_an_epoch_follows_from_its_size() {
-        let epoch = Some(1_761_939_167_192_566_000);
-        for text in [
-            "1761939167.192566",
-            "1761939167192.566",
-            "1761939167192566",
-            "1761939167192566000",
-            "1.761939167192566e+09",
+        for (text, expected) in [
+            ("1761939167.192566", "s"),
+            ("1761939167192.566", "ms"),
+            ("1761939167192566", "us"),
+            ("1761939167192566000", "ns"),
+            ("1.761939167192566e+09", "s"),
+            ("0.025", "s"),
         ] {
-            assert_eq!(nanoseconds(text), epoch, "{text}");
+            assert_eq!(unit([text]), Ok(expected), "{text}");
         }
-        assert_eq!(nanoseconds("0.025"), Some(25_000_000));
-        assert_eq!(nanoseconds("-3"), Some(-3_000_000_000));
+        // a float of this size steps by 238 ns
+        let exact = StampForm::Unit(SECOND_NS).nanoseconds(b"1761939167.192566001");
+        assert_eq!(exact, Some(1_761_939_167_192_566_001));
     }
 
     #[test]
     fn the_unit_since_a_start_follows_from_the_step() {
-        let [_, milliseconds, microseconds, nanoseconds] = StampUnit::USUAL;
-        for (unit, steps) in [
-            (milliseconds, [5, 25, 800].as_slice()),
-            (microseconds, &[5_000, 25_000, 800_000]),
-            (nanoseconds, &[5_000_000, 25_000_000, 1_000_000_000]),
-        ] {
-            for &step in steps {
+        for (name, unit_ns) in [("ms", 1_000_000_i64), ("us", 1000), ("ns", 1)] {
+            for step_ms in [5, 25, 800] {
                 // since boot, half an hour and a month ago: these include sizes of an epoch in a larger unit
                 for start_s in [0, 1, 1800, 2_600_000] {
-                    let start = (f64::from(start_s) / unit.seconds()).round() as i64;
-                    let stamps = (0..100).map(|row| start + step * row);
-                    assert_eq!(scan(stamps).unit(), Ok(unit), "{step} after {start_s} s");
+                    let stamp = |row: i64| (start_s * SECOND_NS + row * step_ms * 1_000_000) / unit_ns;
+                    assert_eq!(unit((0..100).map(stamp)), Ok(name), "{step_ms} after {start_s} s");
                 }
             }
         }
-    }
-
-    #[test]
-    fn decimals_are_seconds_unless_the_step_is_too_long() {
-        assert_eq!(scan((0..50).map(|row| format!("{:.3}", 0.025 * f64::from(row)))).unit(), Ok(StampUnit::SECONDS));
-        assert_eq!(scan((0..50).map(|row| format!("{row}.0"))).unit(), Ok(StampUnit::SECONDS));
-        let milliseconds = scan((0..50).map(|row| format!("{:.3}", 25.013 * f64::from(row))));
-        assert_eq!(milliseconds.unit(), Ok(StampUnit::USUAL[1]));
-        let printed_as_float = scan((0..50).map(|row| format!("{:.18e}", 25e6 * f64::from(row))));
-        assert_eq!(printed_as_float.unit(), Ok(StampUnit::USUAL[3]));
+        assert_eq!(unit((0..50).map(|row| format!("{:.3}", 25.013 * f64::from(row)))), Ok("ms"));
+        // a latency timer of 16 ms at 200 Hz, in microseconds: three rows at once, 100 us apart
+        assert_eq!(unit((0..300_i64).map(|row| 15_000 * (row / 3) + 100 * (row % 3))), Ok("us"));
+        // a first stamp of zero among those of an epoch
+        assert_eq!(unit((0..300_i64).map(|row| if row == 0 { 0 } else { 1_761_939_167_192 + 25 * row })), Ok("ms"));
     }
 
     #[test]
     fn a_step_of_two_units_or_none_is_unsure() {
-        for (step, units) in [
-            (1_i64, ["s", "ms"].as_slice()),
-            (1_000, &["ms", "us"]),
-            (1_000_000, &["us", "ns"]),
-            (2_000_000_000, &[]),
-            (100_000, &["us"]),
-            (0, &[]),
-            (-25, &[]),
-        ] {
-            let unit = scan((0..50).map(|row| step * row)).unit();
-            match units {
-                [_] => assert!(unit.is_ok()),
-                [] => assert!(unit.unwrap_err().ends_with("in any unit")),
-                units => assert!(unit.unwrap_err().ends_with(&units.join(" or "))),
-            }
+        for (step, end) in
+            [(1_i64, "s or ms"), (1_000, "ms or us"), (1_000_000, "us or ns"), (0, "any unit"), (-25, "any unit")]
+        {
+            assert!(unit((0..50).map(|row| step * row)).unwrap_err().ends_with(end), "{step}");
         }
     }
 
     #[test]
-    fn rows_that_come_together_and_a_clock_set_once_do_not_mislead() {
-        // a latency timer of 16 ms at 200 Hz, in microseconds: three rows at once, 100 us apart
-        let bunched = (0..300_i64).map(|row| 15_000 * (row / 3) + 100 * (row % 3));
-        assert_eq!(scan(bunched).unit(), Ok(StampUnit::USUAL[2]));
-        let set = (0..300_i64).map(|row| 25 * row + if row < 150 { 0 } else { 3_600_000 });
-        assert_eq!(scan(set).unit(), Ok(StampUnit::USUAL[1]));
-        // a first stamp of zero among those of an epoch
-        let late = (0..300_i64).map(|row| if row == 0 { 0 } else { 1_761_939_167_192 + 25 * row });
-        assert_eq!(scan(late).unit(), Ok(StampUnit::USUAL[1]));
+    fn one_moment_reads_the_same_in_every_form() {
+        // date -u -d '2023-03-06 02:25:02' +%s
+        let moment = Some(1_678_069_502 * SECOND_NS + 450_000_000);
+        for (form, texts) in [
+            (
+                StampForm::YearFirst,
+                &[
+                    "2023-03-06T02:25:02.45",
+                    "2023-03-06T02:25:02.45Z",
+                    "2023-03-06 02:25:02,45",
+                    "2023/03/06/02:25:02.45",
+                    "2023/3/6 2:25:02.45",
+                    "2023-03-06_02:25:02.45 UTC",
+                    "2023-03-06T03:25:02.45+01:00",
+                    "2023-03-05 20:55:02.45 -0530",
+                    "2023.03.06 02:25:02.45",
+                ][..],
+            ),
+            (StampForm::DayFirst, &["06/03/2023 02:25:02.45", "6.3.2023 02:25:02,45", "06-Mar-2023T02:25:02.45"]),
+            (StampForm::MonthFirst, &["03/06/2023 02:25:02.45", "3/6/2023  2:25:02.45 AM"]),
+        ] {
+            for text in texts {
+                assert_eq!(form.nanoseconds(text.as_bytes()), moment, "{text}");
+                assert_eq!(StampForm::TimeOfDay.nanoseconds(text.as_bytes()), None, "{text}");
+            }
+        }
+        let of_day = |text: &str| StampForm::TimeOfDay.nanoseconds(text.as_bytes()).map(|ns| ns / SECOND_NS);
+        let hours = ["02:25:02", "12:00:00 AM", "12:30:00 pm", "11:59:59PM"].map(of_day);
+        assert_eq!(hours, [8702, 0, 45_000, 86_399].map(Some));
     }
 
     #[test]
-    fn a_nanosecond_of_an_epoch_is_kept() {
-        // a float of this size steps by 238 ns
-        assert_eq!(nanoseconds("1761939167.192566001"), Some(1_761_939_167_192_566_001));
-        assert_eq!(nanoseconds("0.0000000016"), Some(2));
-        assert_eq!(nanoseconds("1e30"), None);
+    fn other_texts_are_no_date_or_time() {
+        for text in [
+            "",
+            "2023-02-29 00:00:00",
+            "2023-03-06",
+            "2023-03-06 25:00:00",
+            "2023-03-06 02:25",
+            "2023-03-06 02:25:02.",
+            "2023-03-06 02:25:02 PDT",
+            "2023-03-06 02:25:02+1",
+            "23-03-06 02:25:02",
+            "12.5",
+            "12:30",
+            "0:5.0",
+            "9999-99-99T99:99:99",
+            "2023-03-06 02:25:02.45x",
+            "3/16/2023 13:25:02 PM",
+        ] {
+            assert!(StampForm::OF_TEXT.iter().all(|form| form.nanoseconds(text.as_bytes()).is_none()), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_time_of_day_continues_after_midnight_and_minutes_after_the_hour() {
+        for (form, late, early) in
+            [(StampForm::TimeOfDay, "23:59:59.9", "00:00:00.1"), (StampForm::MinutesSeconds, "59:59.9", "00:00.1")]
+        {
+            let [late, early] = [late, early].map(|text| form.nanoseconds(text.as_bytes()).unwrap());
+            let after = form.after(Some(late), early);
+            assert_eq!(after - late, 200_000_000);
+            // a small step back is none
+            assert_eq!(form.after(Some(after), late), late);
+        }
+        assert_eq!(StampForm::YearFirst.after(Some(9), 5), 5);
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_a_stamp_or_none(bytes in any::<Vec<u8>>(), text in "[0-9:/. T+-]{0,24}") {
+            for form in StampForm::all() {
+                let _ = (form.nanoseconds(&bytes), form.nanoseconds(text.as_bytes()));
+            }
+        }
     }
 }

@@ -1,12 +1,15 @@
-//! Whole files through [`detect`] and [`RowParser`].
+//! Whole files through [`detect`] and [`CsvReader`].
 
-use std::io::Read;
+use std::io::{Cursor, Read};
 
 use vn100_protocol::{Decoder, Item, Options, VNYMR};
 
-use vn100_protocol::stream::{AbsentValues, CsvReport, RejectedRow, RejectedRows};
+use vn100_protocol::stream::{
+    AbsentValues, Batch, CsvReport, FileReport, MarkKind, ReadOptions, RejectedRow, RejectedRows,
+};
 
-use super::{lines::Lines, row_parser::RowParser, *};
+use super::*;
+use crate::read_samples::{Event, FileReader};
 
 mod forms;
 mod mapped;
@@ -30,11 +33,10 @@ const HEADER: &str = "t,yaw,pitch,roll,mag_x,mag_y,mag_z,acc_x,acc_y,acc_z,gyr_x
 #[derive(Debug, Default, PartialEq)]
 struct Whole {
     counts: Vec<i32>,
-    sentences: Vec<Vec<u8>>,
     stamps_ns: Vec<i64>,
     device_ns: Vec<u64>,
-    /// The rejected rows, each with the number of good rows before it.
-    rejected: Vec<(usize, RejectedRow)>,
+    /// The number of good rows before each rejected row.
+    rejected: Vec<usize>,
     report: CsvReport,
     /// Bytes of rows, of rejected rows, and of lines that are no rows.
     bytes: [u64; 3],
@@ -58,7 +60,7 @@ fn layout(plan: &CsvPlan) -> Layout {
 }
 
 fn rounded(plan: &CsvPlan) -> Vec<String> {
-    row_counts::RowCounts::new(plan).report.rounded
+    plan.report.rounded.clone()
 }
 
 /// The plan of a file that has one.
@@ -66,38 +68,43 @@ fn planned(text: impl AsRef<[u8]>, map: Option<&str>) -> CsvPlan {
     plan(text, map).unwrap().unwrap()
 }
 
-fn read(plan: CsvPlan, reader: impl Read) -> Whole {
+fn read(plan: CsvPlan, bytes: impl AsRef<[u8]>) -> Whole {
+    read_all(plan, Cursor::new(bytes.as_ref().to_vec()))
+}
+
+/// Reads a file to its end.
+fn read_all(plan: CsvPlan, reader: impl Read + Send + 'static) -> Whole {
+    let mut reader = CsvReader::new(plan, reader, ReadOptions { accept_unchecked: true, ..ReadOptions::default() });
     let mut whole = Whole::default();
-    let mut lines = Lines::new(reader, plan.line_end);
-    let mut parser = RowParser::new(plan);
-    let mut count = 0;
-    while lines.fill().unwrap() {
-        while let Some(line) = lines.next_buffered() {
-            match parser.push(&line) {
-                None => {}
-                Some(Ok(())) => {
-                    whole.counts.extend(&parser.counts);
-                    whole.sentences.extend(Some(parser.sentence.clone()).filter(|sentence| !sentence.is_empty()));
-                    whole.stamps_ns.extend(parser.stamp_ns);
-                    whole.device_ns.extend(parser.device_ns);
-                    count += 1;
-                }
-                Some(Err(reason)) => whole.rejected.push((count, reason)),
-            }
+    let mut rows = 0;
+    let mut take = |batch: &Batch| {
+        let rejected = batch.marks.iter().filter(|mark| mark.kind == MarkKind::Rejected);
+        whole.rejected.extend(rejected.map(|mark| rows + mark.before_row));
+        rows += batch.row_count();
+        whole.counts.extend(&batch.counts);
+        let stamp = |row: usize| batch.arrivals.iter().rfind(|arrival| arrival.from_row <= row);
+        whole.stamps_ns.extend((0..batch.row_count()).filter_map(stamp).map(|arrival| arrival.at_ns));
+        whole.device_ns.extend(&batch.device_ns);
+        let tally = &batch.link.tally;
+        whole.bytes = [tally.valid_sentence_bytes, tally.rejected_sentence_bytes, tally.skipped_bytes];
+    };
+    while let Some(events) = reader.next_events().unwrap() {
+        for event in events {
+            let Event::Batch(batch) = event else { panic!("{event:?}") };
+            take(&batch);
         }
     }
-    let tally = &parser.counted.tally;
-    whole.bytes = [tally.valid_sentence_bytes, tally.rejected_sentence_bytes, tally.skipped_bytes];
-    whole.report = parser.report();
-    assert_eq!(whole.report.rows, count as u64);
-    assert_eq!(whole.rejected_rows(), whole.rejected.len() as u64);
+    let (batches, report) = reader.finish();
+    batches.iter().for_each(&mut take);
+    let Some(FileReport::Csv(report)) = report else { panic!("{report:?}") };
+    whole.report = report;
     let others = whole.report.other_stream_rows.unwrap_or_default();
     assert_eq!(whole.report.lines, whole.report.rows + whole.rejected_rows() + whole.report.skipped_lines + others);
     whole
 }
 
 fn read_text(text: impl AsRef<[u8]>, map: Option<&str>) -> Whole {
-    read(planned(&text, map), text.as_ref())
+    read(planned(&text, map), text)
 }
 
 fn samples(bytes: &[u8], options: Options) -> Vec<i32> {
@@ -129,7 +136,7 @@ fn the_parsed_captures_equal_their_sentences() {
         let bytes = std::fs::read(&path).unwrap();
         let plan = detect(&bytes[..bytes.len().min(HEAD_BYTES)], Said::default()).unwrap().unwrap();
         assert_eq!(layout(&plan), Layout { compensated: None, ..VNYMR.clone() }, "{}", path.display());
-        let whole = read(plan, &*bytes);
+        let whole = read(plan, bytes);
         let sentences = std::fs::read(path.with_extension("vnymr")).unwrap();
         let expected = samples(&sentences, Options { accept_unchecked: true });
         println!(

@@ -2,14 +2,13 @@
 //! their content.
 
 use super::{
-    ColumnUse, CsvError, HeadRows,
+    ColumnUse, CsvError, HeadRows, MapHint,
     column_map::{ColumnMap, STAMP},
-    date::DateForm,
     header::Header,
     name::words,
     number::Number,
-    shown,
-    stamp::{StampForm, StampScan, StampUnit, device_ns, time_unit, with_unit},
+    numbers_at, shown,
+    stamp::{StampForm, TICK_NS, USUAL_NS, device_ns, may_be_in, time_unit, unit_of, with_unit},
 };
 
 /// Names that always mean times.
@@ -35,33 +34,27 @@ const FEWEST_ROWS_OF_COARSE: usize = 500;
 /// The columns that hold the stamps of the rows, in the order in which they are added.
 pub(super) type StampColumns = Vec<(usize, ColumnUse)>;
 
-/// A name cut into words, with a unit at its end separated.
+/// A name cut into words, without the unit at its end.
 struct TimeName {
     whole: String,
     words: Vec<String>,
-    unit: Option<StampUnit>,
+    /// In nanoseconds.
+    unit_ns: Option<i64>,
 }
 
 impl TimeName {
     fn of(name: &str) -> Self {
         let (whole, mut words) = (name.to_lowercase(), words(name));
-        let unit = words.last().and_then(|last| time_unit(last));
-        words.truncate(words.len() - usize::from(unit.is_some()));
-        Self { whole, words, unit }
+        let unit_ns = words.last().and_then(|last| time_unit(last));
+        words.truncate(words.len() - usize::from(unit_ns.is_some()));
+        Self { whole, words, unit_ns }
     }
 
-    /// Whether the name means the time at which the sensor measured.
     fn is_device_time(&self) -> bool {
         DEVICE_TIMES.contains(&&*self.words.join(" "))
     }
 
-    /// The unit that the name states or implies.
-    fn unit(&self) -> Option<StampUnit> {
-        self.unit.or_else(|| (self.is_device_time() && self.whole.contains("fine")).then_some(StampUnit::TICKS))
-    }
-
-    /// Whether the name means the time in the header of a message, which is the time of the
-    /// measurement and not of its recording.
+    /// Whether the name means the time in the header of a message.
     fn is_of_header(&self) -> bool {
         ["header", "stamp"].iter().all(|word| self.words.iter().any(|other| other == word))
     }
@@ -72,7 +65,7 @@ impl TimeName {
 
     /// Whether the name may mean a time: its last word means times, or it is only a unit.
     fn is_time(&self) -> bool {
-        let Some(word) = self.words.last() else { return self.unit.is_some() };
+        let Some(word) = self.words.last() else { return self.unit_ns.is_some() };
         TIME_ENDINGS.iter().any(|ending| word.ends_with(ending)) || TIME_WORDS.contains(&&**word)
     }
 }
@@ -88,7 +81,7 @@ pub(super) struct TimeSearch<'a> {
 impl TimeSearch<'_> {
     /// The columns that the user named; `None` if the map names none.
     pub(super) fn mapped(&self, map: &ColumnMap) -> Result<Option<StampColumns>, CsvError> {
-        let mapped = |(column, form): &(_, _)| Ok((self.header.mapped_place(STAMP, column)?, *form));
+        let mapped = |(column, form): &(String, _)| Ok((self.header.mapped_place(STAMP, column)?, *form));
         let columns = map.stamp.iter().map(mapped).collect::<Result<Vec<(usize, StampForm)>, CsvError>>()?;
         let Some(&(place, form)) = columns.first() else { return Ok(None) };
         if !self.rows.is_empty() && self.cells(place).all(|cell| form.nanoseconds(cell).is_none()) {
@@ -108,27 +101,25 @@ impl TimeSearch<'_> {
     /// # Errors
     /// [`CsvError`] if a column that can only hold stamps is not understood.
     pub(super) fn found(&self) -> Result<Option<StampColumns>, CsvError> {
-        if let Some(columns) = self.of_measurement() {
-            return Ok(Some(columns));
-        }
-        match self.free().find(|&place| self.name(place).is_stamp() && !self.is_coarse(place)) {
-            Some(place) => self.form(place).map(|form| Some(vec![(place, ColumnUse::Stamp(form))])),
-            None => Ok(self.likely()),
+        let named = || self.free().find(|&place| self.name(place).is_stamp() && !self.is_coarse(place));
+        match self.of_measurement() {
+            None => match named() {
+                Some(place) => self.form(place).map(|form| Some(vec![(place, ColumnUse::Stamp(form))])),
+                None => Ok(self.likely()),
+            },
+            columns => Ok(columns),
         }
     }
 
     /// Like [`found`](Self::found), but any column may have another content: only columns that
     /// ascend from row to row.
     pub(super) fn likely(&self) -> Option<StampColumns> {
-        let by_content = || {
-            self.free()
-                .find_map(|place| Some(vec![(place, ColumnUse::Stamp(StampForm::Date(self.date(place).ok()??)))]))
-        };
+        let dates = |place| Some(vec![(place, ColumnUse::Stamp(self.date(place).ok()??))]);
         self.of_measurement()
             .or_else(|| self.ascending(TimeName::is_stamp))
-            .or_else(|| self.pair())
+            .or_else(|| self.pair(|_| true))
             .or_else(|| self.ascending(TimeName::is_time))
-            .or_else(by_content)
+            .or_else(|| self.free().find_map(dates))
     }
 
     /// The first column of any name that can only hold times.
@@ -141,8 +132,8 @@ impl TimeSearch<'_> {
     fn of_measurement(&self) -> Option<StampColumns> {
         self.written_device_time()
             .or_else(|| self.ascending(TimeName::is_device_time))
-            .or_else(|| self.ascending(|name| name.is_of_header() && name.unit.is_none()))
-            .or_else(|| self.pair().filter(|columns| columns.iter().all(|(place, _)| self.name(*place).is_of_header())))
+            .or_else(|| self.ascending(|name| name.is_of_header() && name.unit_ns.is_none()))
+            .or_else(|| self.pair(TimeName::is_of_header))
     }
 
     /// The first column whose name fits and whose stamps ascend from row to row, with few
@@ -165,60 +156,61 @@ impl TimeSearch<'_> {
         let place = place_of(WRITTEN_DEVICE_TIME)?;
         let times = self.cells(place).map(device_ns).collect::<Option<Vec<u64>>>()?;
         let forward = times.windows(2).filter(|pair| pair[1] > pair[0]).count();
-        let form = StampForm::Unit(StampUnit::NANOSECONDS);
-        let are_stamps = |place: &usize| self.cells(*place).all(|cell| form.nanoseconds(cell).is_some());
-        let arrival = place_of(WRITTEN_ARRIVAL).filter(are_stamps).map(|place| (place, ColumnUse::Stamp(form)));
+        let arrival = place_of(WRITTEN_ARRIVAL).map(|place| (place, ColumnUse::Stamp(StampForm::Unit(1))));
         (2 * forward >= times.len()).then(|| arrival.into_iter().chain([(place, ColumnUse::DeviceTime)]).collect())
     }
 
     /// Whole seconds in one column, and the part to be added in another, whose name differs only in
     /// the unit.
-    fn pair(&self) -> Option<StampColumns> {
-        let in_unit = |unit: StampUnit, is: &dyn Fn(&Number) -> bool| {
-            let named = self.free().filter(|&place| self.name(place).unit == Some(unit));
-            let is_so =
-                |place: &usize| self.cells(*place).all(|cell| Number::parse(cell).is_some_and(|number| is(&number)));
-            named.filter(is_so).collect::<Vec<_>>()
+    fn pair(&self, is_named: impl Fn(&TimeName) -> bool) -> Option<StampColumns> {
+        let [second_ns, parts @ ..] = USUAL_NS;
+        let has = |place: usize, unit_ns: i64, is: &dyn Fn(Number) -> bool| {
+            self.name(place).unit_ns == Some(unit_ns)
+                && self.cells(place).all(|cell| Number::parse(cell).is_some_and(is))
         };
-        let [seconds_unit, parts @ ..] = StampUnit::USUAL;
-        in_unit(seconds_unit, &|number| number.decimals <= 0).into_iter().find_map(|seconds| {
+        let seconds = self.free().filter(|&place| has(place, second_ns, &|number| number.decimals <= 0));
+        { seconds.filter(|&place| is_named(&self.name(place))) }.find_map(|seconds| {
             let words = self.name(seconds).words;
-            parts.into_iter().find_map(|unit| {
-                let limit = 1.0 / unit.seconds();
-                let parts = in_unit(unit, &|number| (0.0..limit).contains(&number.value()));
-                let part = parts.into_iter().find(|&part| self.name(part).words == words)?;
-                let uses = [(seconds, seconds_unit), (part, unit)];
-                Some(uses.map(|(place, unit)| (place, ColumnUse::Stamp(StampForm::Unit(unit)))).to_vec())
-            })
+            let is_part = |place: usize, unit_ns: i64| {
+                let limit = (second_ns / unit_ns) as f64;
+                has(place, unit_ns, &|number| (0.0..limit).contains(&number.value())) && self.name(place).words == words
+            };
+            let part = |unit_ns: i64| Some((self.free().find(|&place| is_part(place, unit_ns))?, unit_ns));
+            let uses = [(seconds, second_ns), parts.into_iter().find_map(part)?];
+            Some(uses.map(|(place, unit_ns)| (place, ColumnUse::Stamp(StampForm::Unit(unit_ns)))).to_vec())
         })
     }
 
     /// The form of the stamps of a column.
     fn form(&self, place: usize) -> Result<StampForm, CsvError> {
-        let mut scan = StampScan::default();
-        self.cells(place).filter_map(Number::parse).for_each(|stamp| scan.add(&stamp));
-        if scan.is_empty() {
-            if let Some((_, unit)) = self.cells(place).find_map(with_unit) {
-                return Ok(StampForm::Unit(unit));
+        let stamps: Vec<Number> = numbers_at(self.rows, place).collect();
+        if stamps.is_empty() {
+            if let Some((_, unit_ns)) = self.cells(place).find_map(with_unit) {
+                return Ok(StampForm::Unit(unit_ns));
             }
             return match self.date(place)? {
-                Some(form) => Ok(StampForm::Date(form)),
-                None if self.rows.is_empty() => Ok(StampForm::Unit(StampUnit::USUAL[0])),
+                Some(form) => Ok(form),
+                None if self.rows.is_empty() => Ok(StampForm::Unit(USUAL_NS[0])),
                 None => Err(self.no_stamps(place)),
             };
         }
-        let named = self.name(place).unit().filter(|&unit| scan.may_be(unit));
-        let unit = named.map_or_else(|| scan.unit(), Ok).map_err(|ambiguous| {
-            CsvError::stamp_unit(&self.header.names[place], &self.header.argument(place), &ambiguous)
+        let name = self.name(place);
+        let ticks = (name.is_device_time() && name.whole.contains("fine")).then_some(TICK_NS);
+        let named = name.unit_ns.or(ticks).filter(|&unit_ns| may_be_in(&stamps, unit_ns));
+        let unit_ns = named.map_or_else(|| unit_of(&stamps), Ok).map_err(|ambiguous| {
+            let column = &self.header.names[place];
+            let reason = format!("the unit of the time stamps in column {column:?} is ambiguous: {ambiguous}");
+            let hint = MapHint::StampUnit(format!("t={}:ms", self.header.argument(place)));
+            CsvError { hint: Some(hint), ..CsvError::certain(reason) }
         })?;
-        Ok(StampForm::Unit(unit))
+        Ok(StampForm::Unit(unit_ns))
     }
 
     /// Dates, or times of day; `None` if no cell is one of these.
-    fn date(&self, place: usize) -> Result<Option<DateForm>, CsvError> {
+    fn date(&self, place: usize) -> Result<Option<StampForm>, CsvError> {
         let cells: Vec<&[u8]> = self.cells(place).filter(|cell| !cell.is_empty()).collect();
         let order = || CsvError::date_order(&self.header.names[place], &self.header.argument(place));
-        DateForm::of_all(&cells).map_err(|()| order())
+        StampForm::of_texts(&cells).map_err(|()| order())
     }
 
     /// Whether too many rows share each stamp for finding a rate, such as an epoch in a float of 32
@@ -250,22 +242,14 @@ impl TimeSearch<'_> {
     }
 }
 
-/// The form of dates and times of day in these columns.
-pub(super) fn date_of(columns: &StampColumns) -> Option<DateForm> {
-    columns.iter().find_map(|&(_, column)| match column {
-        ColumnUse::Stamp(StampForm::Date(form)) => Some(form),
-        _ => None,
-    })
-}
-
 /// The columns as written in a column map; a device time is preferred to the arrival times in the
 /// same table.
 pub(super) fn argument(columns: &StampColumns, header: &Header) -> String {
     let device_time = columns.iter().find(|(_, column)| *column == ColumnUse::DeviceTime);
     let columns = device_time.map_or(&columns[..], std::slice::from_ref);
     let column = |&(place, column): &(usize, ColumnUse)| {
-        let form = if let ColumnUse::Stamp(form) = column { form.name() } else { StampUnit::NANOSECONDS.name };
-        format!("{}:{form}", header.argument(place))
+        let form = if let ColumnUse::Stamp(form) = column { form } else { StampForm::Unit(1) };
+        format!("{}:{}", header.argument(place), form.name())
     };
     columns.iter().map(column).collect::<Vec<_>>().join("+")
 }

@@ -108,7 +108,7 @@ fn a_row_of_units_below_the_names_is_used() {
     assert_eq!((&*whole.counts, whole.rejected.len()), (&[10, 900, 10, -900][..], 0));
     // words are no units
     let text = format!("time;gyro_x;accel_z\nstart;of;data\n{rows}");
-    assert_eq!(read_text(text, None).rejected, [(0, RejectedRow::Stamp)]);
+    assert_eq!(read_text(text, None).rejected, [0]);
 }
 
 #[test]
@@ -127,7 +127,7 @@ fn thousands_may_be_separated_in_values_and_stamps() {
 fn names_in_latin_1_are_read() {
     let text = b"Zeit [s];gyro_x [\xb0/s]\n0,00;1,5\n0,01;-1,5\n";
     let plan = planned(text, None);
-    assert_eq!(plan.times.as_deref(), Some("Zeit [s]:s"));
+    assert_eq!(plan.report.times.as_deref(), Some("Zeit [s]:s"));
     let degree = layout(&plan).channels[0].in_unit(10.0);
     assert!((degree * 180.0 / std::f64::consts::PI - 1.0).abs() < 1e-12, "{degree}");
 }
@@ -220,12 +220,7 @@ fn a_second_header_orders_its_rows_or_ends_the_table() {
     assert_eq!((whole.report.skipped_lines, whole.rejected.len()), (3, 0));
     assert_eq!(whole.stamps_ns, [0, 10_000_000, 20_000_000, 30_000_000]);
     let text = format!("{first}t,gyro_y,accel_z\n0.03,0.5,9.8\n");
-    let mut reader = CsvReader::new(
-        planned(&text, None),
-        std::io::Cursor::new(text),
-        vn100_protocol::stream::ReadOptions::default(),
-    );
-    use crate::read_samples::FileReader;
+    let mut reader = CsvReader::new(planned(&text, None), Cursor::new(text), ReadOptions::default());
     assert!(reader.next_events().unwrap().is_some());
     let error = reader.next_events().unwrap_err().to_string();
     assert!(error.starts_with("line 4 begins a table with other columns"), "{error}");

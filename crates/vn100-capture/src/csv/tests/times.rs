@@ -93,13 +93,13 @@ fn sentences_are_found_in_a_column_of_any_name() {
         let plan = plan(&text, map).unwrap().unwrap();
         assert!(plan.layout.is_none(), "{header}");
         let whole = read(plan, text.as_bytes());
-        assert_eq!(samples(&whole.sentences.concat(), Options::default()), [COUNTS, COUNTS].concat(), "{header}");
+        assert_eq!(whole.counts, [COUNTS, COUNTS].concat(), "{header}");
         assert_eq!(whole.stamps_ns, [0, 0], "{header}");
     }
     // a named column needs no times
     let text = format!("x\n{SENTENCE}\n");
     let whole = read_text(&text, Some("raw=1"));
-    assert_eq!((whole.sentences.len(), whole.stamps_ns.len()), (1, 0));
+    assert_eq!((whole.report.rows, whole.stamps_ns.len()), (1, 0));
     assert!("raw=x,gyro_x=wx:deg/s".parse::<ColumnMap>().is_err());
 }
 
@@ -144,8 +144,6 @@ fn a_date_and_its_time_of_day_between_spaces_are_one_stamp() {
         ("time gyro_x accel_z", &(|row| format!("2024-05-01 {}", time(row))) as &dyn Fn(u64) -> String, "time:iso"),
         ("# time gyro_x accel_z", &|row| format!("2024/05/01 {}", time(row)), "time:iso"),
         ("Date Time gyro_x accel_z", &|row| format!("31.05.2024  {}", time(row)), "Date_Time:dmy"),
-        ("when gyro_x accel_z", &|row| format!("2024-05-01 {} +02:00", time(row)), "when:iso"),
-        ("when gyro_x accel_z", &|row| format!("2024-05-01 {} UTC", time(row)), "when:iso"),
         ("when gyro_x accel_z", &|row| format!("\"2024-05-01 {}+00:00\"", time(row)), "when:iso"),
         ("t gyro_x accel_z", &|row| format!("2024-05-01T{}", time(row)), "t:iso"),
         ("t gyro_x accel_z", &|row| time(row), "t:clock"),
