@@ -19,9 +19,12 @@ const ONE_DIRECTION: f64 = 0.9;
 /// Fewest blocks: they must show the noise, too.
 const LEAST_BLOCKS: usize = 32;
 
-/// Lags that are searched, without lag included, and how many of them are as good as independent.
-const LAGS: usize = 24;
-const INDEPENDENT_LAGS: f64 = 8.0;
+/// Lags that are searched at a time, without lag included.
+const LAGS: usize = 8;
+
+/// Lags that are not excluded if they lie close enough, and how near the range of lags ends at the latest.
+const CLOSE: usize = 4;
+const FINEST: f64 = 1e-3;
 
 /// No sensor follows its own thermometer later than this, in seconds.
 const LONGEST_LAG_S: f64 = 1000.0;
@@ -148,13 +151,20 @@ impl TemperatureSearch {
         }
         let longest_s = LONGEST_LAG_S.min(LAG_OF_RECORD * series.duration_s());
         let transform = CosineTransform::new(series.temperatures_c.len());
-        let lagged = |place: usize| {
+        let mut search = Self { series, transform, bank: Vec::new(), excursion_c, correlation_with_time: correlation };
+        search.bank = search.lagged(0.0, longest_s);
+        Ok(search)
+    }
+
+    /// The temperature with lags from one to another, evenly spaced in ln(1 + lag/2 s).
+    fn lagged(&self, from_s: f64, to_s: f64) -> Vec<LaggedTemperature> {
+        let [from, to] = [from_s, to_s].map(|lag_s| (lag_s / SHORT_LAG_S).ln_1p());
+        let of = |place: usize| {
             let part = place as f64 / (LAGS - 1) as f64;
-            let lag_s = SHORT_LAG_S * (part * (longest_s / SHORT_LAG_S).ln_1p()).exp_m1();
-            LaggedTemperature { lag_s, coefficients: transform.of(&series.lagged_c(lag_s)) }
+            let lag_s = (SHORT_LAG_S * (from + (to - from) * part).exp_m1()).max(0.0);
+            LaggedTemperature { lag_s, coefficients: self.transform.of(&self.series.lagged_c(lag_s)) }
         };
-        let bank = (0..LAGS).map(lagged).collect();
-        Ok(Self { series, transform, bank, excursion_c, correlation_with_time: correlation })
+        (0..LAGS).map(of).collect()
     }
 
     /// Of the axis with this number, `unit_per_count`: at the level `confidence`, 0 < p < 1. `None`
@@ -164,16 +174,23 @@ impl TemperatureSearch {
         let z = chi_squared::normal_two_sided(confidence)?;
         let rows = Rows::of_level(self.transform.of(self.series.axes.get(axis)?));
         let without = rows.fit(&structure(&[]), None)?;
-        let bank = &self.bank;
-        let fit = |lagged: &LaggedTemperature| rows.fit(&structure(&[&lagged.coefficients]), Some(&without));
-        let fitted = bank.iter().map(fit).collect::<Option<Vec<Scored>>>()?;
-        let likeliest =
-            (0..bank.len()).max_by(|a, b| fitted[*a].log_likelihood.total_cmp(&fitted[*b].log_likelihood))?;
-        let most = fitted[likeliest].log_likelihood;
         let drop = 0.5 * z * z * UNKNOWN_NOISE;
-        // of those that the record does not exclude, the first and the last
-        let is_left = |of: &Scored| of.log_likelihood > most - drop;
-        let (first, last) = (fitted.iter().position(is_left)?, fitted.iter().rposition(is_left)?);
+        let mut bank = self.bank.clone();
+        // between the lags that the record does not exclude, as long as it distinguishes those of the bank
+        let (fitted, likeliest, first, last) = loop {
+            let fit = |lagged: &LaggedTemperature| rows.fit(&structure(&[&lagged.coefficients]), Some(&without));
+            let fitted = bank.iter().map(fit).collect::<Option<Vec<Scored>>>()?;
+            let of = |place: usize| fitted[place].log_likelihood;
+            let likeliest = (0..LAGS).max_by(|a, b| of(*a).total_cmp(&of(*b)))?;
+            let is_left = |place: &usize| of(*place) > of(likeliest) - drop;
+            let (first, last) = ((0..LAGS).find(is_left)?, (0..LAGS).rfind(is_left)?);
+            let [from_s, to_s] = [first.saturating_sub(1), (last + 1).min(LAGS - 1)].map(|place| bank[place].lag_s);
+            if last - first + 1 >= CLOSE || to_s < (1.0 + FINEST) * from_s {
+                break (fitted, likeliest, first, last);
+            }
+            bank = self.lagged(from_s, to_s);
+        };
+        let most = fitted[likeliest].log_likelihood;
         let limit = |sign: f64| {
             let of = |place: usize| {
                 let (best, x) = (&fitted[place], &bank[place].coefficients);
@@ -190,12 +207,12 @@ impl TemperatureSearch {
             sign * (first..=last).map(of).fold(f64::NEG_INFINITY, f64::max)
         };
         let rise = (most - without.log_likelihood).max(0.0);
-        let p = (2.0 * chi_squared::normal_above((2.0 * rise).sqrt()) * INDEPENDENT_LAGS).min(1.0);
+        let p = (2.0 * chi_squared::normal_above((2.0 * rise).sqrt()) * LAGS as f64).min(1.0);
         let value = *fitted[likeliest].multiples.first()?;
         let [value, a, b] = [value, limit(-1.0), limit(1.0)].map(|value| value * unit_per_count);
         let (lower, upper) = (a.min(b), a.max(b));
-        let lag_range_s = (bank[first.saturating_sub(1)].lag_s, bank[(last + 1).min(bank.len() - 1)].lag_s);
-        let is_lag_open = last + 2 > bank.len() - 1;
+        let lag_range_s = (bank[first.saturating_sub(1)].lag_s, bank[(last + 1).min(LAGS - 1)].lag_s);
+        let is_lag_open = self.bank.last().is_some_and(|longest| lag_range_s.1 > 0.999 * longest.lag_s);
         let lag_s = bank[likeliest].lag_s;
         let largest_share = largest_share(&bank[likeliest], &fitted[likeliest]);
         Some(TemperatureCoefficient { value, lower, upper, lag_s, lag_range_s, is_lag_open, p, largest_share })
