@@ -121,7 +121,7 @@ impl<'a> Search<'a> {
         has_ramp: bool,
         z: f64,
     ) -> Option<Self> {
-        let rows = data.rows(&layout.components);
+        let rows = data.rows();
         let mut search = Self {
             data,
             layout,

@@ -32,6 +32,7 @@ const OCTAVE_PEAK: f64 = 0.37;
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     shape: RecordShape,
+    components: Vec<Component>,
     octaves: Vec<Octave>,
     /// Degrees of freedom in white noise and in a walk.
     white_edf: Vec<f64>,
@@ -86,28 +87,30 @@ struct Segments<'a> {
     share: f64,
     /// Degrees of freedom of each point.
     dof: f64,
-    measured: Vec<Measured<'a>>,
+    measured: Vec<Measured>,
 }
 
-/// A group without lines.
-struct Measured<'a> {
+/// The points of a group without lines.
+struct Measured {
     place: usize,
-    group: &'a Group,
     power: f64,
+    points: f64,
+    /// By component.
+    densities: Vec<f64>,
     /// A filter leaves next to nothing, which says nothing of the white noise.
     is_stopped: bool,
 }
 
-impl Group {
-    const fn points(&self) -> f64 {
-        (self.end - self.first) as f64
-    }
-
+impl Measured {
     /// By the neighbours within the group alone.
     fn dependence(&self) -> f64 {
-        let points = self.points();
-        1.0 + 2.0 * (4.0 / 9.0 * (1.0 - 1.0 / points) + 1.0 / 36.0 * (1.0 - 2.0 / points).max(0.0))
+        1.0 + 2.0 * (4.0 / 9.0 * (1.0 - 1.0 / self.points) + 1.0 / 36.0 * (1.0 - 2.0 / self.points).max(0.0))
     }
+}
+
+/// By component, of `points` about a frequency.
+fn densities(components: &[Component], frequency: f64, points: f64, samples: usize) -> Vec<f64> {
+    components.iter().map(|component| component.density_of_points(frequency, points, samples as f64)).collect()
 }
 
 impl SegmentGrid {
@@ -126,8 +129,8 @@ impl SegmentGrid {
             };
             let end = (start + size).min(samples / 2);
             let (frequency, points) = (0.5 * (start + end - 1) as f64 / n, (end - start) as f64);
-            let densities = components.iter().map(|component| component.density_of_points(frequency, points, n));
-            groups.push(Group { first: start, end, densities: densities.collect() });
+            let densities = densities(components, frequency, points, samples);
+            groups.push(Group { first: start, end, densities });
             start = end;
         }
         let taken = |octave: &Octave| {
@@ -167,7 +170,18 @@ impl Grid {
         };
         let columns = octaves.iter().zip(&filters).map(column);
         let segments = [LONG, SHORT].map(|samples| SegmentGrid::new(samples, components, &octaves, shape.deviation));
-        Self { shape: *shape, columns: columns.collect(), octaves, white_edf, walk_edf, edges, filters, segments }
+        let components = components.to_vec();
+        Self {
+            shape: *shape,
+            components,
+            columns: columns.collect(),
+            octaves,
+            white_edf,
+            walk_edf,
+            edges,
+            filters,
+            segments,
+        }
     }
 
     pub(super) fn octaves(&self) -> &[Octave] {
@@ -183,6 +197,7 @@ impl Grid {
 impl<'a> Segments<'a> {
     fn new(
         grid: &'a SegmentGrid,
+        components: &[Component],
         powers: &Powers,
         bands: &[NarrowBand],
         scale: f64,
@@ -195,21 +210,26 @@ impl<'a> Segments<'a> {
                 && k as f64 >= lowest * n
                 && bands.iter().all(|band| !band.covers(k as f64 / n, 2.0 / n))
         };
-        let measured = |(place, group): (usize, &'a Group)| {
-            let mut points = group.first..group.end;
-            let power = points.clone().map(|k| powers.powers[k]).sum::<f64>() / group.points() / scale;
-            points.all(is_free).then_some(Measured { place, group, power, is_stopped: false })
+        let measured = |(place, group): (usize, &Group)| {
+            let free: Vec<usize> = (group.first..group.end).filter(|k| is_free(*k)).collect();
+            let points = free.len() as f64;
+            let mean = |of: &dyn Fn(usize) -> f64| free.iter().map(|k| of(*k)).sum::<f64>() / points;
+            let densities = match free.len() {
+                0 => return None,
+                some if some == group.end - group.first => group.densities.clone(),
+                _ => densities(components, mean(&|k| k as f64) / n, points, grid.samples),
+            };
+            let power = mean(&|k| powers.powers[k]) / scale;
+            Some(Measured { place, power, points, densities, is_stopped: false })
         };
-        let measured: Vec<Measured<'a>> = grid.groups.iter().enumerate().filter_map(measured).collect();
+        let measured: Vec<Measured> = grid.groups.iter().enumerate().filter_map(measured).collect();
         let share = (powers.averages * n / DEPENDENCE / samples).min(1.0);
         let is_enough = powers.segments >= LEAST_SEGMENTS && measured.len() > 8;
         is_enough.then_some(Self { grid, share, dof: 2.0 * powers.averages / DEPENDENCE, measured })
     }
 
     fn mean_density(&self) -> f64 {
-        let add = |(sum, points): (f64, f64), of: &Measured<'_>| {
-            (sum + of.group.points() * of.power, points + of.group.points())
-        };
+        let add = |(sum, points): (f64, f64), of: &Measured| (sum + of.points * of.power, points + of.points);
         let (sum, points) = self.measured.iter().fold((0.0, 0.0), add);
         sum / points
     }
@@ -238,7 +258,7 @@ impl<'a> ChannelData<'a> {
             let lowest = level.as_ref().map_or(0.0, |level| 0.5 / level.block_samples as f64).max(lowest);
             let powers = signal.spectrum().powers()?;
             let segments = grid.segments.iter().find(|of| of.samples == powers.segment_samples)?;
-            Segments::new(segments, &powers, curve.bands, scale / (unit * unit), lowest, shown)
+            Segments::new(segments, &grid.components, &powers, curve.bands, scale / (unit * unit), lowest, shown)
         });
         let mut bands: Vec<&NarrowBand> = curve.bands.iter().filter(|band| band.power > 0.0).collect();
         bands.sort_by(|a, b| b.power.total_cmp(&a.power));
@@ -335,16 +355,16 @@ impl<'a> ChannelData<'a> {
     }
 
     /// A column for each component, then for each line.
-    pub(super) fn rows(&self, components: &[Component]) -> Rows {
-        let lines = self.lines.len();
+    pub(super) fn rows(&self) -> Rows {
+        let (components, lines) = (&self.grid.components, self.lines.len());
         let mut rows = Rows { columns: vec![Vec::new(); components.len() + lines], ..Rows::default() };
         // without segments the first octave, in its own unit
         rows.mean_density = self.segments.as_ref().map_or(1.0, Segments::mean_density);
         if let Some(segments) = &self.segments {
             for of in segments.measured.iter().filter(|of| !of.is_stopped) {
-                let weight = 0.5 * segments.dof * of.group.points();
-                let densities = of.group.densities.iter().copied();
-                let alone = weight * DEPENDENCE / of.group.dependence();
+                let weight = 0.5 * segments.dof * of.points;
+                let densities = of.densities.iter().copied();
+                let alone = weight * DEPENDENCE / of.dependence();
                 rows.push(of.power, weight, alone, densities.chain(core::iter::repeat_n(0.0, lines)));
             }
         }
@@ -397,7 +417,7 @@ impl<'a> ChannelData<'a> {
             for of in &segments.measured {
                 let taken = segments.grid.taken[place][of.place] * if of.is_stopped { 1.0 } else { segments.share };
                 rest.value -= taken * of.power;
-                for (column, density) in rest.columns.iter_mut().zip(&of.group.densities) {
+                for (column, density) in rest.columns.iter_mut().zip(&of.densities) {
                     *column -= taken * density;
                 }
             }
@@ -445,8 +465,9 @@ impl<'a> ChannelData<'a> {
         };
         let segments = self.segments.as_ref();
         let first = segments.and_then(|segments| segments.measured.first());
-        let lowest =
-            segments.zip(first).map(|(segments, of)| (of.group.first as f64 - 0.5) / segments.grid.samples as f64);
+        let lowest = segments
+            .zip(first)
+            .map(|(segments, of)| (segments.grid.groups[of.place].first as f64 - 0.5) / segments.grid.samples as f64);
         let below = self.grid.edges.windows(2).enumerate();
         let below = below.filter(|(_, cell)| lowest.is_none_or(|lowest| cell[1] <= lowest));
         let below = below.map(|(place, cell)| Cell {
@@ -456,9 +477,10 @@ impl<'a> ChannelData<'a> {
             left: 1.0,
         });
         let above = segments.into_iter().flat_map(|segments| {
-            segments.measured.iter().map(|of| Cell {
+            let width = |of: &Group| (of.end - of.first) as f64 / segments.grid.samples as f64;
+            segments.measured.iter().map(move |of| Cell {
                 taken: chosen.iter().map(|octave| segments.grid.taken[*octave][of.place]).collect(),
-                width: of.group.points() / segments.grid.samples as f64,
+                width: width(&segments.grid.groups[of.place]),
                 density: of.power,
                 left: 1.0 - segments.share,
             })
