@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use imu_noise::{ChannelCurve,
-//!     Deviation, Estimator, NoiseModel, Octaves, RecordShape, Term, Terms,
+//!     Deviation, Estimator, NoiseModel, Octaves, RecordShape, Term,
 //!     counts_to_unit,
 //! };
 //!
@@ -23,8 +23,8 @@
 //! });
 //! let (octaves, variances): (Vec<_>, Vec<f64>) = variances.unzip();
 //! let shape = RecordShape { samples: 16_384, interval_s: 0.025, estimator, deviation };
-//! let fit = NoiseModel::new(&octaves, &shape, Terms::RATE,
-//! None).fit(&ChannelCurve::new(&variances, false), 0.95);
+//! let model = NoiseModel::new(&octaves, &shape, None, false);
+//! let fit = model.fit(&ChannelCurve::new(&variances, false), 0.95);
 //!
 //! // N, the angle random walk: 0.001 rad/s / sqrt(12 * 40 Hz) is the truth
 //! let white = fit.parameter(Term::White).ok_or("not in the model")?;
@@ -110,8 +110,7 @@ pub use infer::narrow_bands::NarrowBand;
 pub use infer::noise_change::{Frozen, NoiseChange, NoiseChanges};
 pub use infer::noise_model::{
     Aim, BoxcarWindow, ChannelCurve, ClassicalReading, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, NotRead,
-    PROVED_P, Parameter, Rival, RollOff, SlopeLine, Status, Term, Terms, Wanted, classical_reading, curve_minimum,
-    least_half_width, visible_random_walk, white_deficit,
+    PROVED_P, Parameter, Rival, SlopeLine, Status, Term, Wanted, classical_reading, curve_minimum, white_deficit,
 };
 pub use infer::normality::{Normality, NotJudged};
 pub use infer::power_law::PowerLaw;

@@ -24,7 +24,7 @@ pub use axis_temperature::{AxisTemperature, WhyNoCoefficient};
 pub use noise::{BEFORE_FILTER_S, ChannelNoise, DetectableRrw, LongTauValidity, NoGrade, Withheld};
 pub use onboard::{Onboard, WindowFrom};
 pub(crate) use rounding::is_rounded_away;
-pub use stationarity::{Detectable, Stationarity};
+pub use stationarity::Stationarity;
 pub use white_budget::{Aliasing, RateShare, WhiteBudget};
 
 use crate::{
@@ -143,7 +143,8 @@ impl ChannelAssessment {
     ) -> Self {
         let onboard = Onboard::of(channel, results, snapshot);
         let signal = results.signal.as_ref();
-        let bands = signal.map_or_else(Vec::new, |signal| signal.narrow_bands(channel.in_unit(1.0)));
+        let bands =
+            signal.map_or_else(Vec::new, |signal| signal.narrow_bands(channel.in_unit(1.0), curve.shape.interval_s));
         let stationarity = match levels {
             None => Stationarity::default(),
             Some(levels) => {

@@ -2,13 +2,12 @@
 
 use std::{fmt, str::FromStr};
 
-use imu_noise::least_half_width;
 use thiserror::Error;
 
 use crate::{
     assessment::Assessment,
     noise_figure::{NoiseFigure, NoiseFigureError, in_percent, share_of_percent},
-    snapshot::{ChannelSnapshot, Snapshot},
+    snapshot::Snapshot,
 };
 
 /// A parameter, and the half-width of its interval that ends a measurement.
@@ -40,20 +39,6 @@ impl Goal {
     pub fn is_met(&self, snapshot: &Snapshot, assessment: &Assessment) -> bool {
         let axes = self.relative_half_widths(snapshot, assessment);
         !axes.is_empty() && axes.iter().all(|(_, width)| width.is_some_and(|width| width <= self.relative_half_width))
-    }
-
-    /// Whether a record with these octaves may meet the goal, which takes far less time than a fit.
-    pub(crate) fn may_be_met(&self, snapshot: &Snapshot, confidence: f64) -> bool {
-        // the asymmetry of a wider interval cannot be predicted
-        const WIDEST: f64 = 0.5;
-        let samples = snapshot.timing.samples + snapshot.timing.missing;
-        let is_within = |results: &ChannelSnapshot| {
-            let octaves = results.octaves.iter().filter_map(|sum| Some((sum.m, sum.variance_counts2()?)));
-            least_half_width(self.figure.term, octaves, samples, confidence) <= self.relative_half_width
-        };
-        let mut concerned =
-            snapshot.measured().filter(|(channel, _)| self.figure.concerns(&channel.name, channel.quantity));
-        self.relative_half_width > WIDEST || concerned.all(|(_, results)| is_within(results))
     }
 
     /// Why no record of this message, however long, shows the parameter; `None` if one may, and

@@ -1,11 +1,12 @@
 //! When a measurement has reached its goals.
 
+use imu_noise::chi_squared;
+
 use crate::{accumulate::analysis::Analysis, assessment::Assessment};
 
 impl Analysis {
     /// Whether all goals of the settings are met, or one is out of reach; `false` without goals. The
-    /// answer is that of [`Goal::is_met`](crate::Goal::is_met) with the assessment of this moment, which is made only if
-    /// its answer may be yes.
+    /// answer is that of [`Goal::is_met`](crate::Goal::is_met) with the assessment of this moment.
     #[must_use]
     pub fn goals_are_decided(&self) -> bool {
         let (goals, confidence) = (&self.settings().until, self.settings().confidence);
@@ -14,10 +15,14 @@ impl Analysis {
             return true;
         }
         let snapshot = self.snapshot();
-        goals.iter().all(|goal| goal.may_be_met(&snapshot, confidence)) && {
-            let assessment = Assessment::new(&snapshot, confidence);
-            goals.iter().all(|goal| goal.is_met(&snapshot, &assessment))
+        // no parameter is known better than white noise alone would be (Cramér-Rao), or hardly
+        let samples = (snapshot.timing.samples + snapshot.timing.missing) as f64;
+        let least = 0.9 * chi_squared::normal_two_sided(confidence).unwrap_or(0.0) / (2.0 * samples).sqrt();
+        if goals.iter().any(|goal| goal.relative_half_width < least) {
+            return false;
         }
+        let assessment = Assessment::new(&snapshot, confidence);
+        goals.iter().all(|goal| goal.is_met(&snapshot, &assessment))
     }
 }
 

@@ -46,7 +46,7 @@ pub use accumulate::{
 };
 pub use assessment::{
     Aliasing, Assessment, AxisTemperature, BEFORE_FILTER_S, ChannelAssessment, ChannelNoise, DEFAULT_CONFIDENCE,
-    Detectable, DetectableRrw, LEAST_EDF, LongTauValidity, NoGrade, OctaveAssessment, Onboard, RateShare, Stationarity,
+    DetectableRrw, LEAST_EDF, LongTauValidity, NoGrade, OctaveAssessment, Onboard, RateShare, Stationarity,
     WhiteBudget, WhyNoCoefficient, WindowFrom, Withheld,
 };
 pub use averaging_times::{AveragingTimes, AveragingTimesError, MissingTime};

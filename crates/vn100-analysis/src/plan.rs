@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use imu_noise::{Aim, Sensor, Term, Wanted, visible_random_walk};
+use imu_noise::{Aim, Sensor, Term, Wanted};
 use thiserror::Error;
 use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, Channel, Layout, LineForm, LinkLoad, MEASUREMENTS_PER_S, OUTPUT_RATES_HZ,
@@ -175,8 +175,6 @@ pub struct PlannedWant {
     /// For a random walk: the length in seconds if the sensor had no bias instability, which hides
     /// the random walk; else `None`.
     pub without_bias_instability_s: Option<f64>,
-    /// For a random walk: the rule of thumb 20 √3 N/K, in seconds; else `None`.
-    pub by_rule_s: Option<f64>,
     /// For a limit: the value that the sensor is assumed to have; else `None`. The nearer the value
     /// is to the limit, the longer the record.
     pub taken_at: Option<TakenAt>,
@@ -351,16 +349,10 @@ impl PlannedWant {
         };
         let is_walk = term == Term::RateRandomWalk;
         let without: Vec<_> = truth.iter().copied().filter(|(term, _)| *term != Term::BiasInstability).collect();
-        let white = typical.iter().find(|(term, _)| *term == Term::White).map(|(_, white)| *white);
         Ok(Self {
             want: want.clone(),
             record_s: length(&truth),
             without_bias_instability_s: if is_walk { length(&without) } else { None },
-            // the smallest visible random walk falls as the record grows
-            by_rule_s: white
-                .zip(assumed)
-                .filter(|_| is_walk)
-                .map(|(white, (_, walk))| visible_random_walk(white, 1.0) / walk),
             taken_at,
         })
     }

@@ -25,7 +25,7 @@ const LEAST_WINDOWS: u64 = 24;
 /// let fan_5_hz = |i: u32| 100.0 * (std::f64::consts::TAU * 5.0 * 0.025 * f64::from(i)).sin();
 /// let noise = |i: u32| (i.wrapping_mul(2_654_435_761) >> 16) as i32 % 41 - 20;
 /// accelerometer.push(&(0..4000).map(|i| fan_5_hz(i) as i32 + noise(i * i)).collect::<Vec<_>>());
-/// let lines: Vec<_> = accelerometer.narrow_bands(1e-3).iter().filter_map(|band| band.line(0.025)).collect();
+/// let lines: Vec<_> = accelerometer.narrow_bands(1e-3, 0.025).iter().filter_map(|band| band.line).collect();
 /// assert!(lines.len() == 1 && (lines[0].frequency_hz - 5.0).abs() < 1e-2);
 /// assert_eq!(accelerometer.spectrum().density(Sides::One, 0.025, 3).unwrap().points.len(), 256);
 /// ```

@@ -96,13 +96,6 @@ pub fn student_two_sided(p: f64, dof: f64) -> Option<f64> {
     StudentsT::new(0.0, 1.0, dof).ok().map(|student| student.inverse_cdf(0.5 + p / 2.0))
 }
 
-/// P(|T| > x) for Student's T, `dof` clamped to 1..=10 000; `None` where x is no number.
-#[must_use]
-pub fn student_two_sided_above(x: f64, dof: f64) -> Option<f64> {
-    let dof = if dof.is_nan() { 1.0 } else { dof.clamp(1.0, 10_000.0) };
-    StudentsT::new(0.0, 1.0, dof).ok().filter(|_| !x.is_nan()).map(|student| 2.0 * student.sf(x))
-}
-
 /// Channels that make up a record: a probability of false alarm is shared among them.
 pub(crate) const CHANNELS: f64 = 12.0;
 

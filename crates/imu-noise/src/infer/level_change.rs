@@ -4,7 +4,7 @@
 //! a random walk of any proportion: a change is a shape with which the likelihood, the noise fitted
 //! with it, is that much larger.
 
-use super::noise_model::{MeanShape, MeanShapes, Rows, Scored, Structure, crossing};
+use super::noise_model::{MeanShape, MeanShapes, Rows, Scored, Structure};
 use crate::accumulate::blocks::Block;
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::signal::ChannelSignal;
@@ -26,10 +26,6 @@ const FEW_CYCLES: f64 = 3.0;
 
 /// Most cycles per block.
 const FASTEST_CYCLE: f64 = 0.4;
-
-/// Evidence that a step of the expected size has of which nine in ten records show more than the
-/// threshold, white noise, flicker noise and mixtures simulated; of pure random walks seven.
-const EVIDENCE_OF_NINE_IN_TEN: f64 = 46.0;
 
 /// A straight line with this much less evidence than the best shape is as good an explanation.
 const AS_GOOD: f64 = 6.0;
@@ -85,9 +81,8 @@ pub enum LevelShape {
 pub struct LevelFindings {
     /// The change with the most evidence above its threshold.
     pub change: Option<LevelChange>,
-    /// The step in the middle of the record, in the unit of the channel, that nine of ten such
-    /// records would show; `None` if there is too little to judge.
-    pub detectable_step: Option<f64>,
+    /// The record is long enough to show one.
+    pub is_searched: bool,
 }
 
 /// The search for changes of level in the channels of one record: holds what those with as many
@@ -128,8 +123,7 @@ impl LevelSearch {
             blocks: blocks.len() as f64,
             decimals,
         };
-        let detectable_step = level.detectable_step().map(|counts| counts_to_unit(counts, decimals));
-        LevelFindings { change: change(&level, &span), detectable_step }
+        LevelFindings { change: change(&level, &span), is_searched: true }
     }
 }
 
@@ -199,23 +193,6 @@ impl<'a> Level<'a> {
     fn ramp_evidence(&self) -> f64 {
         let ramp = core::slice::from_ref(&self.shapes.ramp);
         self.rows.fit(&structure(ramp), Some(&self.alone)).map_or(0.0, |with| self.evidence(&with))
-    }
-
-    /// The step in the middle at which the evidence, were every coefficient as large as is expected
-    /// of it in the noise fitted without it, reaches that of nine in ten records; in counts.
-    fn detectable_step(&self) -> Option<f64> {
-        let middle = (self.shapes.blocks as f64 / 2.0).floor();
-        let step = self.shapes.coefficients(MeanShape::Step(middle)).pop()?;
-        let expected = &self.alone.expected;
-        let with: f64 = expected.iter().map(|variance| -0.5 * (variance.ln() + 1.0)).sum();
-        let information: f64 = step.iter().zip(expected).map(|(x, variance)| x * x / variance).sum();
-        let fall = |amplitude: f64| {
-            let power = |(variance, x): (&f64, &f64)| variance + (amplitude * x).powi(2);
-            let rows = Rows { power: expected.iter().zip(&step).map(power).collect(), ..self.rows.clone() };
-            let without = rows.fit(&structure(&[]), Some(&self.alone));
-            without.map_or(f64::INFINITY, |without| with - without.log_likelihood)
-        };
-        Some(crossing(0.5 * EVIDENCE_OF_NINE_IN_TEN, 1.0 / information.sqrt(), fall)).filter(|step| step.is_finite())
     }
 }
 

@@ -47,22 +47,9 @@ pub struct NarrowBand {
     pub power: f64,
     /// Share of the frequencies up to half the sampling rate that it covers.
     pub share_of_band: f64,
-    /// What is reported of it; `None` if twelve channels of a clean record have one as high with a
-    /// probability of 1e-4 or more.
-    line: Option<Line>,
-}
-
-/// A band as a vibration line: its highest point if that is steady, else the whole band.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Line {
-    /// In cycles per sample: interpolated between the points, of a whole band the mean over its power.
-    frequency: f64,
-    /// Its variance, in the unit of the channel squared.
-    power: f64,
-    /// Share in the variance within segments, from 0 to 1.
-    share_of_variance: f64,
-    /// Power of the highest point over the power of the noise around it.
-    peak_to_floor: f64,
+    /// The vibration line that is reported of it: its highest point if that is steady, else the whole band.
+    /// `None` if twelve channels of a clean record have one as high with a probability of 1e-4 or more.
+    pub line: Option<SpectralLine>,
 }
 
 impl NarrowBand {
@@ -76,26 +63,15 @@ impl NarrowBand {
     pub(super) fn covers(&self, frequency: f64, margin: f64) -> bool {
         self.parts.iter().any(|(from, to, _)| (0.5 * (from + to) - frequency).abs() <= margin)
     }
-
-    /// The vibration line that is reported of a channel sampled every `interval_s` seconds; `None` for
-    /// a band that twelve channels of a clean record show with a probability of 1e-4 or more.
-    #[must_use]
-    pub fn line(&self, interval_s: f64) -> Option<SpectralLine> {
-        self.line.filter(|_| interval_s > 0.0).map(|line| SpectralLine {
-            frequency_hz: line.frequency / interval_s,
-            amplitude: (2.0 * line.power).sqrt(),
-            share_of_variance: line.share_of_variance,
-            peak_to_floor: line.peak_to_floor,
-        })
-    }
 }
 
 impl ChannelSignal {
     /// The bands of the record in rising frequency: those below 1/64 of the sampling rate from the
     /// spectrum of the sums of 32 samples, those below 1/2048 from that of the sums of 1024, the
-    /// others from that of the samples. None of a spectrum before four of its segments are full.
+    /// others from that of the samples, which lie `interval_s` seconds apart. None of a spectrum before
+    /// four of its segments are full.
     #[must_use]
-    pub fn narrow_bands(&self, unit_per_count: f64) -> Vec<NarrowBand> {
+    pub fn narrow_bands(&self, unit_per_count: f64, interval_s: f64) -> Vec<NarrowBand> {
         let full = |powers: Option<Powers>| powers.filter(|powers| powers.segments >= 4);
         let Some(powers) = full(self.spectrum().powers()) else { return Vec::new() };
         let sides = |k: usize| if 2 * k == powers.segment_samples { 1.0 } else { 2.0 };
@@ -117,11 +93,11 @@ impl ChannelSignal {
             bands.splice(..0, slow);
         }
         for band in &mut bands {
-            let unit2_per_count2 = unit_per_count * unit_per_count;
-            band.power *= unit2_per_count2;
+            band.power *= unit_per_count * unit_per_count;
             if let Some(line) = &mut band.line {
-                line.share_of_variance = line.power / total;
-                line.power *= unit2_per_count2;
+                line.share_of_variance /= total;
+                line.amplitude *= unit_per_count.abs();
+                line.frequency_hz /= interval_s;
             }
         }
         bands
@@ -183,7 +159,9 @@ fn band(
     } else {
         (frequency(mean), power)
     };
-    let line = Line { frequency, power: line_power, share_of_variance: 0.0, peak_to_floor };
+    // in counts, cycles per sample and of the power, until all bands are known
+    let amplitude = (2.0 * line_power).sqrt();
+    let line = SpectralLine { frequency_hz: frequency, amplitude, share_of_variance: line_power, peak_to_floor };
     Some(NarrowBand {
         parts,
         power,

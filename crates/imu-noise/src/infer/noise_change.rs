@@ -30,9 +30,6 @@ const FROZEN_WINDOWS: u64 = 3;
 /// windows of one value, and its noise depends on where in a step the level lies.
 const LEAST_STEPS: f64 = 0.5;
 
-/// Share of the records that show the smallest detectable change.
-const POWER_SIGMAS: f64 = 1.2816;
-
 /// What is not the same throughout in the noise of a channel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NoiseChanges {
@@ -45,9 +42,6 @@ pub struct NoiseChanges {
     pub frozen: Option<Frozen>,
     /// Single samples far out.
     pub spikes: Option<Spikes>,
-    /// The factor of the standard deviation from the middle of the record on that nine of ten such
-    /// records would show; `None` if none would.
-    pub detectable_factor: Option<f64>,
 }
 
 /// A stretch with more or less noise than the rest of the record.
@@ -72,14 +66,6 @@ pub struct Frozen {
     pub end_s: f64,
     /// Length of its windows of one value in seconds.
     pub duration_s: f64,
-}
-
-impl NoiseChanges {
-    /// Whether anything changes.
-    #[must_use]
-    pub const fn any(&self) -> bool {
-        self.change.is_some() || self.bursts.is_some() || self.frozen.is_some() || self.spikes.is_some()
-    }
 }
 
 impl ChannelSignal {
@@ -111,7 +97,6 @@ impl ChannelSignal {
                 Frozen { start_s, end_s, duration_s: windows as f64 * WINDOW as f64 * interval_s }
             }),
             spikes: if disturbed { None } else { Spikes::find(histogram, std_counts) },
-            detectable_factor: noise.as_ref().and_then(BlockNoise::detectable),
         }
     }
 
@@ -275,11 +260,5 @@ impl BlockNoise {
         let ratio = squares / free as f64 / self.variance_within;
         let p = chi_squared::probability_above(ratio / MARGIN * free as f64, free as f64)?;
         (p < FALSE_ALARM / CHANNELS && ratio > LEAST).then_some(ratio)
-    }
-
-    fn detectable(&self) -> Option<f64> {
-        let error = (self.variance(0, self.pairs.iter().sum()) * 4.0 / self.windows).sqrt();
-        let change = (self.threshold()? + POWER_SIGMAS) * error;
-        Some((change.max(LEAST_CHANGE) / 2.0).exp2())
     }
 }

@@ -6,7 +6,6 @@ mod channel_fit;
 mod cholesky;
 mod curve_reading;
 mod density;
-mod least_half_width;
 mod noise_fit;
 mod parameter;
 mod record_length;
@@ -25,10 +24,9 @@ use super::power_law::PowerLaw;
 use crate::accumulate::record::{Octave, RecordShape};
 pub use boxcar::{BoxcarWindow, white_deficit};
 pub use channel_curve::ChannelCurve;
-pub use curve_reading::{ClassicalReading, NotRead, SlopeLine, classical_reading, curve_minimum, visible_random_walk};
+pub use curve_reading::{ClassicalReading, NotRead, SlopeLine, classical_reading, curve_minimum};
 use density::Component;
-pub use least_half_width::least_half_width;
-pub use noise_fit::{FitQuality, GaussMarkovProcess, NoiseFit, RollOff};
+pub use noise_fit::{FitQuality, GaussMarkovProcess, NoiseFit};
 pub use parameter::{PROVED_P, Parameter, Status};
 pub use record_length::{Aim, Wanted};
 pub(super) use scoring::{Rows, Scored, Structure};
@@ -37,7 +35,7 @@ pub use search::Rival;
 pub(super) use search::crossing;
 pub(super) use shapes::{MeanShape, MeanShapes};
 use spectral_rows::Grid;
-pub use term::{Term, Terms};
+pub use term::Term;
 use thresholds::{LONGEST_PROCESS, MOST_COSINES, PROCESSES_APART, SHORTEST_PROCESS};
 
 /// A noise model for all channels that were sampled together: it holds what their statistics have in
@@ -45,7 +43,6 @@ use thresholds::{LONGEST_PROCESS, MOST_COSINES, PROCESSES_APART, SHORTEST_PROCES
 #[derive(Clone, Debug)]
 pub struct NoiseModel {
     shape: RecordShape,
-    terms: Terms,
     window: Option<BoxcarWindow>,
     layout: Layout,
     /// Places of the octaves that can vary, with two windows or more, among those given.
@@ -59,26 +56,25 @@ pub struct NoiseModel {
 }
 
 impl NoiseModel {
-    /// A model of `terms` for `octaves` in ascending order. `window` is the averaging on board,
-    /// where it is known and matters: see [`BoxcarWindow`].
+    /// A model of white noise, bias instability, random walk and a ramp, and of quantisation if it
+    /// `is_quantized`, for `octaves` in ascending order. `window` is the averaging on board, where it is
+    /// known and matters: see [`BoxcarWindow`].
     ///
     /// Costs a few milliseconds; the fits of the channels cost about as much.
     #[must_use]
-    pub fn new(octaves: &[Octave], shape: &RecordShape, terms: Terms, window: Option<BoxcarWindow>) -> Self {
+    pub fn new(octaves: &[Octave], shape: &RecordShape, window: Option<BoxcarWindow>, is_quantized: bool) -> Self {
         let of = |(place, octave): (usize, &Octave)| {
             let of_law = |law| edf(octave, shape, law);
             let laws = [of_law(PowerLaw::White)?, of_law(PowerLaw::Flicker)?, of_law(PowerLaw::RandomWalk)?];
             Some((place, *octave, laws))
         };
         let used: Vec<(usize, Octave, [f64; 3])> = octaves.iter().enumerate().filter_map(of).collect();
-        let layout = layout(shape, terms, window);
+        let layout = layout(shape, window, is_quantized);
         let of_law = |law: usize| used.iter().map(|(.., edf)| edf[law]).collect::<Vec<f64>>();
         let in_use = used.iter().map(|(_, octave, _)| *octave).collect();
-        let grid = (!used.is_empty() && terms.contains(Term::White))
-            .then(|| Grid::new(shape, in_use, [of_law(0), of_law(2)], &layout.components));
+        let grid = (!used.is_empty()).then(|| Grid::new(shape, in_use, [of_law(0), of_law(2)], &layout.components));
         Self {
             shape: *shape,
-            terms,
             window,
             layout,
             places: used.iter().map(|(place, ..)| *place).collect(),
@@ -91,12 +87,7 @@ impl NoiseModel {
     /// The same for a record of another length, with the same interval, estimator and deviation.
     #[must_use]
     pub fn of_length(&self, octaves: &[Octave], samples: u64) -> Self {
-        Self::new(octaves, &RecordShape { samples, ..self.shape }, self.terms, self.window)
-    }
-
-    /// Terms that were asked for.
-    fn terms(&self) -> usize {
-        Term::ALL.into_iter().filter(|term| self.terms.contains(*term)).count()
+        Self::new(octaves, &RecordShape { samples, ..self.shape }, self.window, self.layout.quantization.is_some())
     }
 
     /// Of so many blocks, which nearly all channels of a record have.
@@ -127,26 +118,19 @@ impl NoiseModel {
     }
 }
 
-/// White noise, the other terms, processes, and the cosines of a short filter, which nothing else
-/// explains: quantisation does.
-fn layout(shape: &RecordShape, terms: Terms, window: Option<BoxcarWindow>) -> Layout {
-    let mut components = vec![Component::white(window)];
-    let mut add = |term: Term, component: Component| {
-        terms.contains(term).then(|| {
-            components.push(component);
-            components.len() - 1
-        })
-    };
-    let flicker = add(Term::BiasInstability, Component::Flicker);
-    let walk = add(Term::RateRandomWalk, Component::Walk);
-    let quantization = add(Term::Quantization, Component::Quantization);
+/// White noise, flicker noise, a walk, quantisation, processes, and the cosines of a short filter, which
+/// nothing else explains: quantisation does.
+fn layout(shape: &RecordShape, window: Option<BoxcarWindow>, is_quantized: bool) -> Layout {
+    let mut components = vec![Component::white(window), Component::Flicker, Component::Walk];
+    let quantization = is_quantized.then_some(components.len());
+    components.extend(quantization.map(|_| Component::Quantization));
     let first = components.len();
     let longest = Some(LONGEST_PROCESS * shape.samples as f64);
     let times = core::iter::successors(longest, |time| Some(time / PROCESSES_APART));
     components.extend(times.take_while(|time| *time >= SHORTEST_PROCESS).map(Component::GaussMarkov));
     let processes = first..components.len();
-    let most = if quantization.is_some() { 0 } else { MOST_COSINES };
+    let most = if is_quantized { 0 } else { MOST_COSINES };
     components.extend((1..=most).map(Component::Cosine));
     let cosines = processes.end..components.len();
-    Layout { components, flicker, walk, quantization, processes, cosines }
+    Layout { components, quantization, processes, cosines }
 }

@@ -16,8 +16,8 @@ const MIN_STD_COUNTS: f64 = 0.7;
 /// Largest share of the variance in changes slower than a segment of the spectrum.
 const MAX_SLOW_SHARE: f64 = 0.1;
 
-/// Standard errors that skewness or kurtosis exceeds with 0.5 % each, two-sided.
-const CRITICAL: f64 = 2.807;
+/// Share of normal records that are taken not to be.
+const LEAST_P: f64 = 0.01;
 
 /// Skewness and excess kurtosis with standard errors that hold for correlated normal samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,8 +121,7 @@ impl Normality {
     /// Whether the values may be normal: true for 99 % of normal records.
     #[must_use]
     pub fn is_consistent(&self) -> bool {
-        self.skewness.abs() <= CRITICAL * self.skewness_error
-            && self.excess_kurtosis.abs() <= CRITICAL * self.excess_kurtosis_error
+        self.p() >= LEAST_P
     }
 
     /// The probability that normal values would show as much skewness or excess kurtosis.

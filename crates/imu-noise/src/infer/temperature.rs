@@ -22,6 +22,10 @@ const LEAST_BLOCKS: usize = 32;
 /// Lags that are searched at a time, without lag included.
 const LAGS: usize = 8;
 
+/// Lags that are not excluded if they lie close enough, and how near the range of lags ends at the latest.
+const CLOSE: usize = 4;
+const FINEST: f64 = 1e-3;
+
 /// No sensor follows its own thermometer later than this, in seconds.
 const LONGEST_LAG_S: f64 = 1000.0;
 
@@ -32,13 +36,9 @@ const LAG_OF_RECORD: f64 = 0.1;
 /// Lags below lie evenly, above in even ratios; in seconds.
 const SHORT_LAG_S: f64 = 2.0;
 
-/// Lags that are not excluded when they lie close enough, and most refinements until they do.
-const CLOSE: usize = 4;
-const MOST_REFINEMENTS: usize = 6;
-
-/// Degrees of freedom of what the noise is known from, and halvings of a range.
-const DOF: [f64; 2] = [2.0, 10_000.0];
-const BISECTIONS: usize = 30;
+/// More than a normal distribution has, as the noise is known from few coefficients: of the fall of the
+/// log-likelihood at the limits.
+const UNKNOWN_NOISE: f64 = 1.1;
 
 /// Why a record shows no temperature coefficient.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,16 +108,18 @@ pub struct TemperatureCoefficient {
 ///
 /// The regression of block means on the temperature, passed through a first-order lag, in white noise,
 /// flicker noise and a random walk of any proportion, by the likelihood of their cosine
-/// coefficients. The value is the likeliest one; its limits are quantiles of the likelihood, noise
-/// fitted anew, over all lags that the record does not exclude, each as likely as any other. Before the
+/// coefficients. The value is the likeliest one; its limits are where the likelihood has fallen by what
+/// the level allows, noise and lag fitted anew. Before the
 /// record the sensor is taken to have had the temperature that it begins with.
 #[derive(Clone, Debug)]
 pub struct TemperatureSearch {
     series: BlockSeries,
     transform: CosineTransform,
     bank: Vec<LaggedTemperature>,
-    excursion_c: f64,
-    correlation: f64,
+    /// From the lowest to the highest block mean of the temperature, in °C.
+    pub excursion_c: f64,
+    /// Of the temperature and time, -1 to 1.
+    pub correlation_with_time: f64,
 }
 
 /// The temperature behind a lag, by its cosine coefficients.
@@ -149,21 +151,20 @@ impl TemperatureSearch {
         }
         let longest_s = LONGEST_LAG_S.min(LAG_OF_RECORD * series.duration_s());
         let transform = CosineTransform::new(series.temperatures_c.len());
-        let mut search = Self { series, transform, bank: Vec::new(), excursion_c, correlation };
-        search.bank = search.lagged(0.0, log_lag(longest_s));
+        let mut search = Self { series, transform, bank: Vec::new(), excursion_c, correlation_with_time: correlation };
+        search.bank = search.lagged(0.0, longest_s);
         Ok(search)
     }
 
-    /// From the lowest to the highest block mean of the temperature, in °C.
-    #[must_use]
-    pub const fn excursion_c(&self) -> f64 {
-        self.excursion_c
-    }
-
-    /// Of the temperature and time, -1 to 1.
-    #[must_use]
-    pub const fn correlation_with_time(&self) -> f64 {
-        self.correlation
+    /// The temperature with lags from one to another, evenly spaced in ln(1 + lag/2 s).
+    fn lagged(&self, from_s: f64, to_s: f64) -> Vec<LaggedTemperature> {
+        let [from, to] = [from_s, to_s].map(|lag_s| (lag_s / SHORT_LAG_S).ln_1p());
+        let of = |place: usize| {
+            let part = place as f64 / (LAGS - 1) as f64;
+            let lag_s = (SHORT_LAG_S * (from + (to - from) * part).exp_m1()).max(0.0);
+            LaggedTemperature { lag_s, coefficients: self.transform.of(&self.series.lagged_c(lag_s)) }
+        };
+        (0..LAGS).map(of).collect()
     }
 
     /// Of the axis with this number, `unit_per_count`: at the level `confidence`, 0 < p < 1. `None`
@@ -173,51 +174,48 @@ impl TemperatureSearch {
         let z = chi_squared::normal_two_sided(confidence)?;
         let rows = Rows::of_level(self.transform.of(self.series.axes.get(axis)?));
         let without = rows.fit(&structure(&[]), None)?;
-        let fit = |lagged: &LaggedTemperature| rows.fit(&structure(&[&lagged.coefficients]), Some(&without));
-        let fits = |bank: &[LaggedTemperature]| bank.iter().map(fit).collect::<Option<Vec<Scored>>>();
-        let (mut bank, mut fitted) = (self.bank.clone(), fits(&self.bank)?);
-        let most = |fitted: &[Scored]| fitted.iter().map(|of| of.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
-        let drop = 0.5 * z * z;
-        // of those that the record does not exclude, the first and the last
-        let left = |fitted: &[Scored]| {
-            let is_left = |of: &Scored| of.log_likelihood > most(fitted) - drop;
-            Some((fitted.iter().position(is_left)?, fitted.iter().rposition(is_left)?))
-        };
-        // between the lags of the bank, as long as the record distinguishes them
-        for _ in 0..MOST_REFINEMENTS {
-            let (first, last) = left(&fitted)?;
-            if last - first + 1 >= CLOSE || bank.len() < 2 {
-                break;
+        let drop = 0.5 * z * z * UNKNOWN_NOISE;
+        let mut bank = self.bank.clone();
+        // between the lags that the record does not exclude, as long as it distinguishes those of the bank
+        let (fitted, likeliest, first, last) = loop {
+            let fit = |lagged: &LaggedTemperature| rows.fit(&structure(&[&lagged.coefficients]), Some(&without));
+            let fitted = bank.iter().map(fit).collect::<Option<Vec<Scored>>>()?;
+            let of = |place: usize| fitted[place].log_likelihood;
+            let likeliest = (0..LAGS).max_by(|a, b| of(*a).total_cmp(&of(*b)))?;
+            let is_left = |place: &usize| of(*place) > of(likeliest) - drop;
+            let (first, last) = ((0..LAGS).find(is_left)?, (0..LAGS).rfind(is_left)?);
+            let [from_s, to_s] = [first.saturating_sub(1), (last + 1).min(LAGS - 1)].map(|place| bank[place].lag_s);
+            if last - first + 1 >= CLOSE || to_s < (1.0 + FINEST) * from_s {
+                break (fitted, likeliest, first, last);
             }
-            let [from, to] =
-                [first.saturating_sub(1), (last + 1).min(bank.len() - 1)].map(|place| log_lag(bank[place].lag_s));
-            bank = self.lagged(from, to);
-            fitted = fits(&bank)?;
-        }
-        let (first, last) = left(&fitted)?;
-        let most = most(&fitted);
-        let each = bank[first..=last].iter().zip(&fitted[first..=last]);
-        let parts: Vec<Part> = each.filter_map(|(lagged, of)| Part::new(&rows, lagged, of, most, z)).collect();
-        let likeliest =
-            (first..=last).max_by(|a, b| fitted[*a].log_likelihood.total_cmp(&fitted[*b].log_likelihood))?;
+            bank = self.lagged(from_s, to_s);
+        };
+        let most = fitted[likeliest].log_likelihood;
+        let limit = |sign: f64| {
+            let of = |place: usize| {
+                let (best, x) = (&fitted[place], &bank[place].coefficients);
+                let value = best.multiples.first().copied().unwrap_or(0.0);
+                let deviation = 1.0 / x.iter().zip(&best.expected).map(|(x, v)| x * x / v).sum::<f64>().sqrt();
+                let fall = |distance: f64| {
+                    let held = Structure { held_shape: Some(value + sign * distance), ..structure(&[x]) };
+                    let held = rows.fit(&held, Some(best));
+                    held.map_or(f64::INFINITY, |held| best.log_likelihood - held.log_likelihood)
+                };
+                let left = (drop - (most - best.log_likelihood)).max(0.0);
+                sign * value + crossing(left, deviation, fall)
+            };
+            sign * (first..=last).map(of).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let rise = (most - without.log_likelihood).max(0.0);
+        let p = (2.0 * chi_squared::normal_above((2.0 * rise).sqrt()) * LAGS as f64).min(1.0);
         let value = *fitted[likeliest].multiples.first()?;
-        let p = (2.0 * beyond(&parts, 0.0, -value.signum()) * bank.len() as f64).min(1.0);
-        let [lower, upper] = [-1.0, 1.0].map(|sign| end(&parts, sign, confidence));
-        let [value, lower, upper] = [value, lower?, upper?].map(|value| value * unit_per_count);
-        let lag_range_s = (bank[first.saturating_sub(1)].lag_s, bank[(last + 1).min(bank.len() - 1)].lag_s);
+        let [value, a, b] = [value, limit(-1.0), limit(1.0)].map(|value| value * unit_per_count);
+        let (lower, upper) = (a.min(b), a.max(b));
+        let lag_range_s = (bank[first.saturating_sub(1)].lag_s, bank[(last + 1).min(LAGS - 1)].lag_s);
         let is_lag_open = self.bank.last().is_some_and(|longest| lag_range_s.1 > 0.999 * longest.lag_s);
-        let (lower, upper) = (lower.min(upper), lower.max(upper));
         let lag_s = bank[likeliest].lag_s;
         let largest_share = largest_share(&bank[likeliest], &fitted[likeliest]);
         Some(TemperatureCoefficient { value, lower, upper, lag_s, lag_range_s, is_lag_open, p, largest_share })
-    }
-
-    /// The temperature with lags from `from` to `to`, see [`log_lag`].
-    fn lagged(&self, from: f64, to: f64) -> Vec<LaggedTemperature> {
-        let lag_s = |place: usize| SHORT_LAG_S * (from + (to - from) * place as f64 / (LAGS - 1) as f64).exp_m1();
-        let of =
-            |lag_s: f64| LaggedTemperature { lag_s, coefficients: self.transform.of(&self.series.lagged_c(lag_s)) };
-        (0..LAGS).map(|place| of(lag_s(place).max(0.0))).collect()
     }
 }
 
@@ -235,96 +233,10 @@ fn largest_share(lagged: &LaggedTemperature, fitted: &Scored) -> f64 {
     octaves.map(share).fold(0.0, f64::max)
 }
 
-/// Evenly spaced from lag to lag.
-fn log_lag(lag_s: f64) -> f64 {
-    (lag_s / SHORT_LAG_S).ln_1p()
-}
-
 /// The noise of the level, with a shape.
 fn structure<'a>(shape: &[&'a Vec<f64>]) -> Structure<'a> {
     let shapes = shape.iter().map(|shape| shape.as_slice()).collect();
     Structure { components: vec![0, 1, 2], shapes, ..Structure::default() }
-}
-
-/// What one lag says of the coefficient: Student's distribution on either side of the likeliest value,
-/// which the likelihood follows if the noise is known from as many coefficients as that has degrees
-/// of freedom.
-struct Part {
-    weight: f64,
-    value: f64,
-    /// Below and above.
-    sides: [Side; 2],
-}
-
-struct Side {
-    scale: f64,
-    dof: f64,
-}
-
-impl Part {
-    fn new(rows: &Rows, lagged: &LaggedTemperature, best: &Scored, most: f64, z: f64) -> Option<Self> {
-        let value = *best.multiples.first()?;
-        let each = lagged.coefficients.iter().zip(&best.expected);
-        let deviation = 1.0 / each.map(|(x, expected)| x * x / expected).sum::<f64>().sqrt();
-        let sides = [-1.0, 1.0].map(|sign| {
-            let fall = |distance: f64| {
-                let held =
-                    Structure { held_shape: Some(value + sign * distance), ..structure(&[&lagged.coefficients]) };
-                rows.fit(&held, Some(best)).map_or(f64::INFINITY, |held| best.log_likelihood - held.log_likelihood)
-            };
-            Side::new(deviation, crossing(0.5 * z * z, deviation, fall), z)
-        });
-        let width: f64 = sides.iter().map(|side| side.scale).sum();
-        let weight = (best.log_likelihood - most).exp() * width;
-        weight.is_finite().then_some(Self { weight, value, sides })
-    }
-
-    const fn side(&self, sign: f64) -> &Side {
-        &self.sides[if sign < 0.0 { 0 } else { 1 }]
-    }
-}
-
-impl Side {
-    /// The logarithm falls as that of a normal distribution about the middle, and by z²/2 at `distance`.
-    fn new(deviation: f64, distance: f64, z: f64) -> Self {
-        let square = (distance / deviation).powi(2);
-        let [mut low, mut high] = DOF;
-        for _ in 0..BISECTIONS {
-            let dof = (low * high).sqrt();
-            let falls = (dof + 1.0) * (square / (dof + 1.0)).ln_1p();
-            if falls > z * z { high = dof } else { low = dof }
-        }
-        let dof = low;
-        Self { scale: distance / (dof * (z * z / (dof + 1.0)).exp_m1()).sqrt(), dof }
-    }
-}
-
-/// The probability of coefficients beyond `at`, above or below it, over all lags.
-fn beyond(parts: &[Part], at: f64, sign: f64) -> f64 {
-    let of = |part: &Part| {
-        let off = sign * (at - part.value);
-        let side = part.side(sign * off);
-        let tail = 0.5 * chi_squared::student_two_sided_above(off.abs() / side.scale, side.dof).unwrap_or(1.0);
-        part.weight * if off < 0.0 { 1.0 - tail } else { tail }
-    };
-    parts.iter().map(of).sum::<f64>() / parts.iter().map(|part| part.weight).sum::<f64>()
-}
-
-/// The end of the interval: between those of all lags alone.
-fn end(parts: &[Part], sign: f64, confidence: f64) -> Option<f64> {
-    let of = |part: &Part| {
-        let side = part.side(sign);
-        Some(part.value + sign * side.scale * chi_squared::student_two_sided(confidence, side.dof)?)
-    };
-    let ends = parts.iter().map(of).collect::<Option<Vec<f64>>>()?;
-    let (mut low, mut high) =
-        ends.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), end| (low.min(*end), high.max(*end)));
-    for _ in 0..BISECTIONS {
-        let middle = 0.5 * (low + high);
-        let is_outside = beyond(parts, middle, sign) < 0.5 * (1.0 - confidence);
-        if is_outside == (sign > 0.0) { high = middle } else { low = middle }
-    }
-    (low <= high).then_some(0.5 * (low + high))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The effect of missing samples on the variance of noise in windows that lack some.
 
 use imu_noise::{
-    ChannelCurve, Deviation, Estimator, NoiseModel, Octave, OctaveSum, Octaves, PowerLaw, RecordShape, Term, Terms,
+    ChannelCurve, Deviation, Estimator, NoiseModel, Octave, OctaveSum, Octaves, PowerLaw, RecordShape, Term,
 };
 
 use crate::synthetic::Synthesis;
@@ -141,7 +141,7 @@ fn records_that_lack_three_of_ten_samples_are_fitted_all_the_same() {
             estimator: Estimator::Strided,
             deviation: Deviation::Allan,
         };
-        let model = NoiseModel::new(&octaves, &shape, Terms::RATE, None);
+        let model = NoiseModel::new(&octaves, &shape, None, false);
         let fit = model.fit(&ChannelCurve::new(&variances, true), 0.95);
         assert!(fit.quality.is_some(), "{fit:?}");
         for (held, (term, truth)) in held.iter_mut().zip([(Term::White, 1.0), (Term::RateRandomWalk, 0.02)]) {

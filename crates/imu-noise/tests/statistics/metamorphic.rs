@@ -2,7 +2,7 @@
 
 use imu_noise::{
     BoxcarWindow, ChannelCurve, ChannelSignal, Deviation, Estimator, NoiseFit, NoiseModel, Octave, Octaves, Parameter,
-    PowerLaw, RecordShape, SpectrumPlan, Status, Term, Terms, chi_squared, edf,
+    PowerLaw, RecordShape, SpectrumPlan, Status, Term, chi_squared, edf,
 };
 use proptest::prelude::*;
 
@@ -79,14 +79,14 @@ fn fitted_runs(runs: &[(&[i32], u64)], window: Option<BoxcarWindow>) -> Fitted {
     let shape = RecordShape { samples, interval_s: 1.0, estimator: Estimator::Strided, deviation: Deviation::Allan };
     let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
     let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
-    let bands = signal.narrow_bands(1e-4);
+    let bands = signal.narrow_bands(1e-4, 1.0);
     let curve = ChannelCurve {
         bands: &bands,
         signal: Some((&signal, 1e-4)),
         is_averaging_known: window.is_some(),
         ..ChannelCurve::new(&variances, true)
     };
-    let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, window).fit(&curve, 0.95);
+    let fit = NoiseModel::new(&octaves, &shape, window, false).fit(&curve, 0.95);
     Fitted { fit, octaves, variances, shape }
 }
 

@@ -76,8 +76,6 @@ fn louder_noise_is_found_from_its_beginning() {
         let change = changes.change.unwrap_or_else(|| panic!("{tails:?}: {changes:?}"));
         assert!((change.start_s - 300.0).abs() < 20.0 && change.end_s >= 590.0, "{tails:?} {change:?}");
         assert!((change.factor - 1.2).abs() < 0.06, "{tails:?} {change:?}");
-        let detectable = changes.detectable_factor.unwrap();
-        assert!(detectable > 1.02 && detectable < 1.2, "{tails:?} {detectable}");
     }
 }
 
@@ -126,7 +124,7 @@ fn nothing_is_found_in_noise_of_any_tails() {
         for seed in 10..40 {
             let channel = channel(seed, tails, |_, value| value);
             let changes = channel.changes();
-            assert!(!changes.any(), "{tails:?} {seed} {changes:?}");
+            assert_eq!(changes, NoiseChanges::default(), "{tails:?} {seed} {changes:?}");
             assert_eq!(channel.signal.disturbances(INTERVAL_S), [], "{tails:?} {seed}");
             assert_eq!(
                 LevelSearch::of([&channel.signal]).find(&channel.signal, INTERVAL_S, 2).change,
@@ -164,6 +162,6 @@ fn a_random_walk_is_no_change_of_noise() {
             (COUNTS * level).round() as i32
         };
         let changes = Channel::of(&(0..SAMPLES).map(value).collect::<Vec<_>>()).changes();
-        assert!(!changes.any(), "{seed} {changes:?}");
+        assert_eq!(changes, NoiseChanges::default(), "{seed} {changes:?}");
     }
 }

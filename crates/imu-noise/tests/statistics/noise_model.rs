@@ -4,30 +4,29 @@ use std::f64::consts::TAU;
 
 use imu_noise::{
     BoxcarWindow, ChannelCurve, ChannelSignal, Deviation, Estimator, Interval, NoiseFit, NoiseModel, Octave, Octaves,
-    Parameter, RecordShape, SpectrumPlan, Status, Term, Terms,
+    Parameter, RecordShape, SpectrumPlan, Status, Term,
 };
 
 use crate::oracle;
 use crate::synthetic::Synthesis;
 
 const INTERVAL_S: f64 = 0.025;
-const STOCHASTIC: Terms = Terms::of(&[Term::White, Term::BiasInstability, Term::RateRandomWalk]);
 
 fn shape(samples: u64) -> RecordShape {
     RecordShape { samples, interval_s: INTERVAL_S, estimator: Estimator::Strided, deviation: Deviation::Allan }
 }
 
-/// Fits `terms` to values in units of 1e-4, with the results of their spectrum.
-fn fit_record(values: &[f64], terms: Terms, window: Option<BoxcarWindow>) -> NoiseFit {
+/// Fits values in units of 1e-4, with the results of their spectrum.
+fn fit_record(values: &[f64], window: Option<BoxcarWindow>, is_quantized: bool) -> NoiseFit {
     let counts: Vec<i32> = values.iter().map(|value| (value * 1e4).round() as i32).collect();
     let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
     sums.push(&counts);
     let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
     let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
     let signal = signal(&counts);
-    let bands = signal.narrow_bands(1e-4);
+    let bands = signal.narrow_bands(1e-4, INTERVAL_S);
     let curve = ChannelCurve { bands: &bands, signal: Some((&signal, 1e-4)), ..ChannelCurve::new(&variances, false) };
-    NoiseModel::new(&octaves, &shape(values.len() as u64), terms, window).fit(&curve, 0.95)
+    NoiseModel::new(&octaves, &shape(values.len() as u64), window, is_quantized).fit(&curve, 0.95)
 }
 
 fn signal(counts: &[i32]) -> ChannelSignal {
@@ -63,8 +62,7 @@ fn curves_without_noise_return_their_parameters() {
         let shape = RecordShape { interval_s: number("tau0"), ..shape(1 << 36) };
         let octaves: Vec<_> = rows.iter().map(|(m, _)| Octave::whole(*m, shape.windows(*m))).collect();
         let variances: Vec<_> = rows.iter().map(|(_, variance)| *variance).collect();
-        let terms = Terms::of(&[Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk]);
-        let fit = NoiseModel::new(&octaves, &shape, terms, None).fit(&ChannelCurve::new(&variances, false), 0.95);
+        let fit = NoiseModel::new(&octaves, &shape, None, true).fit(&ChannelCurve::new(&variances, false), 0.95);
         for (term, name) in
             [(Term::Quantization, "Q"), (Term::White, "N"), (Term::BiasInstability, "B"), (Term::RateRandomWalk, "K")]
         {
@@ -93,7 +91,7 @@ fn shaken(samples: usize, seed: u64, frequency_hz: f64, amplitude: f64) -> Vec<f
 fn a_line_is_a_term_of_its_own_at_any_frequency() {
     // Slow ones, one at half the rate of the windows, fast ones, aliased ones.
     for (seed, frequency_hz) in [0.2, 0.53, 0.625, 3.1, 7.93, 18.4, 43.3].into_iter().enumerate() {
-        let fit = fit_record(&shaken(24_000, seed as u64 + 20, frequency_hz, 1.0), STOCHASTIC, None);
+        let fit = fit_record(&shaken(24_000, seed as u64 + 20, frequency_hz, 1.0), None, false);
         let quality = fit.quality.unwrap();
         assert!(quality.p >= 0.01 && quality.tau_min_s == INTERVAL_S, "{frequency_hz} Hz: {quality:?}");
         let white = fit.parameter(Term::White).unwrap();
@@ -109,7 +107,7 @@ fn a_band_has_the_power_of_its_line_and_is_found_once() {
     for frequency_hz in [0.2, 0.9, 7.93, 18.4] {
         let values = shaken(60_000, 31, frequency_hz, 0.5);
         let counts: Vec<i32> = values.iter().map(|value| (value * 1e4).round() as i32).collect();
-        let bands = signal(&counts).narrow_bands(1e-4);
+        let bands = signal(&counts).narrow_bands(1e-4, INTERVAL_S);
         let [band] = &bands[..] else { panic!("{frequency_hz} Hz: {bands:?}") };
         assert!(near(band.frequency(), frequency_hz * INTERVAL_S, 0.01), "{frequency_hz} Hz: {band:?}");
         assert!(near(band.power, 0.125, 0.1), "{frequency_hz} Hz: {band:?}");
@@ -126,7 +124,7 @@ fn noise_without_lines_shows_none() {
             let sum = |i: usize| white[i] + flicker_b * flicker[i] + step * walk[i];
             let counts: Vec<i32> = (0..white.len()).map(|i| (sum(i) * 1e3).round() as i32).collect();
             let signal = signal(&counts);
-            let found = signal.narrow_bands(1e-3);
+            let found = signal.narrow_bands(1e-3, INTERVAL_S);
             bands += found.len();
         }
     }
@@ -140,7 +138,7 @@ fn a_weak_filter_of_unknown_transfer_leaves_n_right() {
     for (seed, before) in [(71, 0.1), (72, -0.05), (73, 0.05), (74, -0.08)] {
         let (white, ..) = Synthesis::new(24_000, seed).next_record();
         let values: Vec<f64> = white.windows(2).map(|pair| (pair[1] + before * pair[0]) / (1.0 + before)).collect();
-        let fit = fit_record(&values, STOCHASTIC, None);
+        let fit = fit_record(&values, None, false);
         let white = fit.parameter(Term::White).unwrap();
         let truth = INTERVAL_S.sqrt();
         assert!(white.lower.unwrap() < truth && truth < white.upper.unwrap(), "{before}: {white:?}, not {truth}");
@@ -154,7 +152,7 @@ fn a_line_does_not_affect_the_filter() {
     let roll_off = |line: f64| {
         let sine = |i: usize| line * (TAU * 7.93 * INTERVAL_S * i as f64).sin();
         let values: Vec<f64> = filtered.iter().enumerate().map(|(i, value)| value + sine(i)).collect();
-        fit_record(&values, STOCHASTIC, None).roll_off.unwrap().correlation_samples
+        fit_record(&values, None, false).correlation_samples.unwrap()
     };
     let alone = roll_off(0.0);
     // half of the variance
@@ -177,7 +175,7 @@ fn correlated_noise_is_distinguished_from_white_noise() {
                 white + process
             })
             .collect();
-        let fit = fit_record(&values, STOCHASTIC, None);
+        let fit = fit_record(&values, None, false);
         let white = fit.parameter(Term::White).unwrap();
         assert!(near(white.value.unwrap(), INTERVAL_S.sqrt(), 0.02), "{time_s} s: {white:?}");
     }
@@ -187,7 +185,7 @@ fn correlated_noise_is_distinguished_from_white_noise() {
 fn blue_noise_is_quantisation_of_the_angle_on_request() {
     let (white, ..) = Synthesis::new(20_000, 4).next_record();
     let values: Vec<f64> = white.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let fit = fit_record(&values, Terms::of(&[Term::Quantization, Term::White]), None);
+    let fit = fit_record(&values, None, true);
     let quantization = fit.parameter(Term::Quantization).unwrap();
     assert!(near(quantization.value.unwrap(), INTERVAL_S, 0.05), "{quantization:?} {:?}", fit.quality);
     assert_eq!(fit.parameter(Term::White).unwrap().status, Status::Bounded);
@@ -203,7 +201,7 @@ fn octaves_alone_leave_a_filter_possible() {
     sums.push(&counts);
     let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
     let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
-    let model = NoiseModel::new(&octaves, &shape(counts.len() as u64), STOCHASTIC, None);
+    let model = NoiseModel::new(&octaves, &shape(counts.len() as u64), None, false);
     let white = model.fit(&ChannelCurve::new(&variances, false), 0.95).parameter(Term::White).unwrap();
     let (lower, upper) = (white.lower.unwrap_or(0.0) / INTERVAL_S.sqrt(), white.upper.unwrap() / INTERVAL_S.sqrt());
     assert!(lower < 1.0 && (1.0..1.3).contains(&upper), "{lower} to {upper} of N");
@@ -212,7 +210,7 @@ fn octaves_alone_leave_a_filter_possible() {
 #[test]
 fn too_few_and_constant_data_give_no_result() {
     for values in [vec![], vec![1.0], vec![1.0, 2.0], vec![1.0, 3.0, 2.0, 5.0], vec![1.0; 5000]] {
-        let fit = fit_record(&values, STOCHASTIC, None);
+        let fit = fit_record(&values, None, false);
         assert_eq!(fit.quality, None, "{} samples", values.len());
         assert_eq!(fit.parameter(Term::White), Some(Parameter::without_value(Status::NotObservable)));
     }
@@ -224,14 +222,14 @@ fn a_window_longer_than_the_interval_needs_its_own_basis() {
     let mut synthesis = Synthesis::new(400_000, 5);
     let (internal, ..) = synthesis.next_record();
     let values: Vec<f64> = internal.windows(20).step_by(4).map(|window| window.iter().sum::<f64>() / 20.0).collect();
-    let fit = fit_record(&values, STOCHASTIC, Some(BoxcarWindow { length: 20, decimation: 4.0 }));
+    let fit = fit_record(&values, Some(BoxcarWindow { length: 20, decimation: 4.0 }), false);
     // Long averages of the outputs are those of the internal samples: N is 1 per √(internal sample).
     let expected = (INTERVAL_S / 4.0).sqrt();
     let white = fit.parameter(Term::White).unwrap();
     assert!(near(white.value.unwrap(), expected, 0.02), "{white:?}, not {expected}");
     assert_eq!(fit.parameter(Term::BiasInstability).unwrap().status, Status::Bounded);
     // Where the window is unknown the spectrum tells of it.
-    let unknown = fit_record(&values, STOCHASTIC, None);
+    let unknown = fit_record(&values, None, false);
     let white = unknown.parameter(Term::White).unwrap();
     assert!(white.lower.unwrap() < expected && expected < white.upper.unwrap(), "{white:?}, not {expected}");
     assert!(white.relative_half_width().unwrap() < 0.1, "{white:?}");
@@ -247,7 +245,7 @@ fn intervals_widen_with_the_level() {
     sums.push(&counts);
     let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
     let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap()).collect();
-    let model = NoiseModel::new(&octaves, &shape(24_000), STOCHASTIC, None);
+    let model = NoiseModel::new(&octaves, &shape(24_000), None, false);
     let mut width_before = 0.0;
     for confidence in [0.5, 0.6827, 0.95, 0.999] {
         let Parameter { value, lower, upper, .. } =
@@ -279,7 +277,7 @@ fn lost_samples_widen_the_intervals_as_they_must() {
         }
         let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
         let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
-        let fit = NoiseModel::new(&octaves, &shape(SAMPLES as u64), STOCHASTIC, None)
+        let fit = NoiseModel::new(&octaves, &shape(SAMPLES as u64), None, false)
             .fit(&ChannelCurve::new(&variances, false), 0.95);
         rejected += usize::from(fit.quality.is_none());
         let white = fit.parameter(Term::White).unwrap();
@@ -314,7 +312,7 @@ fn a_term_that_may_be_zero_is_no_estimate() {
         let once = smoothed(&white);
         let twice = smoothed(&once);
         for values in [&once[200..], &twice[200..], &white[..40], &white[..200]] {
-            let fit = fit_record(values, STOCHASTIC, None);
+            let fit = fit_record(values, None, false);
             for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
                 let parameter = fit.parameter(term).unwrap();
                 if parameter.status == Status::Estimated {

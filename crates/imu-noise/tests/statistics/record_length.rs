@@ -2,7 +2,7 @@
 
 use imu_noise::{
     Aim, ChannelCurve, ChannelSignal, Deviation, Estimator, NoiseModel, Octaves, Parameter, RecordShape, SpectrumPlan,
-    Status, Term, Terms, Wanted, visible_random_walk,
+    Status, Term, Wanted,
 };
 
 use crate::synthetic::Synthesis;
@@ -55,7 +55,7 @@ impl Noise {
             signal.push(&counts);
             let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
             let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
-            let model = model.get_or_insert_with(|| NoiseModel::new(&octaves, &shape, Terms::RATE, None));
+            let model = model.get_or_insert_with(|| NoiseModel::new(&octaves, &shape, None, false));
             let signal = Some((&signal, 1e-4));
             let curve = ChannelCurve { signal, ..ChannelCurve::new(&variances, true) };
             model.fit(&curve, 0.95).parameter(term).unwrap()
@@ -124,11 +124,9 @@ fn flicker_noise_is_found_in_four_of_five_records() {
 }
 
 #[test]
-fn a_random_walk_is_found_in_four_of_five_records_later_than_by_the_rule() {
+fn a_random_walk_is_found_in_four_of_five_records() {
     let noise = Noise { flicker: 0.0, step: 2e-3 };
     let duration_s = noise.record_s(Term::RateRandomWalk, Aim::Found);
-    let rule_s = visible_random_walk(INTERVAL_S.sqrt(), 1.0) / (2e-3 / INTERVAL_S.sqrt());
-    assert!((1.0..6.0).contains(&(duration_s / rule_s)), "{duration_s} s, by the rule {rule_s} s");
     let share = found(&noise.simulated(Term::RateRandomWalk, duration_s, 60, 4));
     assert!((0.65..=0.99).contains(&share), "{duration_s} s: {share}");
 }
@@ -138,7 +136,7 @@ fn the_smallest_walk_of_a_length_is_found_in_most_records() {
     const SAMPLES: u64 = 1 << 14;
     let (estimator, deviation) = (Estimator::Strided, Deviation::Allan);
     let shape = RecordShape { samples: SAMPLES, interval_s: INTERVAL_S, estimator, deviation };
-    let model = NoiseModel::new(&shape.octaves(), &shape, Terms::RATE, None);
+    let model = NoiseModel::new(&shape.octaves(), &shape, None, false);
     for flicker in [0.0, 0.2] {
         let truth = Noise { flicker, step: 2e-3 }.truth();
         let (_, others) = truth.split_last().unwrap();

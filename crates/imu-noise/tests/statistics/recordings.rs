@@ -7,7 +7,7 @@ use std::{env, fs, path::Path};
 
 use imu_noise::{
     ChannelCurve, ChannelSignal, Deviation, Estimator, FitQuality, LevelSearch, NoiseModel, Octaves, RecordShape,
-    SpectrumPlan, Status, Term, Terms, counts_to_unit,
+    SpectrumPlan, Status, Term, counts_to_unit,
 };
 
 #[test]
@@ -29,10 +29,10 @@ fn white_noise_is_measured_with_a_vibration_line() {
         let variances: Vec<_> =
             sums.sums().map(|sum| counts_to_unit(sum.variance_counts2().unwrap(), 2 * decimals)).collect();
         let signal = signal(&counts);
-        let bands = signal.narrow_bands(counts_to_unit(1.0, decimals));
+        let bands = signal.narrow_bands(counts_to_unit(1.0, decimals), 0.025);
         let signal_and_unit = Some((&signal, counts_to_unit(1.0, decimals)));
         let curve = ChannelCurve { bands: &bands, signal: signal_and_unit, ..ChannelCurve::new(&variances, true) };
-        let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&curve, 0.95);
+        let fit = NoiseModel::new(&octaves, &shape, None, false).fit(&curve, 0.95);
         let found = fit.parameter(Term::White).unwrap();
         let quality: FitQuality = fit.quality.unwrap();
         assert_eq!(found.status, Status::Estimated);
@@ -52,8 +52,8 @@ fn the_vibration_line_is_the_only_finding_of_a_record_at_rest() {
         assert_eq!(signal.disturbances(0.025), [], "field {field}");
         assert_eq!(LevelSearch::of([&signal]).find(&signal, 0.025, 0).change, None, "field {field}");
     }
-    let bands = signal(&counts(&text, 11)).narrow_bands(1e-6);
-    let lines: Vec<_> = bands.iter().filter_map(|band| band.line(0.025)).collect();
+    let bands = signal(&counts(&text, 11)).narrow_bands(1e-6, 0.025);
+    let lines: Vec<_> = bands.iter().filter_map(|band| band.line).collect();
     let strongest = lines.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude)).unwrap();
     assert!((strongest.frequency_hz - 18.4).abs() < 0.3, "{lines:?}");
     // half a standard deviation is 0.00055 rad/s

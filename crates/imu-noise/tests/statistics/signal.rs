@@ -34,7 +34,7 @@ fn assert_same(one: &ChannelSignal, other: &ChannelSignal) -> Result<(), TestCas
     for sides in [Sides::One, Sides::Two] {
         prop_assert_eq!(one.spectrum().density(sides, 0.025, 3), other.spectrum().density(sides, 0.025, 3));
     }
-    prop_assert_eq!(one.narrow_bands(0.001), other.narrow_bands(0.001));
+    prop_assert_eq!(one.narrow_bands(0.001, 0.025), other.narrow_bands(0.001, 0.025));
     prop_assert_eq!(one.blocks(), other.blocks());
     prop_assert_eq!(one.disturbances(0.025), other.disturbances(0.025));
     let level = |signal: &ChannelSignal| LevelSearch::of([signal]).find(signal, 0.025, 3);
@@ -97,7 +97,7 @@ proptest! {
         signal.push(&[i32::MIN; 1000]);
         signal.gap(Some(u64::MAX));
         signal.push(&[i32::MAX; 1000]);
-        let _ = (signal.blocks(), signal.disturbances(1.0), LevelSearch::of([&signal]).find(&signal, 1.0, 0), signal.narrow_bands(1.0));
+        let _ = (signal.blocks(), signal.disturbances(1.0), LevelSearch::of([&signal]).find(&signal, 1.0, 0), signal.narrow_bands(1.0, 0.025));
     }
 }
 

@@ -67,7 +67,7 @@ fn a_constant_has_no_line_and_no_noise() {
     let constant = signal(&[-9813; 5000]);
     let density = constant.spectrum().density(Sides::One, INTERVAL_S, 3).unwrap();
     assert!(density.points.iter().all(|point| point.density_unit2_hz == 0.0));
-    assert_eq!(constant.narrow_bands(1.0), []);
+    assert_eq!(constant.narrow_bands(1.0, INTERVAL_S), []);
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn samples_after_a_long_gap_have_no_greater_weight() {
 }
 
 fn lines(signal: &ChannelSignal, interval_s: f64) -> Vec<SpectralLine> {
-    signal.narrow_bands(1.0).iter().filter_map(|band| band.line(interval_s)).collect()
+    signal.narrow_bands(1.0, interval_s).iter().filter_map(|band| band.line).collect()
 }
 
 fn only(signal: &ChannelSignal, interval_s: f64) -> SpectralLine {
@@ -195,7 +195,7 @@ fn cycles_of_seconds_and_of_minutes_are_found_in_hours() {
         assert!((line.amplitude / amplitude - 1.0).abs() < 0.1, "{line:?}");
         assert!((line.share_of_variance / (amplitude * amplitude / 2e4) - 1.0).abs() < 0.2, "{line:?}");
     }
-    assert_eq!(whole.narrow_bands(1.0).len(), 2);
+    assert_eq!(whole.narrow_bands(1.0, INTERVAL_S).len(), 2);
     // a loss leaves no segment of the fast spectra complete, and removes a few windows from a sum of 1024
     let mut lossy = ChannelSignal::new(&SpectrumPlan::new());
     for part in counts.chunks(2000) {

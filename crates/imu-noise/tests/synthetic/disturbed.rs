@@ -52,7 +52,7 @@ pub(crate) struct Findings {
 }
 
 fn lines_hz(signal: &ChannelSignal) -> Vec<f64> {
-    let lines = signal.narrow_bands(1.0).into_iter().filter_map(|band| band.line(INTERVAL_S));
+    let lines = signal.narrow_bands(1.0, INTERVAL_S).into_iter().filter_map(|band| band.line);
     lines.map(|line| line.frequency_hz).collect()
 }
 

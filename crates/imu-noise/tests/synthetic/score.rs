@@ -2,7 +2,7 @@
 
 use imu_noise::{
     ChannelCurve, Deviation, Estimator, Interval, NoiseFit, NoiseModel, Octaves, Parameter, PowerLaw, RecordShape,
-    Status, Term, Terms, curve_minimum, white_deficit,
+    Status, Term, curve_minimum, white_deficit,
 };
 
 pub(crate) const RATE_HZ: f64 = 40.0;
@@ -119,7 +119,7 @@ impl ReadOut {
     }
 
     pub(crate) fn model(&self) -> NoiseModel {
-        NoiseModel::new(&self.octaves, &self.shape, Terms::RATE, None)
+        NoiseModel::new(&self.octaves, &self.shape, None, false)
     }
 
     pub(crate) fn fit(&self, model: &NoiseModel) -> NoiseFit {
@@ -130,7 +130,7 @@ impl ReadOut {
     pub(crate) fn white(&self) -> Parameter {
         let before_filter = |octave: &&imu_noise::Octave| octave.m as f64 / RATE_HZ <= 10.0;
         let octaves = self.octaves.iter().take_while(before_filter).count();
-        let model = NoiseModel::new(&self.octaves, &self.shape, Terms::RATE, None);
+        let model = NoiseModel::new(&self.octaves, &self.shape, None, false);
         model
             .fit_part(&ChannelCurve::new(&self.variances, false), octaves, self.confidence)
             .parameter(Term::White)

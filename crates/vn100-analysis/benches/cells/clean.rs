@@ -89,7 +89,7 @@ fn disturbed(counts: &[i32], rate_hz: f64, plan: &SpectrumPlan, search: &LevelSe
     let interval_s = 1.0 / rate_hz;
     let noise = signal.noise_changes(&histogram, interval_s);
     Stationarity {
-        lines: signal.narrow_bands(1.0).iter().filter_map(|band| band.line(interval_s)).collect(),
+        lines: signal.narrow_bands(1.0, interval_s).iter().filter_map(|band| band.line).collect(),
         disturbances: signal.disturbances(interval_s),
         noise_change: noise.change,
         bursts: noise.bursts,

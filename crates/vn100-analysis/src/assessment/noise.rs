@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use crate::hypothesis_tests::holm;
 use imu_noise::{
     BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, Grade, NoiseFit, NoiseModel, Octave, PROVED_P, Parameter,
-    RecordShape, Rival, Sensor, Status, Term, Terms, classical_reading, curve_minimum, white_deficit,
+    RecordShape, Rival, Sensor, Status, Term, classical_reading, curve_minimum, white_deficit,
 };
 use vn100_protocol::Channel;
 
@@ -356,7 +356,7 @@ fn falls_below_white(curve: &OctaveVariances, short: &NoiseFit, window: Option<B
     const BEYOND_DOUBT: f64 = 3.7;
     let white = short.parameter(Term::White).and_then(|white| white.value);
     // after ten times what the filter remembers
-    let shortest = short.roll_off.map_or(0.0, |found| 10.0 * found.correlation_samples);
+    let shortest = short.correlation_samples.map_or(0.0, |samples| 10.0 * samples);
     let low_pass = curve.octaves.iter().take_while(|octave| (octave.m as f64) < shortest).count();
     let (octaves, variances) = (&curve.octaves[low_pass..], &curve.variances[low_pass..]);
     let deficit = |white| white_deficit(octaves, variances, &curve.shape, white, window);
@@ -378,16 +378,12 @@ struct Made {
 
 impl Models {
     pub(super) fn of(snapshot: &Snapshot, curves: &[OctaveVariances]) -> Self {
-        let mut terms = Terms::RATE;
-        if snapshot.quantization {
-            terms = terms.and(Term::Quantization);
-        }
         let mut models = Self { made: Vec::new() };
         for ((channel, results), curve) in snapshot.measured().zip(curves).filter(|((channel, _), _)| is_axis(channel))
         {
             let window = overlapping_window(Onboard::of(channel, results, snapshot));
             if models.get(&curve.octaves, window).is_none() {
-                let model = NoiseModel::new(&curve.octaves, &curve.shape, terms, window);
+                let model = NoiseModel::new(&curve.octaves, &curve.shape, window, snapshot.quantization);
                 models.made.push(Made { octaves: curve.octaves.clone(), window, model, longer: OnceLock::new() });
             }
         }
@@ -441,7 +437,7 @@ mod tests {
         };
         let octaves = shape.octaves();
         let variances: Vec<f64> = octaves.iter().map(|octave| 1.0 / (octave.m as f64 * interval_s)).collect();
-        let model = NoiseModel::new(&octaves, &shape, Terms::RATE, None);
+        let model = NoiseModel::new(&octaves, &shape, None, false);
         let fit = model.fit(&ChannelCurve::new(&variances, true), 0.95);
         (shape, Made { octaves, window: None, model, longer: OnceLock::new() }, fit)
     }
@@ -470,7 +466,7 @@ mod tests {
                 Term::White.variance(1.0, octave.m, &shape) + Term::RateRandomWalk.variance(0.02, octave.m, &shape)
             })
             .collect();
-        let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&ChannelCurve::new(&variances, true), 0.95);
+        let fit = NoiseModel::new(&octaves, &shape, None, false).fit(&ChannelCurve::new(&variances, true), 0.95);
         assert_eq!(fit.parameter(Term::RateRandomWalk).unwrap().status, Status::Bounded);
         let mut longest = 0.0;
         for octave in &octaves {

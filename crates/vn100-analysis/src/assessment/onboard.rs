@@ -1,6 +1,6 @@
 //! Averaging and decimation inside the sensor.
 
-use imu_noise::{BoxcarWindow, RollOff};
+use imu_noise::BoxcarWindow;
 use schemars::JsonSchema;
 use serde::Serialize;
 use vn100_protocol::{Channel, ImuFilter, Quantity, Register, RegisterContents, RegisterFields};
@@ -81,18 +81,18 @@ impl Onboard {
         self.window.decimation.round() as u32
     }
 
-    /// What the low pass of accelerometer and gyroscope, with their window, makes of neighbouring
-    /// outputs; `None` where these are independent, or where a long window that overlaps says more.
+    /// Correlation time in samples that the low pass of accelerometer and gyroscope, with their window,
+    /// makes of neighbouring outputs; `None` where these are independent, or where a long window that overlaps says more.
     ///
     /// The low pass is not documented: one second of a real sensor's output has autocorrelations of
     /// 0.83, 0.49, 0.17, -0.02, -0.05 (gyro) and 0.86, 0.60, 0.35, 0.14, 0.08 (accelerometer) at
     /// lags of 1.25 ms, behind a window of four of them.
-    pub(super) fn own_low_pass(&self) -> Option<RollOff> {
+    pub(super) fn own_low_pass(&self) -> Option<f64> {
         (self.refresh_hz == IMU_REFRESH_HZ).then(|| Self::low_pass_of(self.window, self.rate_hz)).flatten()
     }
 
     /// The same of a window on gyro or accelerometer, for outputs at this rate.
-    fn low_pass_of(window: BoxcarWindow, rate_hz: f64) -> Option<RollOff> {
+    fn low_pass_of(window: BoxcarWindow, rate_hz: f64) -> Option<f64> {
         /// Refreshes after which the low pass has forgotten.
         const MEMORY: f64 = 3.0;
         /// Refreshes averaged from which on the window says more.
@@ -104,8 +104,7 @@ impl Onboard {
         let length = f64::from(window.length.max(1));
         let between = window.decimation.max(1.0) - length;
         let is_modelled = length >= LONG && between < 0.0;
-        (between < MEMORY && !is_modelled && length < NEGLIGIBLE)
-            .then_some(RollOff { correlation_samples: 1.0 + CORRELATION_S * rate_hz })
+        (between < MEMORY && !is_modelled && length < NEGLIGIBLE).then_some(1.0 + CORRELATION_S * rate_hz)
     }
 
     /// For a channel of a sensor of this make that is averaged on board.

@@ -32,17 +32,8 @@ pub struct Stationarity {
     pub frozen: Option<Frozen>,
     /// Single samples far out; null if none was found.
     pub spikes: Option<Spikes>,
-    /// Smallest changes in the middle of the record that nine of ten such records show.
-    pub detectable: Detectable,
-}
-
-/// The smallest changes that a record would show.
-#[derive(Debug, Clone, Copy, Default, PartialEq, JsonSchema, Serialize)]
-pub struct Detectable {
-    /// Factor of the standard deviation; null if none would show.
-    pub noise_factor: Option<f64>,
-    /// Step in the unit of the channel; null if none would show.
-    pub step: Option<f64>,
+    /// Whether the record is long enough to show a change of the level.
+    pub level_searched: bool,
 }
 
 impl Stationarity {
@@ -59,12 +50,12 @@ impl Stationarity {
         let Some(signal) = results.signal.as_ref().filter(|_| !is_ambient(channel)) else {
             return Self::default();
         };
-        let mut lines: Vec<SpectralLine> = bands.iter().filter_map(|band| band.line(interval_s)).collect();
+        let mut lines: Vec<SpectralLine> = bands.iter().filter_map(|band| band.line).collect();
         let cycles: Vec<SpectralLine> = lines.extract_if(.., |line| line.frequency_hz < SLOWEST_VIBRATION_HZ).collect();
         let is_attitude = channel.quantity.is_attitude();
-        let LevelFindings { change, detectable_step } = level(channel, signal, (interval_s, skipped_s), bands, search);
+        let LevelFindings { change, is_searched } = level(channel, signal, (interval_s, skipped_s), bands, search);
         let change = change.or_else(|| strongest(&cycles).filter(|_| !is_attitude));
-        let NoiseChanges { change: noise_change, bursts, frozen, spikes, detectable_factor } = match is_attitude {
+        let NoiseChanges { change: noise_change, bursts, frozen, spikes } = match is_attitude {
             true => NoiseChanges::default(),
             false => signal.noise_changes(&results.histogram, interval_s),
         };
@@ -76,7 +67,7 @@ impl Stationarity {
             bursts,
             frozen,
             spikes,
-            detectable: Detectable { noise_factor: detectable_factor, step: detectable_step },
+            level_searched: is_searched,
         };
         let spans = found.disturbances.iter_mut().map(|found| (&mut found.start_s, &mut found.end_s));
         let spans = spans.chain(found.noise_change.iter_mut().map(|found| (&mut found.start_s, &mut found.end_s)));
@@ -113,7 +104,7 @@ fn level(
     search: &LevelSearch,
 ) -> LevelFindings {
     let block = signal.blocks().first().map_or(1, |block| block.length);
-    let LevelFindings { change, detectable_step } = search.find(signal, interval_s, channel.decimals);
+    let LevelFindings { change, is_searched } = search.find(signal, interval_s, channel.decimals);
     let change = change.map(|change| LevelChange { shape: placed(change.shape, channel.scale, skipped_s), ..change });
     // an attitude follows what turns the sensor: nothing in it warms up
     let is_attitude = channel.quantity.is_attitude();
@@ -129,7 +120,7 @@ fn level(
         LevelShape::WarmUp { .. } => !is_attitude,
         LevelShape::Cycle { period_s, amplitude } => is_cycle(interval_s / period_s, amplitude),
     });
-    LevelFindings { change, detectable_step: detectable_step.map(|step| step * channel.scale.abs()) }
+    LevelFindings { change, is_searched }
 }
 
 /// In the unit of the channel, with times since the first sample.

@@ -61,9 +61,7 @@ fn contradicted_window(snapshot: &Snapshot) -> Option<Warning> {
 fn correlated_over(assessed: &ChannelAssessment) -> Option<f64> {
     let fit = &assessed.noise.as_ref()?.fit;
     let own = assessed.onboard.and_then(|onboard| onboard.own_low_pass());
-    let unknown =
-        fit.roll_off.filter(|found| own.is_none_or(|own| found.correlation_samples > own.correlation_samples));
-    unknown.map(|found| found.correlation_samples)
+    fit.correlation_samples.filter(|found| own.is_none_or(|own| *found > own))
 }
 
 fn correlated_noise(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Option<Warning> {

@@ -80,8 +80,8 @@ pub(super) fn add(snapshot: &Snapshot, was_moved: bool, confidence: f64, channel
         let noise: Option<&mut ChannelNoise> = channels.get_mut(place).and_then(|channel| channel.noise.as_mut());
         if let Some(noise) = noise {
             noise.temperature = Some(AxisTemperature {
-                excursion_c: search.map(TemperatureSearch::excursion_c),
-                correlation_with_time: search.map(TemperatureSearch::correlation_with_time),
+                excursion_c: search.map(|search| search.excursion_c),
+                correlation_with_time: search.map(|search| search.correlation_with_time),
                 is_polled: temperature.is_polled(),
                 coefficient,
                 is_proved,

@@ -91,7 +91,7 @@ fn white_noise_alone_has_no_such_warning() {
     }
     let (fit, n) = white(&assessment);
     assert!(n.lower.unwrap() < truth() && truth() < n.upper.unwrap(), "{n:?}");
-    assert_eq!((fit.apparent_white(), fit.lacks_free_band, fit.roll_off), (None, false, None));
+    assert_eq!((fit.apparent_white(), fit.lacks_free_band, fit.correlation_samples), (None, false, None));
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn behind_a_low_pass_n_is_that_of_low_frequencies() {
     let (fit, n) = white(&assessment);
     assert!(n.lower.unwrap() < truth() && truth() < n.upper.unwrap(), "{n:?}, not {}", truth());
     // (1 + 0.6)/(1 - 0.6) samples
-    let remembered = fit.roll_off.unwrap().correlation_samples;
+    let remembered = fit.correlation_samples.unwrap();
     assert!((remembered / 4.0 - 1.0).abs() < 0.15, "{remembered}");
     assert_eq!(only(&assessment, WarningKind::LowPass).finding, Finding::LowPass(remembered));
 }
@@ -157,7 +157,7 @@ fn a_low_pass_removes_no_bias() {
         });
         let is_of_filter = |warning: &Warning| warning.kind == WarningKind::CompensatedStream;
         assert!(!assessment.warnings.iter().any(is_of_filter), "{draws}: {:?}", assessment.warnings);
-        assert!(white(&assessment).0.roll_off.is_some());
+        assert!(white(&assessment).0.correlation_samples.is_some());
     }
 }
 

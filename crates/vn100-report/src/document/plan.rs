@@ -63,6 +63,5 @@ fn want(planned: &PlannedWant) -> Value {
         "taken_at": planned.taken_at.map(|taken| taken.value),
         "record_s": planned.record_s,
         "without_bias_instability_s": planned.without_bias_instability_s,
-        "by_rule_s": planned.by_rule_s,
     })
 }

@@ -173,8 +173,6 @@ pub(crate) fn facts_table(name: &str, rows: &[Row], captions: &Captions) -> Mark
 /// What a signed report has to state; what a person fills in is left open.
 fn traceability(record: &SourceResult) -> Vec<Row> {
     let level = trimmed(100.0 * record.confidence, 2);
-    let detectable = record.streamed().filter_map(|channel| channel.stationarity.as_ref()?.detectable.noise_factor);
-    let detectable = detectable.reduce(f64::max);
     vec![
         fact("Time", clock(record.timing.rate_from, record.timing.offset_ppm)),
         fact("Scale factor", "not verified: a record at rest does not show it"),
@@ -187,10 +185,6 @@ fn traceability(record: &SourceResult) -> Vec<Row> {
         fact(
             "Decision rule",
             "pass if the whole interval lies below the limit, fail if it lies above, else undecided (guard band as ILAC-G8: the half-width of the interval)",
-        ),
-        or_not_recorded(
-            "Detectable change",
-            detectable.map(|factor| format!("noise {factor:.2} times as large from the middle of the record on")),
         ),
         fact(
             "Not tested",

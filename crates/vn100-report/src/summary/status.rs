@@ -198,9 +198,8 @@ fn untested(aspect: Aspect, result: &SourceResult) -> Option<String> {
     match aspect {
         Aspect::Data => warm_up(&result.timing).map(|passed| format!("no sample: warm-up excluded, {passed}")),
         Aspect::AtRest => {
-            let is_searched = |channel: &ChannelResult| {
-                channel.stationarity.as_ref().is_some_and(|found| found.detectable.step.is_some())
-            };
+            let is_searched =
+                |channel: &ChannelResult| channel.stationarity.as_ref().is_some_and(|found| found.level_searched);
             let is_short = !result.streamed().any(is_searched) || result.timing.duration_s < LEAST_AT_REST_S;
             (may_be_moved(result) && is_short && result.timing.samples > 0)
                 .then(|| "the record is too short to show it".into())

@@ -140,9 +140,8 @@ fn write_wants(out: &mut String, plan: &Plan, confidence: f64, asked: bool) -> f
         if let Some(taken) = planned.taken_at {
             writeln!(out, "{}", fill(&taken_words(&planned.want, taken), "    ", "    "))?;
         }
-        if let Some(rule_s) = planned.by_rule_s {
-            let without = planned.without_bias_instability_s.map_or(OUT_OF_REACH.into(), coarse);
-            writeln!(out, "    without B {without}; rule of thumb 20 sqrt(3) N/K: {}", coarse(rule_s))?;
+        if let Some(without_s) = planned.without_bias_instability_s {
+            writeln!(out, "    without B {}", coarse(without_s))?;
         }
     }
     if asked {

@@ -3,8 +3,7 @@
 use super::{
     ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, Parameter, Rival, Status, Term,
     density::variance_of_process,
-    noise_fit::RollOff,
-    search::{Candidate, Found, Search, WHITE},
+    search::{Candidate, FLICKER, Found, Search, WALK, WHITE},
     spectral_rows::ChannelData,
     thresholds::{
         BEYOND_ANY_FILTER, BEYOND_MEMORY, FILTERS, LEAST_EDF, LEAST_EDF_OF_BOUND, PRESENT, PROCESSES_INSTEAD, PROVED,
@@ -64,7 +63,8 @@ impl NoiseModel {
     }
 
     pub(super) fn without_values(&self, status: Status) -> NoiseFit {
-        let parameter = |term| self.terms.contains(term).then_some(Parameter::without_value(status));
+        let is_in = |term| term != Term::Quantization || self.layout.quantization.is_some();
+        let parameter = |term| is_in(term).then_some(Parameter::without_value(status));
         NoiseFit::of_parameters(Term::ALL.map(parameter))
     }
 }
@@ -90,11 +90,10 @@ impl<'a> ReadOut<'a> {
         is_part: bool,
     ) -> Option<Self> {
         let is_parted = curve.signal.is_some_and(|(signal, _)| signal.is_parted());
-        let has_ramp = curve.has_ramp && !is_parted && model.terms.contains(Term::RateRamp);
+        let has_ramp = curve.has_ramp && !is_parted;
         let level = data.level.as_ref().filter(|_| !is_part);
         let shapes = level.map(|level| model.shapes(level.coefficients.len() + 1));
-        let ramp = usize::from(model.terms.contains(Term::RateRamp));
-        let parameters = model.terms() - ramp + usize::from(has_ramp);
+        let parameters = 3 + usize::from(model.layout.quantization.is_some()) + usize::from(has_ramp);
         let shown = data.octaves_in_use() + usize::from(has_ramp) + if data.has_segments() { 8 } else { 0 };
         if shown <= parameters {
             return None;
@@ -107,30 +106,28 @@ impl<'a> ReadOut<'a> {
 
     /// Of a record that shows what is expected, for plans: a short filter is not looked for.
     pub(super) fn expecting(model: &'a NoiseModel, data: &'a ChannelData<'a>, z: f64) -> Option<Self> {
-        let has_ramp = model.terms.contains(Term::RateRamp);
         let shapes = data.level.as_ref().map(|level| model.shapes(level.coefficients.len() + 1));
-        let search = Search::new(data, &model.layout, shapes, has_ramp, z)?;
+        let search = Search::new(data, &model.layout, shapes, true, z)?;
         // what is expected on average is the level of no one record
         let _ = search.switching.set(f64::NEG_INFINITY);
-        Some(Self { model, data, search: Some(search), has_ramp, tails: 0.0, lacks_free_band: false, z })
+        Some(Self { model, data, search: Some(search), has_ramp: true, tails: 0.0, lacks_free_band: false, z })
     }
 
     /// Standard deviations by which the absence of a slow term is excluded.
     pub(super) fn evidence(&self, term: Term) -> Option<f64> {
-        let layout = &self.model.layout;
         let column = match term {
-            Term::BiasInstability => layout.flicker,
-            Term::RateRandomWalk => layout.walk,
-            _ => None,
+            Term::BiasInstability => FLICKER,
+            Term::RateRandomWalk => WALK,
+            _ => return None,
         };
-        Some(self.search.as_ref()?.slow(column?, term == Term::RateRandomWalk).evidence)
+        Some(self.search.as_ref()?.slow(column, column == WALK).evidence)
     }
 
     /// Of the square of a component, in the likeliest structure without processes.
     pub(super) fn relative_variance(&self, column: usize) -> Option<f64> {
         let search = self.search.as_ref()?;
         let candidate = search.candidates.iter().find(|candidate| !candidate.has_processes)?;
-        let relative = candidate.covariance(column, column) / candidate.scored.parameters[column].powi(2);
+        let relative = candidate.variances[column] / candidate.scored.parameters[column].powi(2);
         relative.is_finite().then_some(relative)
     }
 
@@ -166,14 +163,15 @@ impl<'a> ReadOut<'a> {
             true => self.amplitude(Term::White, white).not_proved(),
             false => self.amplitude(Term::White, white),
         });
-        let slow = [
-            (Term::Quantization, model.layout.quantization, false),
-            (Term::BiasInstability, model.layout.flicker, false),
-            (Term::RateRandomWalk, model.layout.walk, true),
-        ];
-        for (term, column, is_beside_processes) in slow {
-            let Some(column) = column else { continue };
-            let mut found = search.slow(column, is_beside_processes);
+        let slow = [(Term::BiasInstability, FLICKER), (Term::RateRandomWalk, WALK)];
+        let quantization = model.layout.quantization.map(|column| (Term::Quantization, column));
+        // without the level nothing distinguishes a walk from a ramp
+        let may_be_ramp = self.has_ramp && self.data.level.is_none();
+        for (term, column) in slow.into_iter().chain(quantization) {
+            let mut found = search.slow(column, column == WALK);
+            if may_be_ramp && term != Term::Quantization {
+                found.evidence = 0.0;
+            }
             if term == Term::BiasInstability
                 && search.rise_by_processes() > PROCESSES_INSTEAD
                 && found.evidence > PRESENT
@@ -294,7 +292,7 @@ impl<'a> ReadOut<'a> {
             let cosines: f64 = best.scored.parameters[self.model.layout.cosines.clone()].iter().sum();
             let white = best.scored.parameters[WHITE];
             let correlation_samples = white / (white + cosines).max(1e-3 * white);
-            fit.roll_off = (correlation_samples > 1.0).then_some(RollOff { correlation_samples });
+            fit.correlation_samples = (correlation_samples > 1.0).then_some(correlation_samples);
         }
         let interval_s = self.model.shape.interval_s;
         let (chi2, dof) = (search.chi2, search.dof);
@@ -314,17 +312,8 @@ impl<'a> ReadOut<'a> {
     fn add_curve(&self, search: &Search<'_>, fit: &mut NoiseFit) {
         let best = search.best();
         let components = &self.model.layout.components;
-        let ramp = search.ramp_column().map_or_else(
-            || {
-                best.scored
-                    .multiples
-                    .first()
-                    .zip(self.data.level.as_ref())
-                    .filter(|_| self.has_ramp)
-                    .map_or(0.0, |(multiple, level)| (multiple / level.block_samples as f64).powi(2))
-            },
-            |column| best.scored.parameters[column],
-        );
+        let ramp = best.scored.multiples.first().zip(self.data.level.as_ref()).filter(|_| self.has_ramp);
+        let ramp = ramp.map_or(0.0, |(multiple, level)| (multiple / level.block_samples as f64).powi(2));
         for (place, (octave, _, walk_edf)) in self.data.octaves().enumerate() {
             let parameters = &best.scored.parameters;
             let (of_components, lines) = parameters.split_at(components.len());

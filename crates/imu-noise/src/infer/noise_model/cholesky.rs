@@ -5,7 +5,7 @@ use crate::accumulate::counts::dot;
 #[derive(Debug)]
 pub(super) struct Cholesky {
     size: usize,
-    /// By row, lower left; its inverse after [`inverted`](Self::inverted).
+    /// By row, lower left.
     factor: Vec<f64>,
     scale: Vec<f64>,
 }
@@ -47,8 +47,8 @@ impl Cholesky {
         right
     }
 
-    /// With the inverse of the factor.
-    pub(super) fn inverted(mut self) -> Self {
+    /// The diagonal of the inverse of the matrix, by the inverse of the factor.
+    pub(super) fn inverse_diagonal(mut self) -> Vec<f64> {
         let size = self.size;
         for i in 0..size {
             let (above, row) = self.factor.split_at_mut(i * size);
@@ -61,12 +61,7 @@ impl Cholesky {
             row[..i].copy_from_slice(&inverse);
             row[i] = diagonal;
         }
-        self
-    }
-
-    /// An entry of the inverse of the matrix, after [`inverted`](Self::inverted).
-    pub(super) fn product(&self, a: usize, b: usize) -> f64 {
-        let of_row = |row: usize| self.factor[row * self.size + a] * self.factor[row * self.size + b];
-        (a.max(b)..self.size).map(of_row).sum::<f64>() * self.scale[a] * self.scale[b]
+        let squares = |i: usize| (i..size).map(|row| self.factor[row * size + i].powi(2)).sum::<f64>();
+        (0..size).map(|i| squares(i) * self.scale[i].powi(2)).collect()
     }
 }

@@ -112,13 +112,6 @@ pub fn classical_reading(tau_s: &[f64], deviations: &[f64], duration_s: f64) -> 
     }
 }
 
-/// The smallest random walk, K in unit/√s, that a record of `duration_s` shows above white noise
-/// `white`, N in unit/√Hz: about 20 √3 N/T, where the two cross at a twentieth of the record.
-#[must_use]
-pub fn visible_random_walk(white: f64, duration_s: f64) -> f64 {
-    20.0 * 3_f64.sqrt() * white / duration_s
-}
-
 /// The minimum of the Allan deviation over all averaging times, from the fitted N, B and K of a
 /// channel.
 ///

@@ -47,6 +47,21 @@ impl Component {
         }
     }
 
+    /// The mean over some neighbouring `points` about `frequency` of the powers of segments of so many
+    /// samples, whose window passes each autocovariance in part.
+    pub(super) fn density_of_points(&self, frequency: f64, points: f64, samples: f64) -> f64 {
+        let part = |lag: f64| factor_of_lag(lag, points, samples) * (lag * TAU * frequency).cos();
+        match self {
+            Self::Cosine(number) => 1.0 - part(*number as f64),
+            Self::White(autocovariance) => {
+                let sides = autocovariance.iter().enumerate().skip(1);
+                let sides = sides.map(|(lag, value)| 2.0 * value * part(lag as f64));
+                (autocovariance[0] + sides.sum::<f64>()).max(1e-9)
+            }
+            other => other.density(frequency),
+        }
+    }
+
     /// What an octave shows of it, where a formula says so.
     pub(super) fn exact_octave(&self, octave: &Octave, deviation: Deviation) -> Option<f64> {
         let law = match self {
@@ -92,52 +107,6 @@ impl Component {
     /// 1 - cos of coefficient `k`: what differs from one block to the next.
     fn between_blocks(&self, k: usize, blocks: usize) -> f64 {
         1.0 - (0.5 * TAU * k as f64 / blocks as f64).cos()
-    }
-}
-
-/// How the autocovariance at a lag enters the mean over some neighbouring points of the powers of
-/// segments: with that of the window.
-pub(super) struct LagsOfPoints {
-    /// By points less one and component.
-    factors: Vec<Vec<f64>>,
-    samples: f64,
-}
-
-impl LagsOfPoints {
-    pub(super) fn new(components: &[Component], most_points: usize, samples: usize) -> Self {
-        let samples = samples as f64;
-        let factor = |points: f64, component: &Component| match component {
-            Component::Cosine(number) => factor_of_lag(*number as f64, points, samples),
-            _ => 1.0,
-        };
-        let of_points = |points: usize| components.iter().map(|component| factor(points as f64, component)).collect();
-        Self { factors: (1..=most_points).map(of_points).collect(), samples }
-    }
-
-    /// By component, about `frequency`.
-    pub(super) fn densities(&self, components: &[Component], frequency: f64, points: f64) -> Vec<f64> {
-        let factors = &self.factors[(points as usize).clamp(1, self.factors.len()) - 1];
-        // cos jx by the two before it
-        let (mut cosines, mut step) = ([1.0, 1.0], 1.0);
-        let of = |(component, factor): (&Component, &f64)| match component {
-            Component::Cosine(number) => {
-                if *number == 1 {
-                    step = (TAU * frequency).cos();
-                    cosines = [1.0, step];
-                } else {
-                    cosines = [cosines[1], 2.0 * step * cosines[1] - cosines[0]];
-                }
-                1.0 - factor * cosines[1]
-            }
-            Component::White(autocovariance) if autocovariance.len() > 1 => {
-                let part = |lag: f64| factor_of_lag(lag, points, self.samples) * (lag * TAU * frequency).cos();
-                let sides = autocovariance.iter().enumerate().skip(1);
-                let sides = sides.map(|(lag, value)| 2.0 * value * part(lag as f64));
-                (autocovariance[0] + sides.sum::<f64>()).max(1e-9)
-            }
-            other => other.density(frequency),
-        };
-        components.iter().zip(factors).map(of).collect()
     }
 }
 

@@ -19,8 +19,10 @@ pub struct NoiseFit {
     /// Lines cover more than half of the frequencies: what looks white between them may be their
     /// tails, and N is bounded only.
     pub lacks_free_band: bool,
-    /// A low pass slower than the output, beyond doubt.
-    pub roll_off: Option<RollOff>,
+    /// Behind a low pass slower than the output, whose presence is beyond doubt: density of the white
+    /// noise at low frequencies over its mean density, the correlation time in samples with both signs
+    /// counted; above 1.
+    pub correlation_samples: Option<f64>,
     /// What explains the record about as well as B, K and R, which are bounded for it, by term.
     pub(super) rivals: [Option<Rival>; Term::ALL.len()],
     /// Averaging factor and edf of each octave from the shortest in use on.
@@ -45,14 +47,6 @@ pub struct FitQuality {
     pub p: f64,
 }
 
-/// A low pass slower than the output: white noise is correlated from sample to sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RollOff {
-    /// Density of the white noise at low frequencies over its mean density: the correlation time in
-    /// samples, both signs counted; above 1.
-    pub correlation_samples: f64,
-}
-
 /// First-order Gauss-Markov noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussMarkovProcess {
@@ -71,7 +65,7 @@ impl NoiseFit {
             processes: Vec::new(),
             is_process_proved: false,
             lacks_free_band: false,
-            roll_off: None,
+            correlation_samples: None,
             rivals: [None; Term::ALL.len()],
             edf: Vec::new(),
             expected: Vec::new(),

@@ -2,18 +2,15 @@
 //! itself, and how long a record must be to show a parameter.
 
 use super::{
-    NoiseModel, Parameter, Status, Term, Terms,
+    NoiseModel, Parameter, Status, Term,
     channel_fit::ReadOut,
     parameter::PROVED_P,
-    search::WHITE,
+    search::{FLICKER, WALK, WHITE},
     spectral_rows::ChannelData,
-    thresholds::{PLANNED_BIAS, PLANNED_WALK, PRESENT},
+    thresholds::{OF_MISSED, PLANNED_BIAS, PLANNED_WALK, PRESENT, UNLUCKY, WIDER, WIDER_WHITE},
 };
 use crate::accumulate::record::{Deviation, Estimator, RecordShape};
 use crate::infer::chi_squared;
-
-/// Of the squared amplitude of an unlucky record.
-const UNLUCKY: f64 = 0.02;
 
 impl NoiseModel {
     /// By how many standard deviations an unlucky record excludes that `term` is zero. The squared amplitude
@@ -51,12 +48,10 @@ impl NoiseModel {
     /// `others` are nothing, and where no value is ever found.
     #[must_use]
     pub fn least_found(&self, others: &[(Term, f64)], term: Term) -> Option<f64> {
-        const TOLERANCE: f64 = 0.05;
-        const MOST_DOUBLINGS: usize = 40;
-        let above = |value: f64| {
-            let truth: Vec<_> =
-                others.iter().copied().filter(|(named, _)| *named != term).chain([(term, value)]).collect();
-            self.evidence(&truth, term).map_or(-PRESENT, |evidence| evidence - margin(term) * PRESENT)
+        let is_found = |value: f64| {
+            let named = others.iter().copied().filter(|(named, _)| *named != term);
+            let truth: Vec<_> = named.chain([(term, value)]).collect();
+            self.evidence(&truth, term).is_some_and(|evidence| evidence > margin(term) * PRESENT)
         };
         // as high as the others at the longest averaging time, which is of the right order
         let longest = self.places.len().checked_sub(1)?;
@@ -65,35 +60,14 @@ impl NoiseModel {
         let [hidden, one] = [others, &[(term, 1.0)]]
             .map(|truth| columns.iter().zip(self.squares(truth)).map(|(column, square)| column * square).sum::<f64>());
         let start = Some((hidden / one).sqrt()).filter(|start| start.is_finite() && *start > 0.0)?;
-        let with = |value| (value, above(value));
-        let doubled = core::iter::successors(Some(start), |value| Some(2.0 * value));
-        let mut found = doubled.take(MOST_DOUBLINGS).map(with).find(|(_, above)| *above > 0.0)?;
-        let halved = core::iter::successors(Some(0.5 * found.0), |value| Some(0.5 * value));
-        let mut missed = found;
-        for value in halved.take(MOST_DOUBLINGS) {
-            missed = with(value);
-            if missed.1 <= 0.0 {
-                break;
-            }
-            found = missed;
-        }
-        while found.0 / missed.0 > 1.0 + TOLERANCE {
-            // evidence grows with the logarithm; from either side by no less than half of the tolerance
-            let (low, high) = (missed.0.ln(), found.0.ln());
-            let crossing = (low * found.1 - high * missed.1) / (found.1 - missed.1) + 0.4 * TOLERANCE;
-            let middle = if crossing.is_finite() { crossing } else { 0.5 * (low + high) };
-            let margin = 0.4 * TOLERANCE;
-            let next = with(middle.clamp(low + margin, high - margin).exp());
-            *if next.1 > 0.0 { &mut found } else { &mut missed } = next;
-        }
-        Some(found.0)
+        least(start, 0.05, is_found)
     }
 
     fn column(&self, term: Term) -> Option<usize> {
         match term {
             Term::White => Some(WHITE),
-            Term::BiasInstability => self.layout.flicker,
-            Term::RateRandomWalk => self.layout.walk,
+            Term::BiasInstability => Some(FLICKER),
+            Term::RateRandomWalk => Some(WALK),
             Term::Quantization => self.layout.quantization,
             Term::RateRamp => None,
         }
@@ -122,19 +96,27 @@ const fn margin(term: Term) -> f64 {
 
 const LONGEST_S: f64 = 100.0 * 86_400.0;
 
-const TOLERANCE: f64 = 0.02;
-
-/// The quantiles at which a record is looked at, low and high, of the probability that records may
-/// miss: octaves of slow noise are far from independent, and what they show has heavier tails than
-/// χ². These and the next two chosen for the share of simulated records that meet a want (the
-/// benchmark `cells`, plans).
-const OF_MISSED: [f64; 2] = [0.02, 0.6];
-
-/// By how much the half-width of a slow term exceeds the expected one in few records.
-const WIDER: f64 = 1.15;
-
-/// That of N by this times the root of itself: the shorter a record, the more they differ.
-const WIDER_WHITE: f64 = 2.0;
+/// The least value that is enough, too high by the `tolerance` at most: from `start` by doublings or
+/// halvings, then between the last two. `None` if no value is enough.
+fn least(start: f64, tolerance: f64, is_enough: impl Fn(f64) -> bool) -> Option<f64> {
+    const FARTHEST: f64 = 1e12;
+    let mut found = start;
+    while !is_enough(found) {
+        found *= 2.0;
+        if found > FARTHEST * start {
+            return None;
+        }
+    }
+    let mut missed = 0.5 * found;
+    while found <= start && is_enough(missed) && found * FARTHEST > start {
+        (found, missed) = (missed, 0.5 * missed);
+    }
+    while found / missed > 1.0 + tolerance {
+        let middle = (found * missed).sqrt();
+        *if is_enough(middle) { &mut found } else { &mut missed } = middle;
+    }
+    Some(found)
+}
 
 /// What a record shall show.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -172,25 +154,9 @@ impl Wanted<'_> {
     /// simulation.
     #[must_use]
     pub fn record_s(&self, interval_s: f64, confidence: f64) -> Option<f64> {
-        let shown = |duration_s: f64| self.is_shown(duration_s, interval_s, confidence);
+        let is_shown = |duration_s: f64| duration_s <= LONGEST_S && self.is_shown(duration_s, interval_s, confidence);
         // the shortest that has an octave for each parameter
-        let mut long = 16.0 * interval_s;
-        while !shown(long) {
-            long *= 2.0;
-            if long > LONGEST_S {
-                return None;
-            }
-        }
-        let mut short = long / 2.0;
-        while long / short > 1.0 + TOLERANCE {
-            let middle = (short * long).sqrt();
-            if shown(middle) {
-                long = middle;
-            } else {
-                short = middle;
-            }
-        }
-        Some(long)
+        least(16.0 * interval_s, 0.02, is_shown)
     }
 
     fn is_shown(&self, duration_s: f64, interval_s: f64, confidence: f64) -> bool {
@@ -200,7 +166,7 @@ impl Wanted<'_> {
             estimator: Estimator::Strided,
             deviation: Deviation::Allan,
         };
-        let model = NoiseModel::new(&shape.octaves(), &shape, Terms::RATE, None);
+        let model = NoiseModel::new(&shape.octaves(), &shape, None, false);
         let [low, high] = OF_MISSED.map(|part| part * self.missed);
         let quantile = if matches!(self.aim, Aim::Below(_)) { 1.0 - high } else { low };
         let Some(parameter) = model.parameter_at(self.truth, self.term, quantile, confidence) else { return false };

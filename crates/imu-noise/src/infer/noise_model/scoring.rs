@@ -82,18 +82,20 @@ pub(in crate::infer) struct Scored {
     information: Information,
 }
 
-/// Information of the free parameters of a structure.
+/// Information of the free parameters of a structure, the components first, then the cosines.
 #[derive(Debug, Default)]
 struct Information {
     columns: Vec<usize>,
     matrix: Vec<f64>,
 }
 
-/// Covariance of the parameters that are in.
-#[derive(Debug)]
-pub(super) struct Covariance {
-    columns: Vec<usize>,
-    factor: Cholesky,
+/// Information of the components alone, the cosines being whatever suits them best (Schur's complement).
+struct Reduced {
+    matrix: Vec<f64>,
+    /// Of the cosines, with what is known of them before.
+    cosines: Cholesky,
+    /// By component the cosines that make up for it.
+    made_up: Vec<Vec<f64>>,
 }
 
 impl Rows {
@@ -128,10 +130,18 @@ impl Rows {
         }
         let mut known = near.and_then(|near| near.information.of(&columns));
         let mut rise = f64::INFINITY;
+        let mut reduced = None;
         for _ in 0..STEPS {
             let is_old = known.is_some();
             let information = known.unwrap_or_else(|| self.information(columns.clone(), &now.expected));
-            let next = self.aim(structure, &information, &now).and_then(|aim| self.step(structure, &now, &aim));
+            let of_components = match reduced {
+                Some(reduced) if is_old => reduced,
+                _ => information.reduced(structure)?,
+            };
+            let off: Vec<f64> = now.targets.iter().zip(&now.expected).map(|(target, of)| target - of).collect();
+            let weights = self.weights(&now.expected);
+            let aim = self.solved(&information, &of_components, &weights, &off, &now.parameters);
+            let next = aim.and_then(|aim| self.step(structure, &now, &aim));
             let before = rise;
             rise = next.as_ref().map_or(0.0, |next| next.log_likelihood - now.log_likelihood);
             now = next.unwrap_or(now);
@@ -141,6 +151,7 @@ impl Rows {
                 break;
             }
             known = is_fast.then_some(information);
+            reduced = Some(of_components);
         }
         Some(now)
     }
@@ -177,7 +188,9 @@ impl Rows {
         }
         let weights = self.weights(&smooth);
         let off: Vec<f64> = self.power.iter().zip(&expected).map(|(power, expected)| power - expected).collect();
-        self.solved(structure, &information, &weights, &off, &parameters).unwrap_or(parameters)
+        let reduced = information.reduced(structure);
+        let found = reduced.and_then(|reduced| self.solved(&information, &reduced, &weights, &off, &parameters));
+        found.unwrap_or(parameters)
     }
 
     /// What `parameters` expect, with the likeliest multiples of the shapes.
@@ -228,17 +241,11 @@ impl Rows {
         Information { columns, matrix }
     }
 
-    /// The parameters that explain the powers best with the weights of `now`.
-    fn aim(&self, structure: &Structure<'_>, information: &Information, now: &Scored) -> Option<Vec<f64>> {
-        let off: Vec<f64> = now.targets.iter().zip(&now.expected).map(|(target, expected)| target - expected).collect();
-        self.solved(structure, information, &self.weights(&now.expected), &off, &now.parameters)
-    }
-
     /// The parameters that explain best what is `off` with these.
     fn solved(
         &self,
-        structure: &Structure<'_>,
         information: &Information,
+        reduced: &Reduced,
         weights: &[f64],
         off: &[f64],
         parameters: &[f64],
@@ -251,12 +258,13 @@ impl Rows {
             dot(&self.columns[*column], &weighted) + dot(&information.matrix[i * size..][..size], &now)
         };
         let right: Vec<f64> = columns.iter().enumerate().map(right).collect();
-        let components = size - structure.cosine_variances.len();
-        let mut matrix = information.matrix.clone();
-        for (i, variance) in (components..size).zip(&structure.cosine_variances) {
-            matrix[i * size + i] += 1.0 / variance;
-        }
-        let found = non_negative(&matrix, &right, components, now)?;
+        let (of_components, of_cosines) = right.split_at(reduced.made_up.len());
+        let left = of_components.iter().zip(&reduced.made_up).map(|(right, made_up)| right - dot(made_up, of_cosines));
+        let components = now[..of_components.len()].to_vec();
+        let mut found = non_negative(&reduced.matrix, &left.collect::<Vec<_>>(), components)?;
+        let mut cosines = reduced.cosines.solve(of_cosines.to_vec());
+        found.iter().zip(&reduced.made_up).for_each(|(value, made_up)| add_multiple(&mut cosines, made_up, -value));
+        found.extend(cosines);
         let mut parameters = parameters.to_vec();
         columns.iter().zip(found).for_each(|(column, value)| parameters[*column] = value);
         Some(parameters)
@@ -272,9 +280,9 @@ impl Rows {
         shapes.map(of).collect()
     }
 
-    /// Covariance of the parameters that are in, 0 for those at zero; `None` where some are alike.
-    /// Keeps the information for fits near to this one.
-    pub(super) fn covariance(&self, structure: &Structure<'_>, scored: &mut Scored) -> Option<Covariance> {
+    /// Variances of the parameters by column, 0 for those that are not in or at zero, infinite where some
+    /// are alike. Keeps the information for fits near to this one.
+    pub(super) fn variances(&self, structure: &Structure<'_>, scored: &mut Scored) -> Vec<f64> {
         scored.information = self.information(structure.free_columns(), &scored.expected);
         let Information { columns, matrix } = &scored.information;
         let size = columns.len();
@@ -289,12 +297,33 @@ impl Rows {
             let (i, j) = (places[i], places[j]);
             matrix[i * size + j] + if i == j { prior(i) } else { 0.0 }
         };
-        let factor = Cholesky::new(places.len(), entry)?.inverted();
-        Some(Covariance { columns: places.into_iter().map(|place| columns[place]).collect(), factor })
+        let Some(factor) = Cholesky::new(places.len(), entry) else { return vec![f64::INFINITY; self.columns.len()] };
+        let mut variances = vec![0.0; self.columns.len()];
+        places.iter().zip(factor.inverse_diagonal()).for_each(|(place, of)| variances[columns[*place]] = of);
+        variances
     }
 }
 
 impl Information {
+    /// `None` where cosines are alike.
+    fn reduced(&self, structure: &Structure<'_>) -> Option<Reduced> {
+        let (size, cosines) = (self.columns.len(), structure.cosine_variances.len());
+        let components = size - cosines;
+        let coupling = |i: usize| &self.matrix[i * size + components..][..cosines];
+        let entry = |i: usize, j: usize| {
+            let prior = if i == j { 1.0 / structure.cosine_variances[i] } else { 0.0 };
+            coupling(components + i)[j] + prior
+        };
+        let factor = Cholesky::new(cosines, entry)?;
+        let made_up: Vec<Vec<f64>> = (0..components).map(|i| factor.solve(coupling(i).to_vec())).collect();
+        let row = |i: usize| {
+            let left = (0..components).zip(&made_up);
+            left.map(move |(j, made_up)| self.matrix[i * size + j] - dot(coupling(i), made_up))
+        };
+        let matrix = (0..components).flat_map(row).collect();
+        Some(Reduced { matrix, cosines: factor, made_up })
+    }
+
     /// Of these columns alone; `None` where one of them is not in.
     fn of(&self, columns: &[usize]) -> Option<Self> {
         let place = |column: &usize| self.columns.iter().position(|known| known == column);
@@ -302,13 +331,6 @@ impl Information {
         let size = self.columns.len();
         let row = |i: &usize| places.iter().map(|j| self.matrix[i * size + j]).collect::<Vec<f64>>();
         Some(Self { columns: columns.to_vec(), matrix: places.iter().flat_map(row).collect() })
-    }
-}
-
-impl Covariance {
-    pub(super) fn of(&self, a: usize, b: usize) -> f64 {
-        let place = |column| self.columns.iter().position(|other| *other == column);
-        place(a).zip(place(b)).map_or(0.0, |(a, b)| self.factor.product(a, b))
     }
 }
 
@@ -360,13 +382,12 @@ fn products(columns: &[&[f64]], weights: &[f64]) -> Vec<f64> {
     matrix
 }
 
-/// The smallest x' matrix x / 2 - right' x whose first `components` values are not negative, from
-/// `x` on: the active-set method of Lawson and Hanson (Solving Least Squares Problems, 1974, chapter 23).
-fn non_negative(matrix: &[f64], right: &[f64], components: usize, mut x: Vec<f64>) -> Option<Vec<f64>> {
+/// The smallest x' matrix x / 2 - right' x without negative values, from `x` on: the active-set method of
+/// Lawson and Hanson (Solving Least Squares Problems, 1974, chapter 23).
+fn non_negative(matrix: &[f64], right: &[f64], mut x: Vec<f64>) -> Option<Vec<f64>> {
     let size = right.len();
     let entry = |i: usize, j: usize| matrix[i * size + j];
-    let is_free = |i: usize| i >= components;
-    let mut passive: Vec<usize> = (0..size).filter(|i| (is_free(*i) || x[*i] > 0.0) && entry(*i, *i) > 0.0).collect();
+    let mut passive: Vec<usize> = (0..size).filter(|i| x[*i] > 0.0 && entry(*i, *i) > 0.0).collect();
     (0..size).filter(|i| !passive.contains(i)).for_each(|i| x[i] = 0.0);
     for _ in 0..3 * size + 3 {
         loop {
@@ -377,7 +398,7 @@ fn non_negative(matrix: &[f64], right: &[f64], components: usize, mut x: Vec<f64
                 continue;
             };
             let mut step = 1.0_f64;
-            for (i, value) in passive.iter().zip(&solution).filter(|(i, value)| !is_free(**i) && **value <= 0.0) {
+            for (i, value) in passive.iter().zip(&solution).filter(|(_, value)| **value <= 0.0) {
                 step = step.min(x[*i] / (x[*i] - value).max(f64::MIN_POSITIVE));
             }
             for (i, value) in passive.iter().zip(&solution) {
@@ -386,7 +407,7 @@ fn non_negative(matrix: &[f64], right: &[f64], components: usize, mut x: Vec<f64
             if step >= 1.0 {
                 break;
             }
-            passive.retain(|i| is_free(*i) || x[*i] > 1e-14 * right[*i].abs() / entry(*i, *i));
+            passive.retain(|i| x[*i] > 1e-14 * right[*i].abs() / entry(*i, *i));
             (0..size).filter(|i| !passive.contains(i)).for_each(|i| x[i] = 0.0);
         }
         let slope = |i: usize| {

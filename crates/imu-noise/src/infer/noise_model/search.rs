@@ -10,13 +10,14 @@ use std::sync::Arc;
 
 use super::{
     density::Component,
-    scoring::{Covariance, Rows, Scored, Structure},
-    shapes::{FoundShape, MeanShape, MeanShapes},
+    scoring::{Rows, Scored, Structure},
+    shapes::{MeanShape, MeanShapes},
     spectral_rows::ChannelData,
     switching,
     thresholds::{
-        BENT_LINE, BESIDE_KNOWN_AVERAGING, CYCLE, DEFINITE, FILTER_IN_VALUE, FILTERS, LEAST_RISE, MOST_DEFINITE,
-        OVERDISPERSED, PRESENT, PROCESSES, PROCESSES_IN_VALUE, RAMP_PRESENT, RELAXATION, SWITCHING_PARAMETERS,
+        AS_GOOD_AS_ZERO, BENT_LINE, BESIDE_KNOWN_AVERAGING, BEYOND_FILTER, CYCLE, DEFINITE, FILTER_IN_VALUE, FILTERS,
+        HOPELESS, LEAST_RISE, MOST_DEFINITE, NEGLIGIBLE, OVERDISPERSED, PRESENT, PROCESSES, PROCESSES_IN_VALUE,
+        RAMP_PRESENT, RELAXATION, SWITCHING_PARAMETERS,
     },
 };
 use crate::infer::chi_squared;
@@ -24,19 +25,6 @@ use crate::infer::chi_squared;
 /// Steps towards a limit, and how near to it, relative.
 const STEPS: usize = 7;
 const NEAR: f64 = 0.02;
-
-/// Filters that are worse by so much are not fitted with processes, nor are longer ones fitted, in
-/// log-likelihood.
-const HOPELESS: f64 = 5.0;
-
-/// Structures of a smaller weight are left out.
-const NEGLIGIBLE: f64 = 1e-3;
-
-/// Processes are longer than the memory of the filter by so much.
-const BEYOND_FILTER: f64 = 4.0;
-
-/// Of a square: at zero itself the model may lack what keeps the other terms apart.
-const AS_GOOD_AS_ZERO: f64 = 1e-3;
 
 /// Standard deviations of a logarithm that is not known.
 const VAGUE: f64 = 30.0;
@@ -48,15 +36,15 @@ const BISECTIONS: usize = 50;
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     pub(super) components: Vec<Component>,
-    pub(super) flicker: Option<usize>,
-    pub(super) walk: Option<usize>,
     pub(super) quantization: Option<usize>,
     pub(super) processes: Range<usize>,
     pub(super) cosines: Range<usize>,
 }
 
-/// White noise is the first component.
+/// The first components.
 pub(super) const WHITE: usize = 0;
+pub(super) const FLICKER: usize = 1;
+pub(super) const WALK: usize = 2;
 
 /// One structure, fitted.
 pub(super) struct Candidate {
@@ -68,14 +56,8 @@ pub(super) struct Candidate {
     /// Penalised.
     pub(super) score: f64,
     pub(super) scored: Scored,
-    /// `None` where some components are alike.
-    covariance: Option<Covariance>,
-}
-
-impl Candidate {
-    pub(super) fn covariance(&self, a: usize, b: usize) -> f64 {
-        self.covariance.as_ref().map_or(f64::INFINITY, |covariance| covariance.of(a, b))
-    }
+    /// Variances by column.
+    pub(super) variances: Vec<f64>,
 }
 
 /// What else explains the record about as well as a term does.
@@ -124,7 +106,6 @@ pub(super) struct Search<'a> {
 }
 
 /// A shape of the mean with its penalty.
-#[derive(Clone)]
 struct Nuisance {
     coefficients: Vec<Vec<f64>>,
     penalty: f64,
@@ -140,7 +121,7 @@ impl<'a> Search<'a> {
         has_ramp: bool,
         z: f64,
     ) -> Option<Self> {
-        let rows = data.rows(&layout.components, has_ramp && shapes.is_none());
+        let rows = data.rows();
         let mut search = Self {
             data,
             layout,
@@ -167,25 +148,19 @@ impl<'a> Search<'a> {
         &self.candidates[0]
     }
 
-    /// The column of a ramp that the octaves alone show.
-    pub(super) fn ramp_column(&self) -> Option<usize> {
-        let is_alone = self.has_ramp && self.shapes.is_none();
-        is_alone.then_some(self.layout.components.len() + self.data.lines())
-    }
-
     fn ramp(&self) -> Option<&[f64]> {
         self.shapes.as_deref().filter(|_| self.has_ramp).map(|shapes| shapes.ramp.as_slice())
     }
 
     pub(super) fn structure<'s>(&'s self, filter: usize, has_processes: bool, more: &'s [Vec<f64>]) -> Structure<'s> {
-        let Layout { flicker, walk, quantization, processes, cosines, components } = self.layout;
+        let Layout { quantization, processes, cosines, components } = self.layout;
         let lines = components.len()..components.len() + self.data.lines();
         let mut columns = vec![WHITE];
         // a few processes are as good as flicker noise: they stand in its place
-        columns.extend(flicker.filter(|_| !has_processes));
-        columns.extend([*walk, *quantization].into_iter().flatten());
+        columns.extend((!has_processes).then_some(FLICKER));
+        columns.push(WALK);
+        columns.extend(*quantization);
         columns.extend(lines);
-        columns.extend(self.ramp_column());
         if has_processes {
             // shorter ones are part of the filter
             let shortest = BEYOND_FILTER * FILTERS[filter].memory;
@@ -245,18 +220,17 @@ impl<'a> Search<'a> {
     fn candidate(&self, filter: usize, has_processes: bool, near: Option<&Scored>) -> Option<Candidate> {
         let structure = self.structure(filter, has_processes, &[]);
         let mut scored = self.rows.fit(&structure, near)?;
-        let covariance = self.rows.covariance(&structure, &mut scored);
-        let left = |column| covariance.as_ref().map_or(f64::INFINITY, |covariance| covariance.of(column, column));
+        let variances = self.rows.variances(&structure, &mut scored);
         // each counts by the part of it that the record decides, and not what is known before (the trace
         // of the smoother, Hastie and Tibshirani, 1990)
-        let decided = |(column, variance): (usize, &f64)| 1.0 - (left(column) / variance).min(1.0);
+        let decided = |(column, variance): (usize, &f64)| 1.0 - (variances[column] / variance).min(1.0);
         let effective = structure.cosines.clone().zip(&structure.cosine_variances).map(decided).sum();
         let is_filtered = filter > 0;
         let unexpected = if is_filtered && self.data.is_averaging_known { BESIDE_KNOWN_AVERAGING } else { 0.0 };
         let of_filter = if is_filtered { (FILTERS.len() as f64 - 1.0).ln() } else { 0.0 };
         let penalty = unexpected + of_filter + effective + if has_processes { PROCESSES } else { 0.0 };
         let score = scored.log_likelihood - penalty;
-        Some(Candidate { filter, has_processes, score, effective, scored, covariance })
+        Some(Candidate { filter, has_processes, score, effective, scored, variances })
     }
 
     /// With processes, the orders that are near to the best one.
@@ -330,8 +304,7 @@ impl<'a> Search<'a> {
             .map(|candidate| (((candidate.score - best) / self.dispersion).exp(), candidate))
             .filter(|(weight, _)| *weight > NEGLIGIBLE)
             .map(|(weight, candidate)| {
-                let structure = self.structure(candidate.filter, candidate.has_processes, &[]);
-                let profile = Profile::of_component(&self.rows, structure, candidate, WHITE);
+                let profile = Profile::new(self, candidate, WHITE);
                 let value = candidate.scored.parameters[WHITE];
                 if value <= 0.0 {
                     let logarithm = profile.upper(self.drop()).ln() - target;
@@ -372,54 +345,36 @@ impl<'a> Search<'a> {
 
     /// B² or K².
     pub(super) fn slow(&self, column: usize, is_beside_processes: bool) -> Found {
-        let best = self.best();
-        let alone = self.likeliest(false);
-        let with_processes = self.likeliest(true);
-        let base = alone.unwrap_or(best);
-        let rows = &self.rows;
-        let structure = self.structure(base.filter, base.has_processes, &[]);
-        let without = self.held(rows, &structure, column, &base.scored);
-        let rise =
-            without.as_ref().map_or(f64::INFINITY, |without| base.scored.log_likelihood - without.log_likelihood);
-        let is_there = 2.0 * rise / self.dispersion > PRESENT * PRESENT;
-        // a shape of the mean instead of the term matters where the term would be there without it
-        let nuisances = match (is_there, &without) {
-            (true, Some(without)) => self.nuisances(rows, &without.expected),
-            _ => Vec::new(),
-        };
-        let mut explained = Vec::new();
-        let mut bare: Option<(f64, Option<Rival>)> = None;
-        for candidate in alone.into_iter().chain(with_processes.filter(|_| is_beside_processes)) {
-            let penalty = candidate.scored.log_likelihood - candidate.score;
-            let process = candidate.has_processes.then_some(Rival::Process);
-            let mut add_bare = |more: &[Vec<f64>], penalty: f64, rival: Option<Rival>| {
-                let structure = self.structure(candidate.filter, candidate.has_processes, more);
-                let Some(without) = self.held(rows, &structure, column, &candidate.scored) else { return };
-                // a shape with a multiple of unknown variance: of its likeliest one
-                let known = structure.shapes.len() - more.len();
-                let significances = rows.significances(&structure, &without, known);
-                let spread = significances.iter().map(|square| 0.5 * square.max(1.0).ln()).sum::<f64>();
-                let score = without.log_likelihood - penalty - spread;
-                if bare.is_none_or(|(best, _)| score > best) {
-                    bare = Some((score, rival));
-                }
-            };
-            add_bare(&[], penalty, process);
-            for nuisance in &nuisances {
-                add_bare(&nuisance.coefficients, penalty + nuisance.penalty, Some(nuisance.rival));
-            }
-            let structure = self.structure(candidate.filter, candidate.has_processes, &[]);
-            explained.push((candidate, structure));
-        }
-        explained.sort_by(|(a, _), (b, _)| b.score.total_cmp(&a.score));
-        let Some((likeliest, _)) = explained.first() else {
+        let with_processes = self.likeliest(true).filter(|_| is_beside_processes);
+        let mut explained: Vec<&Candidate> = self.likeliest(false).into_iter().chain(with_processes).collect();
+        explained.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let Some(likeliest) = explained.first() else {
             return Found { value: 0.0, lower: 0.0, upper: f64::INFINITY, evidence: 0.0, rival: None };
         };
-        let mut evidence = bare
-            .map_or(f64::INFINITY, |(score, _)| (2.0 * (likeliest.score - score).max(0.0) / self.dispersion).sqrt());
-        let mut rival = bare.and_then(|(_, rival)| rival).filter(|_| is_there && evidence <= PRESENT);
-        let blocks = (rows.level.len() + 1) as f64;
-        let switching = || best.score + self.switching_rise() - SWITCHING_PARAMETERS * 0.5 * blocks.ln();
+        let plain: Vec<Option<(f64, Scored)>> = explained.iter().map(|of| self.without(column, of, &[])).collect();
+        let base = explained.iter().zip(&plain).find(|(of, _)| !of.has_processes);
+        let without = base.and_then(|(of, plain)| Some((of.score, plain.as_ref()?)));
+        let is_there =
+            without.is_none_or(|(score, (bare, _))| 2.0 * (score - bare) / self.dispersion > PRESENT * PRESENT);
+        // a shape of the mean instead of the term matters where the term would be there without it
+        let nuisances = match without {
+            Some((_, (_, without))) if is_there => self.nuisances(&self.known_shapes(), &without.expected),
+            _ => Vec::new(),
+        };
+        let mut bare = (f64::NEG_INFINITY, None);
+        for (candidate, plain) in explained.iter().zip(&plain) {
+            let process = candidate.has_processes.then_some(Rival::Process);
+            let beside = nuisances.iter().filter_map(|of| {
+                let (score, _) = self.without(column, candidate, &of.coefficients)?;
+                Some((score - of.penalty, Some(of.rival)))
+            });
+            let all = plain.iter().map(|(score, _)| (*score, process)).chain(beside);
+            bare = all.fold(bare, |best, other| if other.0 > best.0 { other } else { best });
+        }
+        let mut evidence = (2.0 * (likeliest.score - bare.0).max(0.0) / self.dispersion).sqrt();
+        let mut rival = bare.1.filter(|_| is_there && evidence <= PRESENT);
+        let blocks = (self.rows.level.len() + 1) as f64;
+        let switching = || self.best().score + self.switching_rise() - SWITCHING_PARAMETERS * 0.5 * blocks.ln();
         if evidence > PRESENT && switching() > likeliest.score - 0.5 * PRESENT * PRESENT {
             (evidence, rival) = (0.0, Some(Rival::Switching));
         }
@@ -428,17 +383,29 @@ impl<'a> Search<'a> {
         Found { value, lower, upper, evidence, rival }
     }
 
+    /// A structure without a component, with further shapes of the mean: its score, and the fit.
+    fn without(&self, column: usize, of: &Candidate, more: &[Vec<f64>]) -> Option<(f64, Scored)> {
+        let structure = self.structure(of.filter, of.has_processes, more);
+        let known = structure.shapes.len() - more.len();
+        let structure = Structure { held: Some((column, 0.0)), ..structure };
+        let without = self.rows.fit(&structure, Some(&of.scored))?;
+        // a shape with a multiple of unknown variance: of its likeliest one
+        let significances = self.rows.significances(&structure, &without, known);
+        let spread = significances.iter().map(|square| 0.5 * square.max(1.0).ln()).sum::<f64>();
+        Some((of.score - (of.scored.log_likelihood - without.log_likelihood) - spread, without))
+    }
+
     /// The limits of a component by all of these structures, the likeliest one first; the lower one is 0
     /// unless the component `is_present`.
-    fn limits_of(&self, column: usize, explained: &[(&Candidate, Structure<'_>)], is_present: bool) -> (f64, f64) {
-        let most = explained.first().map_or(f64::NEG_INFINITY, |(likeliest, _)| likeliest.score);
+    fn limits_of(&self, column: usize, explained: &[&Candidate], is_present: bool) -> (f64, f64) {
+        let most = explained.first().map_or(f64::NEG_INFINITY, |likeliest| likeliest.score);
         let (mut lower, mut upper) = (f64::INFINITY, 0.0_f64);
-        for (with, structure) in explained {
+        for with in explained {
             let drop = self.drop() - (most - with.score);
             if drop <= 0.0 {
                 break;
             }
-            let profile = Profile::of_component(&self.rows, structure.clone(), with, column);
+            let profile = Profile::new(self, with, column);
             if is_present {
                 lower = lower.min(profile.lower(drop));
             }
@@ -452,67 +419,37 @@ impl<'a> Search<'a> {
 
     /// The slope of the level, in its own unit per block; `None` if that is not in the model.
     pub(super) fn slope(&self) -> Option<Found> {
-        let ramp = self.ramp()?;
-        let best = self.best();
-        let rows = &self.rows;
-        let fit = |shapes: Vec<&[f64]>, held: Option<f64>| {
-            let structure = Structure {
-                shapes,
-                held_shape: held,
-                is_restricted: false,
-                ..self.structure(best.filter, best.has_processes, &[])
-            };
-            rows.fit(&structure, Some(&best.scored))
-        };
-        let fit_beside = |known: &[&[f64]], more: &[Vec<f64>]| {
-            let further = more.iter().map(Vec::as_slice);
-            // the ramp, if it is known, stays the first shape
-            fit(known.iter().copied().chain(further).collect(), None)
+        let (ramp, best, rows) = (self.ramp()?, self.best(), &self.rows);
+        let fit = |shapes: Vec<&[f64]>, held_shape: Option<f64>| {
+            let structure = self.structure(best.filter, best.has_processes, &[]);
+            rows.fit(&Structure { shapes, held_shape, is_restricted: false, ..structure }, Some(&best.scored))
         };
         let definite: Vec<&[f64]> = self.definite.iter().map(Vec::as_slice).collect();
         let (with, without) = (&best.scored, fit(definite.clone(), None)?);
-        let rise = with.unrestricted() - without.log_likelihood;
-        let is_there = 2.0 * rise > RAMP_PRESENT * RAMP_PRESENT;
-        let (mut most, mut bare, mut rival) = (with.unrestricted(), without.log_likelihood, None);
-        for is_cycle in [false, true].into_iter().filter(|_| is_there) {
-            let (penalty, name) = if is_cycle { (CYCLE, Rival::Cycle) } else { (RELAXATION, Rival::WarmUp) };
-            // the likelihood with a further shape beside those that are known
-            let beside = |known: &[&[f64]]| {
-                let variances = &without.expected[rows.first_level..];
-                let found = self.shapes.as_deref()?.likeliest(
-                    &rows.level,
-                    variances,
-                    known,
-                    |of| is_of(of, is_cycle),
-                    LEAST_RISE,
-                )?;
-                Some(fit_beside(known, &found.coefficients)?.log_likelihood - penalty)
-            };
-            // instead of the ramp
-            if let Some(score) = beside(&definite).map(|score| score + BENT_LINE).filter(|score| *score > bare) {
-                (bare, rival) = (score, Some(name));
+        let (most, mut bare, mut rival) = (with.unrestricted(), without.log_likelihood, None);
+        if 2.0 * (most - bare) > RAMP_PRESENT * RAMP_PRESENT {
+            for Nuisance { coefficients, penalty, rival: name } in self.nuisances(&definite, &without.expected) {
+                let instead = coefficients.iter().map(Vec::as_slice);
+                let Some(instead) = fit(definite.iter().copied().chain(instead).collect(), None) else { continue };
+                let score = instead.log_likelihood - penalty + BENT_LINE;
+                if score > bare {
+                    (bare, rival) = (score, Some(name));
+                }
             }
-            most = most.max(beside(&self.known_shapes()).unwrap_or(f64::NEG_INFINITY));
         }
         let evidence = (2.0 * (most - bare).max(0.0)).sqrt();
         let value = with.multiples.first().copied()?;
-        let information: f64 =
-            ramp.iter().zip(&with.expected[rows.first_level..]).map(|(ramp, expected)| ramp * ramp / expected).sum();
+        let each = ramp.iter().zip(&with.expected[rows.first_level..]);
+        let deviation = 1.0 / each.map(|(ramp, expected)| ramp * ramp / expected).sum::<f64>().sqrt();
         let limit = |sign: f64| {
-            let distance = |distance: f64| {
+            let fall = |distance: f64| {
                 let held = fit(self.known_shapes(), Some(value + sign * distance));
-                held.map_or(f64::INFINITY, |held| with.unrestricted() - held.log_likelihood)
+                held.map_or(f64::INFINITY, |held| most - held.log_likelihood)
             };
-            value + sign * crossing(self.drop(), 1.0 / information.sqrt(), distance)
+            value + sign * crossing(self.drop(), deviation, fall)
         };
-        let is_present = evidence > RAMP_PRESENT;
-        Some(Found {
-            value,
-            lower: limit(-1.0),
-            upper: limit(1.0),
-            evidence,
-            rival: rival.filter(|_| is_there && !is_present),
-        })
+        let rival = rival.filter(|_| evidence <= RAMP_PRESENT);
+        Some(Found { value, lower: limit(-1.0), upper: limit(1.0), evidence, rival })
     }
 
     /// The likeliest structure with or without processes.
@@ -542,26 +479,15 @@ impl<'a> Search<'a> {
         score(true) - score(false)
     }
 
-    fn held(&self, rows: &Rows, structure: &Structure<'_>, column: usize, near: &Scored) -> Option<Scored> {
-        rows.fit(&Structure { held: Some((column, 0.0)), ..structure.clone() }, Some(near))
-    }
-
-    /// The likeliest warm-up and the likeliest cycle beside a ramp in noise of these variances.
-    fn nuisances(&self, rows: &Rows, expected: &[f64]) -> Vec<Nuisance> {
+    /// The likeliest warm-up and the likeliest cycle beside the shapes `known` in noise of these variances.
+    fn nuisances(&self, known: &[&[f64]], expected: &[f64]) -> Vec<Nuisance> {
         let Some(shapes) = self.shapes.as_deref() else { return Vec::new() };
-        let known = self.known_shapes();
-        let find = |is_cycle| {
-            let FoundShape { coefficients, rise, .. } = shapes.likeliest(
-                &rows.level,
-                &expected[rows.first_level..],
-                &known,
-                |of| is_of(of, is_cycle),
-                LEAST_RISE,
-            )?;
-            let (penalty, rival) = if is_cycle { (CYCLE, Rival::Cycle) } else { (RELAXATION, Rival::WarmUp) };
-            (rise > LEAST_RISE).then_some(Nuisance { coefficients, penalty, rival })
+        let (level, variances) = (&self.rows.level, &expected[self.rows.first_level..]);
+        let find = |(is_cycle, penalty, rival)| {
+            let found = shapes.likeliest(level, variances, known, |of| is_of(of, is_cycle), LEAST_RISE)?;
+            (found.rise > LEAST_RISE).then_some(Nuisance { coefficients: found.coefficients, penalty, rival })
         };
-        [false, true].into_iter().filter_map(find).collect()
+        [(false, RELAXATION, Rival::WarmUp), (true, CYCLE, Rival::Cycle)].into_iter().filter_map(find).collect()
     }
 }
 
@@ -587,20 +513,21 @@ impl Part {
 }
 
 /// The likelihood along one component.
-struct Profile<'a, 's> {
+struct Profile<'a> {
     rows: &'a Rows,
-    structure: Structure<'s>,
+    structure: Structure<'a>,
     best: &'a Scored,
     column: usize,
     /// Standard deviation of the component.
     deviation: f64,
 }
 
-impl<'a, 's> Profile<'a, 's> {
-    fn of_component(rows: &'a Rows, structure: Structure<'s>, best: &'a Candidate, column: usize) -> Self {
-        let scored = &best.scored;
+impl<'a> Profile<'a> {
+    fn new(search: &'a Search<'_>, best: &'a Candidate, column: usize) -> Self {
+        let (rows, scored) = (&search.rows, &best.scored);
+        let structure = search.structure(best.filter, best.has_processes, &[]);
         let variance = match scored.parameters[column] > 0.0 {
-            true => best.covariance(column, column),
+            true => best.variances[column],
             // at zero the component alone
             false => {
                 let each = rows.columns[column].iter().zip(&rows.weight).zip(&scored.expected);

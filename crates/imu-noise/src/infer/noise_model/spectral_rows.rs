@@ -7,31 +7,23 @@
 //! efficient estimate, and its covariance with any other one is its own variance.
 
 use super::{
-    density::{Component, LagsOfPoints, octave_filter},
+    density::{Component, octave_filter},
     scoring::Rows,
-    thresholds::{LEAST_EDF, LEAST_REST, MOST_LINES, STOPPED},
+    thresholds::{
+        FIRST, LEAST_EDF, LEAST_EDF_OF_FLOOR, LEAST_REST, LEAST_SEGMENTS, LONGER_THAN_FILTERS, MOST_LINES, STOPPED,
+    },
 };
 use crate::accumulate::blocks::{MAX_BLOCKS, WINDOW};
-use crate::accumulate::record::{Octave, RecordShape};
+use crate::accumulate::record::{Deviation, Octave, RecordShape};
 use crate::accumulate::spectrum::{LONG, Powers, SHORT};
 use crate::infer::level_series::{LevelSeries, MIN_BLOCKS};
 use crate::infer::narrow_bands::NarrowBand;
 
-/// Lowest point of a segment in use: below, segments have lost their mean.
-const FIRST: usize = 5;
-
 /// Points of the spectrum in one row at most.
 const MOST_POINTS: usize = 4;
 
-/// Fewest segments.
-const LEAST_SEGMENTS: u64 = 4;
-
 /// Points that the Hann window makes of one independent point: 1 + 2 (4/9 + 1/36).
 const DEPENDENCE: f64 = 1.944;
-
-/// Octaves that show no filter, in samples, and how many degrees of freedom they have at least.
-const LONGER_THAN_FILTERS: u64 = 64;
-const LEAST_EDF_OF_FLOOR: f64 = 10.0;
 
 /// An octave shows most at this frequency times its averaging factor.
 const OCTAVE_PEAK: f64 = 0.37;
@@ -40,6 +32,7 @@ const OCTAVE_PEAK: f64 = 0.37;
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     shape: RecordShape,
+    components: Vec<Component>,
     octaves: Vec<Octave>,
     /// Degrees of freedom in white noise and in a walk.
     white_edf: Vec<f64>,
@@ -49,8 +42,26 @@ pub(super) struct Grid {
     filters: Vec<Vec<f64>>,
     /// By octave and component.
     columns: Vec<Vec<f64>>,
-    /// By octave what it takes from each point of a segment, long or short.
-    of_points: [Vec<Vec<f64>>; 2],
+    /// Of segments, long or short.
+    segments: [SegmentGrid; 2],
+}
+
+/// What segments of so many samples show.
+#[derive(Clone, Debug)]
+struct SegmentGrid {
+    samples: usize,
+    groups: Vec<Group>,
+    /// By octave what it takes from each group.
+    taken: Vec<Vec<f64>>,
+}
+
+/// Neighbouring points of the spectrum.
+#[derive(Clone, Debug)]
+struct Group {
+    first: usize,
+    end: usize,
+    /// By component.
+    densities: Vec<f64>,
 }
 
 /// One channel, in units of its first octave.
@@ -59,7 +70,7 @@ pub(super) struct ChannelData<'a> {
     /// In units of `scale`.
     pub(super) variances: Vec<f64>,
     pub(super) scale: f64,
-    segments: Option<Segments>,
+    segments: Option<Segments<'a>>,
     pub(super) level: Option<LevelSeries>,
     /// By line and octave.
     lines: Vec<Vec<f64>>,
@@ -70,30 +81,64 @@ pub(super) struct ChannelData<'a> {
     lowest: f64,
 }
 
-struct Segments {
-    samples: usize,
+struct Segments<'a> {
+    grid: &'a SegmentGrid,
     /// Information of the segments over that of all samples.
     share: f64,
-    groups: Vec<Group>,
+    /// Degrees of freedom of each point.
+    dof: f64,
+    measured: Vec<Measured>,
 }
 
-/// Neighbouring points of the spectrum.
-struct Group {
-    first: usize,
-    end: usize,
-    frequency: f64,
+/// The points of a group without lines.
+struct Measured {
+    place: usize,
     power: f64,
     points: f64,
-    /// Degrees of freedom.
-    dof: f64,
+    /// By component.
+    densities: Vec<f64>,
     /// A filter leaves next to nothing, which says nothing of the white noise.
     is_stopped: bool,
 }
 
-impl Group {
+impl Measured {
     /// By the neighbours within the group alone.
     fn dependence(&self) -> f64 {
         1.0 + 2.0 * (4.0 / 9.0 * (1.0 - 1.0 / self.points) + 1.0 / 36.0 * (1.0 - 2.0 / self.points).max(0.0))
+    }
+}
+
+/// By component, of `points` about a frequency.
+fn densities(components: &[Component], frequency: f64, points: f64, samples: usize) -> Vec<f64> {
+    components.iter().map(|component| component.density_of_points(frequency, points, samples as f64)).collect()
+}
+
+impl SegmentGrid {
+    fn new(samples: usize, components: &[Component], octaves: &[Octave], deviation: Deviation) -> Self {
+        let n = samples as f64;
+        let mut groups = Vec::new();
+        let mut start = FIRST;
+        while start < samples / 2 {
+            // finer where densities are steep
+            let size = if 16 * start < samples {
+                1
+            } else if 8 * start < samples {
+                2
+            } else {
+                MOST_POINTS
+            };
+            let end = (start + size).min(samples / 2);
+            let (frequency, points) = (0.5 * (start + end - 1) as f64 / n, (end - start) as f64);
+            let densities = densities(components, frequency, points, samples);
+            groups.push(Group { first: start, end, densities });
+            start = end;
+        }
+        let taken = |octave: &Octave| {
+            let edge = |point: usize| (point as f64 - 0.5) / n;
+            let point = |k: usize| octave_filter(octave, deviation, edge(k), edge(k + 1));
+            groups.iter().map(|group| (group.first..group.end).map(point).sum()).collect()
+        };
+        Self { samples, taken: octaves.iter().map(taken).collect(), groups }
     }
 }
 
@@ -124,14 +169,19 @@ impl Grid {
             each.map(of).collect()
         };
         let columns = octaves.iter().zip(&filters).map(column);
-        let of_points = [LONG, SHORT].map(|samples| {
-            let point = |octave: &Octave, k: usize| {
-                let (from, to) = ((k as f64 - 0.5) / samples as f64, (k as f64 + 0.5) / samples as f64);
-                octave_filter(octave, shape.deviation, from, to.min(0.5))
-            };
-            octaves.iter().map(|octave| (1..=samples / 2).map(|k| point(octave, k)).collect()).collect()
-        });
-        Self { shape: *shape, columns: columns.collect(), octaves, white_edf, walk_edf, edges, filters, of_points }
+        let segments = [LONG, SHORT].map(|samples| SegmentGrid::new(samples, components, &octaves, shape.deviation));
+        let components = components.to_vec();
+        Self {
+            shape: *shape,
+            components,
+            columns: columns.collect(),
+            octaves,
+            white_edf,
+            walk_edf,
+            edges,
+            filters,
+            segments,
+        }
     }
 
     pub(super) fn octaves(&self) -> &[Octave] {
@@ -144,57 +194,44 @@ impl Grid {
     }
 }
 
-impl Segments {
-    fn new(powers: &Powers, bands: &[NarrowBand], scale: f64, lowest: f64, samples: f64) -> Option<Self> {
-        let n = powers.segment_samples;
-        let is_free = |k: &usize| {
-            let frequency = *k as f64 / n as f64;
-            powers.powers[*k] > 0.0 && bands.iter().all(|band| !band.covers(frequency, 2.0 / n as f64))
+impl<'a> Segments<'a> {
+    fn new(
+        grid: &'a SegmentGrid,
+        components: &[Component],
+        powers: &Powers,
+        bands: &[NarrowBand],
+        scale: f64,
+        lowest: f64,
+        samples: f64,
+    ) -> Option<Self> {
+        let n = grid.samples as f64;
+        let is_free = |k: usize| {
+            powers.powers[k] > 0.0
+                && k as f64 >= lowest * n
+                && bands.iter().all(|band| !band.covers(k as f64 / n, 2.0 / n))
         };
-        let first = FIRST.max((lowest * n as f64).ceil() as usize);
-        let mut groups = Vec::new();
-        let mut start = first;
-        while start < n / 2 {
-            // finer where densities are steep
-            let size = if 16 * start < n {
-                1
-            } else if 8 * start < n {
-                2
-            } else {
-                MOST_POINTS
+        let measured = |(place, group): (usize, &Group)| {
+            let free: Vec<usize> = (group.first..group.end).filter(|k| is_free(*k)).collect();
+            let points = free.len() as f64;
+            let mean = |of: &dyn Fn(usize) -> f64| free.iter().map(|k| of(*k)).sum::<f64>() / points;
+            let densities = match free.len() {
+                0 => return None,
+                some if some == group.end - group.first => group.densities.clone(),
+                _ => densities(components, mean(&|k| k as f64) / n, points, grid.samples),
             };
-            let end = (start + size).min(n / 2);
-            let free: Vec<usize> = (start..end).filter(is_free).collect();
-            if !free.is_empty() {
-                let count = free.len() as f64;
-                groups.push(Group {
-                    first: start,
-                    end,
-                    frequency: free.iter().map(|k| *k as f64).sum::<f64>() / count / n as f64,
-                    power: free.iter().map(|k| powers.powers[*k]).sum::<f64>() / count / scale,
-                    points: count,
-                    dof: 2.0 * powers.averages * count / DEPENDENCE,
-                    is_stopped: false,
-                });
-            }
-            start = end;
-        }
-        let share = (powers.averages * n as f64 / DEPENDENCE / samples).min(1.0);
-        (powers.segments >= LEAST_SEGMENTS && groups.len() > 8).then_some(Self { samples: n, share, groups })
+            let power = mean(&|k| powers.powers[k]) / scale;
+            Some(Measured { place, power, points, densities, is_stopped: false })
+        };
+        let measured: Vec<Measured> = grid.groups.iter().enumerate().filter_map(measured).collect();
+        let share = (powers.averages * n / DEPENDENCE / samples).min(1.0);
+        let is_enough = powers.segments >= LEAST_SEGMENTS && measured.len() > 8;
+        is_enough.then_some(Self { grid, share, dof: 2.0 * powers.averages / DEPENDENCE, measured })
     }
-}
 
-impl Segments {
     fn mean_density(&self) -> f64 {
-        let add = |(sum, points): (f64, f64), of: &Group| (sum + of.points * of.power, points + of.points);
-        let (sum, points) = self.groups.iter().fold((0.0, 0.0), add);
+        let add = |(sum, points): (f64, f64), of: &Measured| (sum + of.points * of.power, points + of.points);
+        let (sum, points) = self.measured.iter().fold((0.0, 0.0), add);
         sum / points
-    }
-
-    /// By group and component.
-    fn densities(&self, components: &[Component]) -> Vec<Vec<f64>> {
-        let lags = LagsOfPoints::new(components, MOST_POINTS, self.samples);
-        self.groups.iter().map(|group| lags.densities(components, group.frequency, group.points)).collect()
     }
 }
 
@@ -219,7 +256,9 @@ impl<'a> ChannelData<'a> {
         let shown = grid.shape.share_of_windows(&grid.octaves[0]) * grid.shape.samples as f64;
         let segments = curve.signal.and_then(|(signal, unit)| {
             let lowest = level.as_ref().map_or(0.0, |level| 0.5 / level.block_samples as f64).max(lowest);
-            Segments::new(&signal.spectrum().powers()?, curve.bands, scale / (unit * unit), lowest, shown)
+            let powers = signal.spectrum().powers()?;
+            let segments = grid.segments.iter().find(|of| of.samples == powers.segment_samples)?;
+            Segments::new(segments, &grid.components, &powers, curve.bands, scale / (unit * unit), lowest, shown)
         });
         let mut bands: Vec<&NarrowBand> = curve.bands.iter().filter(|band| band.power > 0.0).collect();
         bands.sort_by(|a, b| b.power.total_cmp(&a.power));
@@ -244,7 +283,7 @@ impl<'a> ChannelData<'a> {
             let long = long.filter(|((octave, _), edf)| octave.m >= LONGER_THAN_FILTERS && **edf >= LEAST_EDF_OF_FLOOR);
             let floor =
                 long.map(|((octave, variance), _)| octave.m as f64 * variance).fold(segments.mean_density(), f64::min);
-            segments.groups.iter_mut().for_each(|group| group.is_stopped = group.power < STOPPED * floor);
+            segments.measured.iter_mut().for_each(|of| of.is_stopped = of.power < STOPPED * floor);
         }
         Some(Self {
             grid,
@@ -315,32 +354,21 @@ impl<'a> ChannelData<'a> {
         self.lines.iter().zip(multiples).map(|(line, multiple)| line[place] * multiple).sum()
     }
 
-    /// A column for each component, then for each line, then one for a ramp that the octaves alone
-    /// show.
-    pub(super) fn rows(&self, components: &[Component], has_ramp: bool) -> Rows {
-        let lines = self.lines.len();
-        let columns = components.len() + lines + usize::from(has_ramp);
-        let mut rows = Rows { columns: vec![Vec::new(); columns], ..Rows::default() };
+    /// A column for each component, then for each line.
+    pub(super) fn rows(&self) -> Rows {
+        let (components, lines) = (&self.grid.components, self.lines.len());
+        let mut rows = Rows { columns: vec![Vec::new(); components.len() + lines], ..Rows::default() };
         // without segments the first octave, in its own unit
         rows.mean_density = self.segments.as_ref().map_or(1.0, Segments::mean_density);
-        let others = lines + usize::from(has_ramp);
-        let densities = self.segments.as_ref().map_or_else(Vec::new, |segments| segments.densities(components));
         if let Some(segments) = &self.segments {
-            for (group, densities) in segments.groups.iter().zip(&densities) {
-                let weight = 0.5 * group.dof;
-                if group.is_stopped {
-                    continue;
-                }
-                let densities = densities.iter().copied();
-                rows.push(
-                    group.power,
-                    weight,
-                    weight * DEPENDENCE / group.dependence(),
-                    densities.chain(core::iter::repeat_n(0.0, others)),
-                );
+            for of in segments.measured.iter().filter(|of| !of.is_stopped) {
+                let weight = 0.5 * segments.dof * of.points;
+                let densities = of.densities.iter().copied();
+                let alone = weight * DEPENDENCE / of.dependence();
+                rows.push(of.power, weight, alone, densities.chain(core::iter::repeat_n(0.0, lines)));
             }
         }
-        self.push_octaves(&mut rows, &densities, has_ramp);
+        self.push_octaves(&mut rows);
         rows.first_level = rows.power.len();
         if let Some(level) = &self.level {
             let (blocks, length) = (level.coefficients.len() + 1, level.block_samples as f64);
@@ -352,7 +380,7 @@ impl<'a> ChannelData<'a> {
                     let missing = if matches!(component, Component::White(_)) { level.white_factor } else { 1.0 };
                     missing * component.of_level(k, blocks, length)
                 };
-                let columns = components.iter().map(of).chain(core::iter::repeat_n(0.0, others));
+                let columns = components.iter().map(of).chain(core::iter::repeat_n(0.0, lines));
                 rows.push(coefficient * coefficient, 0.5, 0.5, columns);
                 rows.level.push(*coefficient);
             }
@@ -360,16 +388,14 @@ impl<'a> ChannelData<'a> {
         rows
     }
 
-    fn push_octaves(&self, rows: &mut Rows, densities: &[Vec<f64>], has_ramp: bool) {
-        let rest = self.rest(densities);
+    fn push_octaves(&self, rows: &mut Rows) {
+        let rest = self.rest();
         let chosen: Vec<usize> = (0..self.octaves).filter(|place| self.is_in(*place, &rest[*place])).collect();
         let weights = self.weights(&chosen);
         for (place, (weight, alone)) in chosen.into_iter().zip(weights) {
             let Rest { value, columns, .. } = &rest[place];
             let lines = self.lines.iter().map(|line| line[place]);
-            let m = self.grid.octaves[place].m as f64;
-            let ramp = has_ramp.then_some(m * m / 2.0);
-            rows.push(*value, weight, alone, columns.iter().copied().chain(lines).chain(ramp));
+            rows.push(*value, weight, alone, columns.iter().copied().chain(lines));
         }
     }
 
@@ -383,18 +409,16 @@ impl<'a> ChannelData<'a> {
     }
 
     /// What each octave has beyond the segments.
-    fn rest(&self, densities: &[Vec<f64>]) -> Vec<Rest> {
+    fn rest(&self) -> Vec<Rest> {
         let of = |place: usize| {
             let value = self.variances[place];
             let mut rest = Rest { value, columns: self.grid.columns[place].clone(), share: 1.0 };
             let Some(segments) = &self.segments else { return rest };
-            let points = &self.grid.of_points[usize::from(segments.samples != LONG)][place];
-            for (group, densities) in segments.groups.iter().zip(densities) {
-                let taken: f64 = points[group.first - 1..group.end - 1].iter().sum();
-                let share = if group.is_stopped { 1.0 } else { segments.share };
-                rest.value -= share * taken * group.power;
-                for (column, density) in rest.columns.iter_mut().zip(densities) {
-                    *column -= share * taken * density;
+            for of in &segments.measured {
+                let taken = segments.grid.taken[place][of.place] * if of.is_stopped { 1.0 } else { segments.share };
+                rest.value -= taken * of.power;
+                for (column, density) in rest.columns.iter_mut().zip(&of.densities) {
+                    *column -= taken * density;
                 }
             }
             rest.share = rest.value / value;
@@ -406,28 +430,23 @@ impl<'a> ChannelData<'a> {
     /// Half of the degrees of freedom of the rest of each octave, less what neighbours share, so
     /// that all together have the variance that they have for a common factor; and of each alone.
     fn weights(&self, chosen: &[usize]) -> Vec<(f64, f64)> {
-        let cells = self.cells();
-        let taken: Vec<Vec<f64>> = chosen.iter().map(|place| self.taken(*place, &cells)).collect();
+        let cells = self.cells(chosen);
         let samples = self.grid.shape.samples as f64;
-        let covariance = |a: &[f64], b: &[f64], of: &dyn Fn(&Cell) -> f64| -> f64 {
-            let each = a.iter().zip(b).zip(&cells);
-            each.map(|((a, b), cell)| a * b * of(cell) / (cell.width * samples)).sum()
+        let covariance = |i: usize, j: usize, of: &dyn Fn(&Cell) -> f64| -> f64 {
+            let of = |cell: &Cell| cell.taken[i] * cell.taken[j] * of(cell) / (cell.width * samples);
+            cells.iter().map(of).sum()
         };
-        let mean =
-            |a: &[f64], of: &dyn Fn(&Cell) -> f64| -> f64 { a.iter().zip(&cells).map(|(a, cell)| a * of(cell)).sum() };
+        let mean = |i: usize, of: &dyn Fn(&Cell) -> f64| cells.iter().map(|cell| cell.taken[i] * of(cell)).sum::<f64>();
         // the windows that there are, by white noise in all of them
-        let factors: Vec<f64> = chosen
-            .iter()
-            .zip(&taken)
-            .map(|(place, a)| {
-                let white = covariance(a, a, &|_| 1.0) / mean(a, &|_| 1.0).powi(2);
-                (2.0 / self.grid.white_edf[*place] / white).sqrt()
-            })
-            .collect();
-        let means: Vec<f64> = taken.iter().map(|a| mean(a, &|cell| cell.density * cell.left)).collect();
+        let factor = |(i, place): (usize, &usize)| {
+            let white = covariance(i, i, &|_| 1.0) / mean(i, &|_| 1.0).powi(2);
+            (2.0 / self.grid.white_edf[*place] / white).sqrt()
+        };
+        let factors: Vec<f64> = chosen.iter().enumerate().map(factor).collect();
+        let means: Vec<f64> = (0..chosen.len()).map(|i| mean(i, &|cell| cell.density * cell.left)).collect();
         let relative = |i: usize, j: usize| {
             let of = |cell: &Cell| cell.density * cell.density * cell.left;
-            factors[i] * factors[j] * covariance(&taken[i], &taken[j], &of) / (means[i] * means[j])
+            factors[i] * factors[j] * covariance(i, j, &of) / (means[i] * means[j])
         };
         let dof: Vec<f64> = (0..chosen.len()).map(|i| 2.0 / relative(i, i)).collect();
         let sum: f64 = dof.iter().sum();
@@ -437,44 +456,36 @@ impl<'a> ChannelData<'a> {
     }
 
     /// Frequencies, with the density as the octaves or the segments show it.
-    fn cells(&self) -> Vec<Cell> {
+    fn cells(&self, chosen: &[usize]) -> Vec<Cell> {
         let density = |frequency: f64| {
             let of = |place: usize| self.variances[place] * self.grid.octaves[place].m as f64;
             let at = (OCTAVE_PEAK / frequency).log2().clamp(0.0, (self.grid.octaves.len() - 1) as f64);
             let (below, part) = (at.floor() as usize, at.fract());
             of(below) + part * (of((below + 1).min(self.grid.octaves.len() - 1)) - of(below))
         };
-        let lowest = self
-            .segments
-            .as_ref()
-            .and_then(|segments| Some((segments.groups.first()?.first as f64 - 0.5) / segments.samples as f64));
-        let below =
-            self.grid.edges.windows(2).enumerate().filter(|(_, cell)| lowest.is_none_or(|lowest| cell[1] <= lowest));
+        let segments = self.segments.as_ref();
+        let first = segments.and_then(|segments| segments.measured.first());
+        let lowest = segments
+            .zip(first)
+            .map(|(segments, of)| (segments.grid.groups[of.place].first as f64 - 0.5) / segments.grid.samples as f64);
+        let below = self.grid.edges.windows(2).enumerate();
+        let below = below.filter(|(_, cell)| lowest.is_none_or(|lowest| cell[1] <= lowest));
         let below = below.map(|(place, cell)| Cell {
-            of: CellOf::Grid(place),
+            taken: chosen.iter().map(|octave| self.grid.filters[*octave][place]).collect(),
             width: cell[1] - cell[0],
             density: density((cell[0] * cell[1]).sqrt()),
             left: 1.0,
         });
-        let above = self.segments.iter().flat_map(|segments| {
-            segments.groups.iter().map(|group| Cell {
-                of: CellOf::Points(segments.samples != LONG, group.first, group.end),
-                width: (group.end - group.first) as f64 / segments.samples as f64,
-                density: group.power,
+        let above = segments.into_iter().flat_map(|segments| {
+            let width = |of: &Group| (of.end - of.first) as f64 / segments.grid.samples as f64;
+            segments.measured.iter().map(move |of| Cell {
+                taken: chosen.iter().map(|octave| segments.grid.taken[*octave][of.place]).collect(),
+                width: width(&segments.grid.groups[of.place]),
+                density: of.power,
                 left: 1.0 - segments.share,
             })
         });
         below.chain(above).collect()
-    }
-
-    fn taken(&self, place: usize, cells: &[Cell]) -> Vec<f64> {
-        let of = |cell: &Cell| match cell.of {
-            CellOf::Grid(cell) => self.grid.filters[place][cell],
-            CellOf::Points(is_short, first, end) => {
-                self.grid.of_points[usize::from(is_short)][place][first - 1..end - 1].iter().sum()
-            }
-        };
-        cells.iter().map(of).collect()
     }
 }
 
@@ -488,15 +499,10 @@ struct Rest {
 
 /// Frequencies of one density.
 struct Cell {
-    of: CellOf,
+    /// By octave.
+    taken: Vec<f64>,
     width: f64,
     density: f64,
     /// Share of the information that is not in the segments.
     left: f64,
-}
-
-enum CellOf {
-    Grid(usize),
-    /// Of a short segment; first point, and the one after the last.
-    Points(bool, usize, usize),
 }

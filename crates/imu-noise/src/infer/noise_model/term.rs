@@ -59,41 +59,6 @@ impl Term {
     }
 }
 
-/// A set of terms.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Terms(u8);
-
-impl Terms {
-    /// What a rate may have: white noise, bias instability, rate random walk, and a ramp.
-    pub const RATE: Self = Self::of(&[Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp]);
-    /// White noise alone.
-    pub const WHITE: Self = Self::of(&[Term::White]);
-
-    /// The set of `terms`.
-    #[must_use]
-    pub const fn of(terms: &[Term]) -> Self {
-        let mut set = 0;
-        let mut i = 0;
-        while i < terms.len() {
-            set |= 1 << terms[i] as u8;
-            i += 1;
-        }
-        Self(set)
-    }
-
-    /// The set with `term` in it too.
-    #[must_use]
-    pub const fn and(self, term: Term) -> Self {
-        Self(self.0 | 1 << term as u8)
-    }
-
-    /// Whether `term` is in the set.
-    #[must_use]
-    pub const fn contains(self, term: Term) -> bool {
-        self.0 & (1 << term as u8) != 0
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -136,3 +136,41 @@ pub(super) const LEAST_EDF_OF_BOUND: f64 = 10.0;
 
 /// B is taken for processes where these explain the record better by so much, beyond their penalty.
 pub(super) const PROCESSES_INSTEAD: f64 = 2.0;
+
+/// Filters that are worse by so much are not fitted with processes, nor are longer ones fitted, in
+/// log-likelihood.
+pub(super) const HOPELESS: f64 = 5.0;
+
+/// Structures of a smaller weight are left out.
+pub(super) const NEGLIGIBLE: f64 = 1e-3;
+
+/// Processes are longer than the memory of the filter by so much.
+pub(super) const BEYOND_FILTER: f64 = 4.0;
+
+/// Of a square: at zero itself the model may lack what keeps the other terms apart.
+pub(super) const AS_GOOD_AS_ZERO: f64 = 1e-3;
+
+/// Of the squared amplitude of an unlucky record.
+pub(super) const UNLUCKY: f64 = 0.02;
+
+/// The quantiles at which a record is looked at, low and high, of the probability that records may
+/// miss: octaves of slow noise are far from independent, and what they show has heavier tails than
+/// χ². These and the next two are chosen for the share of simulated records that meet a want (the
+/// benchmark `cells`, plans).
+pub(super) const OF_MISSED: [f64; 2] = [0.02, 0.6];
+
+/// By how much the half-width of a slow term exceeds the expected one in few records.
+pub(super) const WIDER: f64 = 1.15;
+
+/// That of N by this times the root of itself: the shorter a record, the more they differ.
+pub(super) const WIDER_WHITE: f64 = 2.0;
+
+/// Lowest point of a segment in use: below, segments have lost their mean.
+pub(super) const FIRST: usize = 5;
+
+/// Fewest segments.
+pub(super) const LEAST_SEGMENTS: u64 = 4;
+
+/// Octaves that show no filter, in samples, and how many degrees of freedom they have at least.
+pub(super) const LONGER_THAN_FILTERS: u64 = 64;
+pub(super) const LEAST_EDF_OF_FLOOR: f64 = 10.0;
