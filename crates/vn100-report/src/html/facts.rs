@@ -164,7 +164,7 @@ fn in_words(register: Register, text: &str) -> String {
 }
 
 fn value<T: RegisterValue>(register: Register, text: &str) -> Option<T> {
-    let fields = RegisterFields::new(text).ok()?;
+    let fields = RegisterFields::new(text)?;
     RegisterContents { register, fields }.value().ok()
 }
 
