@@ -33,28 +33,6 @@ fn standard_input_is_measured_like_the_file() {
 }
 
 #[test]
-fn a_serial_server_is_measured_for_the_requested_time() {
-    let server = TcpListener::bind("127.0.0.1:0").unwrap();
-    let source = format!("tcp://{}", server.local_addr().unwrap());
-    let serving = thread::spawn(move || {
-        let (mut stream, _) = server.accept().unwrap();
-        // like a sensor: the exit code of the reader shows its errors
-        let _ = stream.write_all(&fs::read(replay_log(CLEAN)).unwrap());
-        let _ = stream.read_to_end(&mut Vec::new());
-    });
-    // the lines come as fast as possible, so the rate in their stamps is random
-    let output = run(vn100().args(["attach", &source, "--rate", "40", "--duration", "20s", "--json"]));
-    let document = document(&output);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(document["source"]["kind"], "tcp");
-    assert_eq!(document["source"]["name"], source.as_str());
-    assert_eq!(document["timing"]["samples"], 800);
-    assert_eq!(document["link"]["reconnects"], 0);
-    // at the end, because a server without a reader waits forever
-    serving.join().unwrap();
-}
-
-#[test]
 fn a_server_that_disconnects_is_reconnected_and_the_measurement_continues() {
     let server = TcpListener::bind("127.0.0.1:0").unwrap();
     let source = format!("tcp://{}", server.local_addr().unwrap());

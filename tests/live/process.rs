@@ -117,27 +117,6 @@ fn a_failed_start_leaves_no_files() {
 }
 
 #[test]
-fn a_killed_recording_is_readable_and_can_be_resumed() {
-    let folder = tempfile::tempdir().unwrap();
-    let recording = folder.path().join("killed.mcap");
-    let attach = ["attach", "sim", "--ndjson", "--record"];
-    let mut attached = Running::start(vn100().args(attach).arg(&recording));
-    // bytes that are older than a second of the stream are in the file
-    attached.nth_document(4);
-    drop(attached);
-    let (recorded, exit) = replay(&recording, &[]);
-    assert_eq!((exit, &recorded["source"]["recorded"]["complete"]), (0, &false.into()));
-    let record =
-        |options: &[&str]| run(vn100().args(["record", "sim", "--duration", "1s", "-o"]).arg(&recording).args(options));
-    assert_ne!(record(&[]).status.code(), Some(0), "it exists");
-    let resumed = record(&["--resume"]);
-    assert_eq!(resumed.status.code(), Some(0), "{}", String::from_utf8_lossy(&resumed.stderr));
-    let (whole, exit) = replay(&recording, &[]);
-    assert_eq!(exit, 0);
-    assert!(samples(&whole) > samples(&recorded), "{whole}");
-}
-
-#[test]
 fn a_recording_continues_without_a_reader_of_the_documents() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("unread.mcap");

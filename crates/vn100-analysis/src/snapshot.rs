@@ -140,7 +140,7 @@ impl Snapshot {
     /// The latest polled temperature (register 54), in °C; `None` without a reading.
     #[must_use]
     pub fn polled_temperature_c(&self) -> Option<f64> {
-        let fields = RegisterFields::new(self.registers.get(&Register::IMU.0)?.as_str()).ok()?;
+        let fields = RegisterFields::new(self.registers.get(&Register::IMU.0)?)?;
         let contents = RegisterContents { register: Register::IMU, fields };
         let sample = Sample::from_contents(&contents, &VNIMU).ok()?;
         let mut values = sample.layout.channels.iter().zip(sample.values());

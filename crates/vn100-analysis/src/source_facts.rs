@@ -342,14 +342,12 @@ pub struct PlaybackFacts {
 
 #[cfg(test)]
 mod tests {
-    use vn100_protocol::stream::StampSource;
-
     use super::*;
 
     #[test]
     fn a_bag_has_times_that_are_dates_and_an_end_if_read_to_its_end() {
         let recording = |recorded_ns, end| {
-            let bag = BagReport { recorded_ns, ..BagReport::of("/imu", "sensor_msgs/Imu", StampSource::Recorded) };
+            let bag = BagReport { recorded_ns, ..BagReport::default() };
             SourceFacts::default().at_end(Some(FileReport::Bag(bag)), end).recording
         };
         let dates = Some((YEAR_2001_NS, YEAR_2001_NS + 5));

@@ -140,7 +140,6 @@ pub async fn configure(
     })
 }
 
-/// The changes made to a sensor so far.
 #[derive(Default)]
 struct Written {
     configured: Configured,

@@ -124,7 +124,7 @@ impl ConnectError {
             Io(io::ErrorKind::NotFound) => PortProblem::NotFound(ports),
             Io(io::ErrorKind::PermissionDenied) => PortProblem::Denied(group_of(path)),
             // on other systems the same kind means that there is none
-            NoDevice if cfg!(unix) => PortProblem::Busy(Holder::of(path).next().map(Holder::into_words)),
+            NoDevice if cfg!(unix) => PortProblem::Busy(programs_on(path).next().map(in_words)),
             NoDevice => PortProblem::NotFound(ports),
             _ if error.description == NOT_A_TERMINAL || !may_be_port(path) => PortProblem::NotASerialPort(ports),
             _ => PortProblem::Other(error.into()),
@@ -208,46 +208,34 @@ fn group_name(groups: &str, id: u32) -> Option<&str> {
 /// 71)`. `None` if there is none, for a program of another user, which the system does not show,
 /// and on systems other than Linux.
 pub fn other_program_on(path: &Path) -> Option<String> {
-    Holder::of(path).find(|holder| !holder.is_this_program()).map(Holder::into_words)
+    programs_on(path).find(|(process, _)| *process != std::process::id()).map(in_words)
 }
 
-/// A program that has a port open.
-struct Holder {
-    process: u32,
-    name: String,
+fn in_words((process, name): (u32, String)) -> String {
+    match process == std::process::id() {
+        true => "this program itself, for another source".into(),
+        false => format!("{name} (process {process})"),
+    }
 }
 
-impl Holder {
-    /// All programs that have the port open, as far as `/proc` shows them: programs of other users
-    /// are not shown. The program on the other side of a pseudo-terminal, such as an emulated
-    /// sensor, is the device and not a user of the port.
-    fn of(path: &Path) -> impl Iterator<Item = Self> {
-        let port = fs::canonicalize(path).ok();
-        let processes = port.is_some().then(|| fs::read_dir("/proc").ok()).flatten();
-        processes.into_iter().flatten().flatten().filter_map(move |process| {
-            let number = process.file_name().to_str()?.parse().ok()?;
-            let (port, process) = (port.as_ref()?, process.path());
-            let files: Vec<_> = fs::read_dir(process.join("fd")).ok()?.flatten().collect();
-            let reads = |file: &fs::DirEntry| {
-                fs::read_link(file.path()).is_ok_and(|target| target == *port) && can_read(&process, &file.file_name())
-            };
-            let holds =
-                files.iter().any(reads) && !files.iter().any(|file| is_other_side(&process, &file.file_name(), port));
-            let name = holds.then(|| fs::read_to_string(process.join("comm")).ok()).flatten()?;
-            Some(Self { process: number, name: name.trim().into() })
-        })
-    }
-
-    fn is_this_program(&self) -> bool {
-        self.process == std::process::id()
-    }
-
-    fn into_words(self) -> String {
-        match self.is_this_program() {
-            true => "this program itself, for another source".into(),
-            false => format!("{} (process {})", self.name, self.process),
-        }
-    }
+/// All programs that have the port open, as far as `/proc` shows them, by the numbers of their processes
+/// and their names: programs of other users are not shown. The program on the other side of a
+/// pseudo-terminal, such as an emulated sensor, is the device and not a user of the port.
+fn programs_on(path: &Path) -> impl Iterator<Item = (u32, String)> {
+    let port = fs::canonicalize(path).ok();
+    let processes = port.is_some().then(|| fs::read_dir("/proc").ok()).flatten();
+    processes.into_iter().flatten().flatten().filter_map(move |process| {
+        let number = process.file_name().to_str()?.parse().ok()?;
+        let (port, process) = (port.as_ref()?, process.path());
+        let files: Vec<_> = fs::read_dir(process.join("fd")).ok()?.flatten().collect();
+        let reads = |file: &fs::DirEntry| {
+            fs::read_link(file.path()).is_ok_and(|target| target == *port) && can_read(&process, &file.file_name())
+        };
+        let holds =
+            files.iter().any(reads) && !files.iter().any(|file| is_other_side(&process, &file.file_name(), port));
+        let name = holds.then(|| fs::read_to_string(process.join("comm")).ok()).flatten()?;
+        Some((number, name.trim().into()))
+    })
 }
 
 /// Whether this file of a process is open for reading.

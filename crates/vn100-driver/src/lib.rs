@@ -51,6 +51,7 @@ pub use link_error::LinkHint;
 pub use link_machine::BAUD_RATES;
 pub use link_task::open_link;
 pub use output_plan::{Change, OutputSettings, PlanError};
-pub use ports::{LatencyTimer, PortEntry, UsbAdapter, list_ports};
+pub use ports::{LatencyTimer, PortEntry, list_ports};
 pub use serial::{SerialConnection, SerialPorts};
+pub use serialport::UsbPortInfo;
 pub use tcp::{TcpConnection, TcpServer};

@@ -163,9 +163,8 @@ impl LinkHandle {
     /// If the sensor refuses or does not answer, or if the link is lost, closed, or only listens.
     pub async fn request(&self, command: SensorCommand) -> Result<Response, CommandError> {
         let (result, received) = oneshot::channel();
-        let submitted = SubmittedCommand { command, result };
         let frames_before = self.frames_of_all();
-        self.commands.send(submitted).await.map_err(|_| CommandError::LinkClosed)?;
+        self.commands.send((command, result)).await.map_err(|_| CommandError::LinkClosed)?;
         match received.await.unwrap_or(Err(CommandError::LinkClosed)) {
             Err(CommandError::Failed(RequestFailure::Timeout { line, after, .. }))
                 if self.frames_of_all() > frames_before =>
@@ -206,7 +205,6 @@ impl LinkHandle {
         self.counters.frames().get(&kind).copied().unwrap_or_default()
     }
 
-    /// Number of valid frames that the sensor has sent by itself so far.
     pub(crate) fn frames_of_all(&self) -> u64 {
         self.counters.frames().values().sum()
     }
@@ -223,13 +221,8 @@ impl LinkHandle {
 }
 
 /// A command of the user, and the receiver of its result.
-#[derive(Debug)]
-pub(crate) struct SubmittedCommand {
-    pub(crate) command: SensorCommand,
-    pub(crate) result: oneshot::Sender<Result<Response, CommandError>>,
-}
+pub(crate) type SubmittedCommand = (SensorCommand, oneshot::Sender<Result<Response, CommandError>>);
 
-/// Counts that a [`LinkHandle`] reads at any time.
 #[derive(Debug, Default)]
 pub(crate) struct Counters {
     pub(crate) unrecorded_bytes: AtomicU64,
@@ -237,7 +230,6 @@ pub(crate) struct Counters {
 }
 
 impl Counters {
-    /// Valid frames so far, by their kind.
     pub(crate) fn frames(&self) -> MutexGuard<'_, BTreeMap<FrameKind, u64>> {
         // a panic with the lock held leaves consistent counts
         self.frames.lock().unwrap_or_else(PoisonError::into_inner)

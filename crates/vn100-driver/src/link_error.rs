@@ -24,7 +24,6 @@ pub(crate) enum LinkError {
         bytes: u64,
         /// Copies of the question of the baud scan that are among the bytes.
         echoes: u64,
-        /// Whether a question was sent.
         asked: bool,
     },
     #[error("no sensor found on {port}{}, but {}", at_speeds(baud.as_slice()), other_device(sentences))]
@@ -104,7 +103,6 @@ impl LinkError {
     }
 }
 
-/// A failed read or write in words for the user.
 fn lost(error: &io::Error) -> String {
     // a write to an unplugged adapter fails with EIO, ENXIO or ENODEV
     let is_gone = cfg!(unix) && matches!(error.raw_os_error(), Some(5 | 6 | 19));

@@ -62,73 +62,81 @@ const FIRST_ATTEMPTS_GARBLED: u32 = 5;
 
 #[derive(Debug)]
 pub(crate) enum Input {
-    /// The port is open.
     Opened(OpenPort),
-    /// The port cannot be opened.
     OpenFailed(ConnectError),
     /// The baud rate of the port was set, or could not be. Bytes received before this input were
     /// sent at the former rate.
-    BaudSet { baud: u32, result: io::Result<()> },
+    BaudSet {
+        baud: u32,
+        result: io::Result<()>,
+    },
     /// An input of the connection: the bytes of a read, or an event placed among them.
     Received(StreamInput),
     /// A read or write has failed, or the other end has closed the connection.
     Lost(LinkError),
     /// The port is closed. `unread` are the inputs that were read from the port but not reported.
-    PortClosed { unread: Vec<StreamInput> },
+    PortClosed {
+        unread: Vec<StreamInput>,
+    },
     /// The user submits a command; its result is reported with this number.
-    Command { id: u64, command: SensorCommand },
+    Command {
+        id: u64,
+        command: SensorCommand,
+    },
     /// The link must be closed finally.
     Stop,
 }
 
-/// A port that has been opened.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct OpenPort {
-    /// The name by which it was opened.
     pub(crate) name: String,
-    /// The latency timer of its adapter.
     pub(crate) latency_timer: Option<LatencyTimer>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PortAction {
     /// Open the port at this baud rate; links without one ignore it.
-    Open { baud: u32 },
-    /// Set its baud rate.
+    Open {
+        baud: u32,
+    },
     SetBaud(u32),
-    /// Close the port.
     Close,
 }
 
-/// An output that the owner must forward.
 #[derive(Debug)]
 pub(crate) enum LinkOutput {
-    /// To the recording.
     Recorded(StreamInput),
-    /// To the receiver of the stream.
     Stream(StreamEvent),
-    /// To the observers of the state.
     State(LinkState),
 }
 
 #[expect(clippy::large_enum_variant, reason = "there is one for each link")]
 enum Phase {
-    /// Waits for the port.
     Opening,
-    /// Searches the baud rate of the sensor.
     Scanning(BaudScan),
     /// A sensor is found; it is verified to be the known sensor, with its settings.
-    Identifying { baud: Option<u32>, verification: Verification },
+    Identifying {
+        baud: Option<u32>,
+        verification: Verification,
+    },
     /// The output of the sensor is forwarded. If the sensor sends again after a silence, it is
     /// verified first: it must still be the known sensor, with its settings.
-    Connected { connected: Connected, verification: Option<Verification> },
+    Connected {
+        connected: Connected,
+        verification: Option<Verification>,
+    },
     /// Switches the output on or off, as it was found or as requested, before the port is closed.
-    RestoringOutput { on: bool },
+    RestoringOutput {
+        on: bool,
+    },
     /// Waits until the port is closed; `error` is the reason, `None` for a stop.
-    Closing { error: Option<LinkError> },
+    Closing {
+        error: Option<LinkError>,
+    },
     /// Waits before the port is opened again.
-    BackingOff { until: Duration },
-    /// The link has ended.
+    BackingOff {
+        until: Duration,
+    },
     Closed,
 }
 
@@ -201,7 +209,6 @@ impl LinkMachine {
         self.finish_call(now, handled);
     }
 
-    /// The next action on the port, in order.
     pub(crate) fn poll_port(&mut self) -> Option<PortAction> {
         self.context.port_actions.pop_front()
     }
@@ -219,7 +226,6 @@ impl LinkMachine {
         Some(line)
     }
 
-    /// The next output to forward, in order.
     pub(crate) fn poll_event(&mut self) -> Option<LinkOutput> {
         self.context.events.pop_front()
     }
@@ -255,12 +261,10 @@ impl LinkMachine {
         matches!(self.phase, Phase::Closed)
     }
 
-    /// Marks this place of the stream with a text.
     pub(crate) fn mark(&mut self, now: Duration, text: String) {
         self.context.emit(now, LinkEventKind::Marked { text });
     }
 
-    /// Reports that another program has the port open as well.
     pub(crate) fn report_shared_port(&mut self, now: Duration, program: String) {
         self.context.port_shared_with = Some(program.clone());
         self.context.emit(now, LinkEventKind::PortShared { program });
@@ -372,7 +376,6 @@ impl LinkMachine {
         }
     }
 
-    /// Handles the effects of replies and timeouts.
     fn handle_request_events(&mut self, now: Duration) -> Result<(), LinkError> {
         while let Some(event) = self.context.requests.poll_event() {
             match (&mut self.phase, event) {
@@ -484,7 +487,6 @@ impl LinkMachine {
         }
     }
 
-    /// The error in words for the user.
     fn text(&self, error: &LinkError) -> String {
         match (error.hint(), &self.context.port_shared_with) {
             (Some(_), Some(program)) => format!("{error}; {program} has the port open too: end that program"),

@@ -96,7 +96,6 @@ struct LinkTask<C: Connect> {
 }
 
 impl<C: Connect> LinkTask<C> {
-    /// Keeps the link until it is stopped or fails finally.
     async fn run(mut self) {
         self.drive().await;
         drop(self.stream);
@@ -133,10 +132,10 @@ impl<C: Connect> LinkTask<C> {
                 biased;
                 () = &mut stopped, if !is_stopping => Input::Stop,
                 () = &mut receiver_dropped, if !is_stopping => Input::Stop,
-                Some(submitted) = self.commands.recv(), if self.machine.accepts_commands() => {
+                Some((command, result)) = self.commands.recv(), if self.machine.accepts_commands() => {
                     self.command_count += 1;
-                    self.open_commands.insert(self.command_count, submitted.result);
-                    Input::Command { id: self.command_count, command: submitted.command }
+                    self.open_commands.insert(self.command_count, result);
+                    Input::Command { id: self.command_count, command }
                 }
                 Some(text) = self.marks.recv() => {
                     let now = self.now();
@@ -160,7 +159,6 @@ impl<C: Connect> LinkTask<C> {
         }
     }
 
-    /// Performs all actions of the machine.
     async fn perform(&mut self) {
         loop {
             self.forward_events().await;

@@ -20,7 +20,6 @@ pub(crate) struct LossySender {
 }
 
 impl LossySender {
-    /// A sender with nothing pending.
     pub(crate) fn new(inputs: mpsc::Sender<StreamInput>) -> Self {
         Self { inputs, waiting: VecDeque::new(), lost_bytes: 0 }
     }
@@ -70,7 +69,6 @@ impl LossySender {
         }
     }
 
-    /// Number of bytes dropped so far.
     pub(crate) fn lost_bytes(&self) -> u64 {
         self.lost_bytes
     }

@@ -123,14 +123,12 @@ struct Output {
     filter: Option<ImuFilter>,
     /// The first binary output; `None` if its fields are not understood.
     binary: Option<BinaryOutput>,
-    /// The load of the other binary outputs.
     other_packets: LinkLoad,
 }
 
 /// The writes that set a sensor, and its output after them.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OutputPlan {
-    /// The registers to write, in order.
     pub(crate) changes: Vec<Change>,
     pub(crate) frames: FrameKind,
     pub(crate) rate_hz: f64,
@@ -211,7 +209,6 @@ impl Output {
         })
     }
 
-    /// The output after applying `settings`.
     fn with(&self, settings: &OutputSettings) -> Result<Self, PlanError> {
         let mut new = self.clone();
         if let Some(bits_per_s) = settings.baud {
@@ -256,7 +253,6 @@ impl Output {
         self.message == AsyncType::OFF && self.binary.as_ref().is_some_and(|binary| binary.rate_hz() > 0.0)
     }
 
-    /// The load of all binary outputs.
     fn packets(&self) -> LinkLoad {
         self.binary.as_ref().and_then(LinkLoad::of_packets).unwrap_or(LinkLoad::NONE) + self.other_packets
     }

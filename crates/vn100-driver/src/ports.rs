@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use serialport::{SerialPortInfo, SerialPortType};
+use serialport::{SerialPortInfo, SerialPortType, UsbPortInfo};
 
 /// The folder in which udev keeps names that stay the same for an adapter after a change of its
 /// socket and after a boot.
@@ -26,34 +26,17 @@ pub struct PortEntry {
     /// none.
     pub stable_name: Option<PathBuf>,
     /// The description of the USB adapter; `None` for a port that is not on USB.
-    pub usb: Option<UsbAdapter>,
+    pub usb: Option<UsbPortInfo>,
     /// Whether the adapter is of the kind in VN-100 cables.
     pub likely: bool,
 }
 
-/// The description of a USB adapter.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct UsbAdapter {
-    /// USB vendor number.
-    pub vendor_id: u16,
-    /// USB product number.
-    pub product_id: u16,
-    /// Serial number of the adapter, not of the sensor; `None` if it has none.
-    pub serial_number: Option<String>,
-    /// Name of the maker, as reported by the adapter.
-    pub manufacturer: Option<String>,
-    /// Name of the product, as reported by the adapter.
-    pub product: Option<String>,
-}
-
-impl UsbAdapter {
-    fn is_likely(&self) -> bool {
-        let says_so = [&self.manufacturer, &self.product]
-            .into_iter()
-            .flatten()
-            .any(|name| ["vectornav", "vn-1"].iter().any(|ours| name.to_ascii_lowercase().contains(ours)));
-        says_so || self.vendor_id == FTDI && FTDI_PRODUCTS.contains(&self.product_id)
-    }
+fn is_likely(usb: &UsbPortInfo) -> bool {
+    let says_so = [&usb.manufacturer, &usb.product]
+        .into_iter()
+        .flatten()
+        .any(|name| ["vectornav", "vn-1"].iter().any(|ours| name.to_ascii_lowercase().contains(ours)));
+    says_so || usb.vid == FTDI && FTDI_PRODUCTS.contains(&usb.pid)
 }
 
 /// Lists the serial ports of this machine: the likely ones first, then by name.
@@ -85,16 +68,10 @@ fn entries(found: Vec<SerialPortInfo>, stable_names: &[(PathBuf, PathBuf)]) -> V
         .map(|SerialPortInfo { port_name: name, port_type }| {
             let stable_name = stable_names.iter().find(|(_, port)| *port == Path::new(&name));
             let usb = match port_type {
-                SerialPortType::UsbPort(usb) => Some(UsbAdapter {
-                    vendor_id: usb.vid,
-                    product_id: usb.pid,
-                    serial_number: usb.serial_number,
-                    manufacturer: usb.manufacturer,
-                    product: usb.product,
-                }),
+                SerialPortType::UsbPort(usb) => Some(usb),
                 SerialPortType::PciPort | SerialPortType::BluetoothPort | SerialPortType::Unknown => None,
             };
-            let likely = usb.as_ref().is_some_and(UsbAdapter::is_likely);
+            let likely = usb.as_ref().is_some_and(is_likely);
             PortEntry { stable_name: stable_name.map(|(link, _)| link.clone()), name, usb, likely }
         })
         .collect();
@@ -109,7 +86,7 @@ pub(crate) struct PortAddress {
     /// The name given by the user.
     pub(crate) given: String,
     stable_name: Option<PathBuf>,
-    usb: Option<UsbAdapter>,
+    usb: Option<UsbPortInfo>,
 }
 
 impl PortAddress {
@@ -262,9 +239,9 @@ mod tests {
     }
 
     fn port(name: &str, serial_number: Option<&str>) -> PortEntry {
-        let usb = UsbAdapter {
-            vendor_id: 0x0403,
-            product_id: 0x6001,
+        let usb = UsbPortInfo {
+            vid: 0x0403,
+            pid: 0x6001,
             serial_number: serial_number.map(Into::into),
             manufacturer: None,
             product: None,

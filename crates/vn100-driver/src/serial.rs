@@ -136,7 +136,6 @@ pub struct SerialConnection {
     name: String,
     port: Box<dyn SerialPort>,
     inputs: mpsc::Receiver<StreamInput>,
-    /// Receives the reason of the end of the inputs.
     end: oneshot::Receiver<io::Error>,
     /// Stops the reading thread when the connection is dropped.
     stop: DropGuard,
@@ -210,7 +209,6 @@ impl Connection for SerialConnection {
     }
 }
 
-/// The state of the reading thread.
 struct Reader {
     inputs: LossySender,
     end: oneshot::Sender<io::Error>,

@@ -32,7 +32,6 @@ impl SharedPort {
         }
     }
 
-    /// Begins a search, unless one is running.
     pub(crate) fn search(&mut self, device_file: Option<&Path>) {
         if let Some(file) = device_file.filter(|_| self.search.is_none()) {
             let file = file.to_owned();

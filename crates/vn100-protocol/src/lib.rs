@@ -1,5 +1,5 @@
-//! The serial protocol of the VectorNav VN-100: bytes to typed messages and back, without I/O or
-//! clock, and without the standard library unless the feature `std` is on.
+//! The serial protocol of the VectorNav VN-100: bytes to typed messages and back, without I/O,
+//! clock and standard library.
 //!
 //! ```
 //! use vn100_protocol::{Decoder, Item, Options};
@@ -67,7 +67,6 @@
 //! magnitude beyond its limit is [`RejectReason::Range`]. Old firmware prints fewer decimals: see
 //! [`PrintFormat`].
 //!
-//! The feature `std`, on by default, reads packets faster on some processors, with the same values.
 //!
 //! # Differences from the maker's manual
 //!
@@ -83,8 +82,6 @@
 #![cfg_attr(not(test), no_std)]
 
 extern crate alloc;
-#[cfg(feature = "std")]
-extern crate std;
 
 mod framing;
 mod link_budget;
@@ -112,13 +109,14 @@ pub use message::{
     table::{MESSAGES, VNIMU, VNMAR, VNQMR, VNYMR},
 };
 pub use packet::{
-    form::{BINARY, PacketForm, PacketHeader, RejectedPacket},
+    form::{BINARY, PacketForm, RejectedPacket},
+    header::PacketHeader,
     message::{MEASUREMENTS_PER_S, PACKET_MESSAGES, PacketMessage},
 };
 pub use register::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, Calibration, ImuFilter, ProtocolControl, ReferenceFrameRotation,
     Register, RegisterContents, RegisterValue, StartupGyroBias, SyncControl, ValueError, VpeControl, WritableValue,
-    fields::{RegisterFields, RegisterFieldsError},
+    fields::RegisterFields,
 };
 pub use request::{
     command::SensorCommand,

@@ -2,4 +2,5 @@
 
 pub(crate) mod field;
 pub(crate) mod form;
+pub(crate) mod header;
 pub(crate) mod message;

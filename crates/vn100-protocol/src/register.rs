@@ -78,6 +78,7 @@ macro_rules! registers {
                     _ => None,
                 }
             }
+
         }
     };
 }

@@ -31,16 +31,6 @@ pub(crate) struct Channels {
     pub(crate) stop: CancellationToken,
 }
 
-/// What else a session is given.
-#[derive(Default)]
-pub(crate) struct Options {
-    pub(crate) observer: Option<EventObserver>,
-    pub(crate) samples: Option<SampleTap>,
-    pub(crate) stop: CancellationToken,
-    /// Whether the states of every second are sent.
-    pub(crate) each_second: bool,
-}
-
 impl Channels {
     /// Reports an event. It is dropped if 64 events are waiting, because events do not affect the result.
     pub(crate) fn report(&self, event: SessionEvent) {

@@ -71,7 +71,6 @@ impl EmulatedPort {
 }
 
 impl Cable {
-    /// The time since power-up.
     fn now(&self) -> Duration {
         self.on_for + self.switched_on.elapsed()
     }
@@ -104,7 +103,6 @@ impl Cable {
         Chunk { bytes: bytes.into(), at_ns: Some(self.now_ns()) }.into()
     }
 
-    /// The name of the port at present.
     fn name(&self) -> &'static str {
         if self.has_other_name { "emulated port 2" } else { "emulated port" }
     }
@@ -166,7 +164,6 @@ impl EmulatedConnection {
         }
     }
 
-    /// The bytes received by now.
     fn received(&mut self) -> io::Result<Option<StreamInput>> {
         let mut bytes = std::mem::take(&mut self.old);
         let mut cable = self.cable()?;

@@ -12,7 +12,7 @@ use vn100_analysis::protocol::stream::StreamInput;
 use vn100_capture::{Clock, Event, ReaderSource, Source, read_samples};
 use vn100_driver::{Connect, LinkHandle, LinkOptions, LinkState, open_link};
 
-use crate::{channels::EventObserver, live_error::LiveError};
+use crate::{channels::EventObserver, start_error::LiveError};
 
 /// A source that can be opened: more than once if it is a link, once if it is a stream.
 pub struct LiveSource {

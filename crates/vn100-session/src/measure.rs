@@ -36,7 +36,7 @@ pub(crate) use ending::Ending;
 
 use crate::{
     channels::Channels,
-    pace::{Due, Pace, Speed},
+    pace::{Due, Pace, Playback, Speed},
     session_event::SessionEvent,
     state::Stage,
     wall_limits::Deadlines,
@@ -192,13 +192,11 @@ struct Measuring {
     warm_up: Duration,
     pace: Option<Pace>,
     watchdog: Option<StreamWatchdog>,
-    /// The limits by the clock, for a live source.
     deadlines: Option<Deadlines>,
     link: Option<LinkHandle>,
     stored_bytes_read: Option<Arc<AtomicU64>>,
     /// Number of seconds of data time whose states were sent.
     seconds: u64,
-    /// Whether the latest snapshot is outdated.
     has_changed: bool,
     /// The reason why the stream is given up although the sensor still sends; `None` while it continues.
     stream_ended: Option<End>,
@@ -298,11 +296,10 @@ impl Measuring {
             deadlines.note_sample(Instant::now());
         }
         if let Some(pace) = &mut self.pace {
-            pace.advance(batch.row_count() as u64);
+            pace.playback.samples += batch.row_count() as u64;
         }
     }
 
-    /// After an event: checks whether the measurement ends, or a second is complete.
     async fn look(&mut self, channels: &Channels) {
         self.has_changed = true;
         if self.analysis.is_complete() {
@@ -367,7 +364,7 @@ impl Measuring {
         if let Some(pace) = &self.pace {
             channels.state.send_modify(|state| {
                 let total = state.playback.and_then(|playback| playback.total);
-                state.playback = Some(pace.playback(total));
+                state.playback = Some(Playback { total, ..pace.playback });
             });
         }
     }

@@ -61,13 +61,16 @@ pub struct Playback {
     pub at_end: bool,
 }
 
+impl Playback {
+    pub(crate) const fn begin(speed: Speed) -> Self {
+        Self { samples: 0, total: None, speed, paused: false, at_end: false }
+    }
+}
+
 #[derive(Debug)]
 pub(crate) struct Pace {
+    pub(crate) playback: Playback,
     rate_hz: f64,
-    samples: u64,
-    speed: Speed,
-    paused: bool,
-    at_end: bool,
     /// The time when the clock of the pace was set, and the sample that was due then.
     since: (Instant, u64),
 }
@@ -83,49 +86,37 @@ pub(crate) enum Due {
 
 impl Pace {
     pub(crate) fn new(speed: Speed, rate_hz: f64, now: Instant) -> Self {
-        Self { rate_hz, samples: 0, speed, paused: false, at_end: false, since: (now, 0) }
-    }
-
-    pub(crate) fn playback(&self, total: Option<u64>) -> Playback {
-        let Self { samples, speed, paused, at_end, .. } = *self;
-        Playback { samples, total, speed, paused, at_end }
+        Self { playback: Playback::begin(speed), rate_hz, since: (now, 0) }
     }
 
     pub(crate) fn due(&self) -> Due {
-        match self.speed {
-            _ if self.paused => Due::Never,
+        match self.playback.speed {
+            _ if self.playback.paused => Due::Never,
             Speed::Max => Due::Now,
             Speed::Times(times) => {
-                let data_s = (self.samples - self.since.1) as f64 / self.rate_hz;
+                let data_s = (self.playback.samples - self.since.1) as f64 / self.rate_hz;
                 let wait = Duration::try_from_secs_f64(data_s / times).unwrap_or(Duration::MAX);
                 self.since.0.checked_add(wait).map_or(Due::Never, Due::At)
             }
         }
     }
 
-    pub(crate) fn advance(&mut self, samples: u64) {
-        self.samples += samples;
-    }
-
     /// Executes a command for the playback. At the end only the speed can be changed.
     pub(crate) fn handle(&mut self, command: Command, now: Instant) {
+        let playback = &mut self.playback;
         match command {
-            Command::TogglePause if !self.at_end => self.paused = !self.paused,
-            Command::Faster => self.speed = self.speed.next(true),
-            Command::Slower => self.speed = self.speed.next(false),
+            Command::TogglePause if !playback.at_end => playback.paused = !playback.paused,
+            Command::Faster => playback.speed = playback.speed.next(true),
+            Command::Slower => playback.speed = playback.speed.next(false),
             _ => return,
         }
-        self.since = (now, self.samples);
-    }
-
-    pub(crate) fn end(&mut self) {
-        self.at_end = true;
+        self.since = (now, playback.samples);
     }
 
     pub(crate) fn set_rate(&mut self, rate_hz: f64, now: Instant) {
         if rate_hz != self.rate_hz {
             self.rate_hz = rate_hz;
-            self.since = (now, self.samples);
+            self.since = (now, self.playback.samples);
         }
     }
 }
@@ -151,17 +142,17 @@ mod tests {
         /// Lets this many seconds pass; returns the number of samples, at most a thousand in total.
         fn run(&mut self, seconds: f64) -> u64 {
             let until = self.now + Duration::from_secs_f64(seconds);
-            let before = self.pace.samples;
-            while self.pace.samples < 1000 {
+            let before = self.pace.playback.samples;
+            while self.pace.playback.samples < 1000 {
                 match self.pace.due() {
                     Due::Now => {}
                     Due::At(time) if time <= until => self.now = self.now.max(time),
                     Due::At(_) | Due::Never => break,
                 }
-                self.pace.advance(1);
+                self.pace.playback.samples += 1;
             }
             self.now = until;
-            self.pace.samples - before
+            self.pace.playback.samples - before
         }
 
         fn command(&mut self, command: Command) {
@@ -190,22 +181,21 @@ mod tests {
         replay.command(Command::TogglePause);
         assert_eq!(replay.run(1.001), 41);
         replay.command(Command::Faster);
-        assert_eq!((replay.run(1.001), replay.pace.speed), (81, Speed::Times(2.0)));
+        assert_eq!((replay.run(1.001), replay.pace.playback.speed), (81, Speed::Times(2.0)));
         replay.command(Command::TogglePause);
-        assert_eq!((replay.run(5.0), replay.pace.paused), (0, true));
+        assert_eq!((replay.run(5.0), replay.pace.playback.paused), (0, true));
     }
 
     #[test]
     fn at_the_end_the_speed_is_chosen_and_nothing_else() {
         let mut replay = VirtualReplay::new(Speed::Max);
         replay.run(1.0);
-        replay.pace.end();
+        replay.pace.playback.at_end = true;
         [Command::TogglePause, Command::Slower, Command::EndWarmUp]
             .into_iter()
             .for_each(|command| replay.command(command));
-        let playback = replay.pace.playback(Some(1000));
         let speed = Speed::Times(1000.0);
-        assert_eq!(playback, Playback { samples: 1000, total: Some(1000), speed, paused: false, at_end: true });
+        assert_eq!(replay.pace.playback, Playback { samples: 1000, at_end: true, ..Playback::begin(speed) });
         assert!(replay.now > replay.began);
     }
 

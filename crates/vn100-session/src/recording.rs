@@ -26,9 +26,6 @@ pub struct RecordingSpec {
     pub resume: bool,
     /// The condition under which the recording continues in the next file; `None` for one file.
     pub rotation: Option<Rotation>,
-    /// Words the data time that was excluded by command. The text is appended to the recorded
-    /// reason of the end, so that a replay shows it.
-    pub excluded_note: fn(Duration) -> String,
 }
 
 impl RecordingSpec {
@@ -62,12 +59,13 @@ impl RecordingSpec {
     /// Ends the recording. A new recording without input is removed, so that its name is free for
     /// the next one.
     pub(crate) async fn end(&self, recorder: Recorder, end: &End, excluded: Duration) -> RecordingState {
-        let reason = recorded_reason(end);
         let is_new = !recorder.is_resumed();
-        let state = match excluded {
-            Duration::ZERO => recorder.finish(&reason).await,
-            excluded => recorder.finish(&format!("{reason}; {}", (self.excluded_note)(excluded))).await,
+        // a recording holds all samples, and its replay shows what the measurement left out
+        let note = match excluded {
+            Duration::ZERO => String::new(),
+            excluded => format!("; the first {:.3} s excluded by command", excluded.as_secs_f64()),
         };
+        let state = recorder.finish(&(recorded_reason(end) + &note)).await;
         if state.bytes == 0 && state.error.is_none() && is_new {
             // an empty file that cannot be removed does no harm
             let _ = fs::remove_file(&state.path);
@@ -91,7 +89,6 @@ fn recorded_reason(end: &End) -> String {
     }
 }
 
-/// The layout of a message by its name.
 fn layout_named(name: &str) -> Option<Arc<Layout>> {
     let sentence = MESSAGES.iter().find(|layout| layout.message == name);
     sentence.map(|layout| Arc::new((*layout).clone())).or_else(|| PacketMessage::named(name)?.layout())
@@ -126,7 +123,7 @@ mod tests {
     use super::*;
 
     fn spec(path: PathBuf, resume: bool) -> RecordingSpec {
-        RecordingSpec { path, resume, rotation: None, excluded_note: |time| format!("without {time:?}") }
+        RecordingSpec { path, resume, rotation: None }
     }
 
     #[tokio::test]

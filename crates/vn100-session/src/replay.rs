@@ -150,8 +150,7 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
     let before = channels.state.borrow().clone();
     let settings = publish_source(&capture, &spec, &channels);
     if let Some(speed) = spec.speed {
-        let playback = Playback { samples: 0, total: None, speed, paused: false, at_end: false };
-        channels.state.send_modify(|state| state.playback = Some(playback));
+        channels.state.send_modify(|state| state.playback = Some(Playback::begin(speed)));
         task::spawn(count_samples(spec.clone(), channels.state.clone(), channels.stop.clone()));
     }
     let goals = settings.until.clone();

@@ -6,17 +6,15 @@ use vn100_driver::{Change, ConfigureError, Configured, LinkHandle, OutputSetting
 
 use crate::{
     channels::Channels,
-    live_error::LiveError,
     live_source::LiveSource,
     session_event::{OutputLeft, SessionEvent},
-    setup_error::SetupError,
+    start_error::{LiveError, SetupError},
 };
 
 #[derive(Default)]
 pub(crate) struct SensorSetup {
     pub(crate) changes: Vec<Change>,
     serial: Option<String>,
-    /// Whether the output was found paused.
     was_paused: bool,
     /// Whether this session paused the output and may not have resumed it.
     may_be_paused: bool,

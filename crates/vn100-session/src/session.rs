@@ -6,15 +6,17 @@ use tokio::{
     sync::{mpsc, watch},
     task::JoinHandle,
 };
+use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Settings, SourceFacts};
 use vn100_capture::Event;
 
 use crate::{
-    channels::{Channels, Options},
+    channels::{Channels, EventObserver},
     command::Command,
     live::{LiveSpec, run_live},
     measure::{Measurement, measure},
     replay::{ReplaySpec, run_replay},
+    sample_tap::SampleTap,
     session_event::SessionEvent,
     session_result::{SessionResult, result},
     state::{SourceState, Stage},
@@ -63,13 +65,9 @@ impl Session {
             ..SourceFacts::default()
         };
         let state = SourceState::new(source, &spec.settings);
-        let options = Options {
-            observer: spec.source.as_ref().ok().and_then(|source| source.observer.clone()),
-            samples: spec.samples.clone(),
-            stop: spec.stop.child_token(),
-            each_second: spec.each_second,
-        };
-        Self::start(state, options, |channels| run_live(spec, channels))
+        let observer = spec.source.as_ref().ok().and_then(|source| source.observer.clone());
+        let (samples, stop) = (spec.samples.clone(), spec.stop.child_token());
+        Self::start(state, observer, samples, spec.each_second, stop, |channels| run_live(spec, channels))
     }
 
     /// Measures a capture to its end, or until the session is stopped; with a speed, at the pace of
@@ -81,13 +79,8 @@ impl Session {
     pub fn replay(spec: ReplaySpec) -> Self {
         let source = SourceFacts { name: spec.name(), ..SourceFacts::default() };
         let state = SourceState::new(source, &spec.settings);
-        let options = Options {
-            observer: spec.observer.clone(),
-            samples: spec.samples.clone(),
-            stop: spec.stop.child_token(),
-            each_second: spec.each_second,
-        };
-        Self::start(state, options, |channels| run_replay(spec, channels))
+        let (observer, samples, stop) = (spec.observer.clone(), spec.samples.clone(), spec.stop.child_token());
+        Self::start(state, observer, samples, spec.each_second, stop, |channels| run_replay(spec, channels))
     }
 
     /// Measures the events of any source, until they end or the session is stopped.
@@ -97,11 +90,19 @@ impl Session {
     #[must_use]
     pub fn of_events(source: SourceFacts, events: mpsc::Receiver<Event>, settings: Settings) -> Self {
         let state = SourceState::new(source, &settings);
-        Self::start(state, Options::default(), |channels| run_events(events, settings, channels))
+        let stop = CancellationToken::new();
+        Self::start(state, None, None, false, stop, |channels| run_events(events, settings, channels))
     }
 
     /// Runs `session` in a task of its own, with channels between the two.
-    fn start<F>(state: SourceState, options: Options, session: impl FnOnce(Channels) -> F) -> Self
+    fn start<F>(
+        state: SourceState,
+        observer: Option<EventObserver>,
+        samples: Option<SampleTap>,
+        each_second: bool,
+        stop: CancellationToken,
+        session: impl FnOnce(Channels) -> F,
+    ) -> Self
     where
         F: Future<Output = SessionResult> + Send + 'static,
     {
@@ -109,7 +110,6 @@ impl Session {
         let (commands, inbox) = mpsc::channel(WAITING_COMMANDS);
         let (reporter, events) = mpsc::channel(WAITING_EVENTS);
         let (sender, seconds) = mpsc::channel(WAITING_SECONDS);
-        let Options { observer, samples, stop, each_second } = options;
         let channels = Channels {
             state: publisher,
             commands: inbox,
@@ -146,7 +146,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn events_of_a_session_that_are_not_taken_are_dropped() {
         let state = SourceState::new(SourceFacts::default(), &Settings::default());
-        let mut session = Session::start(state, Options::default(), async |channels| {
+        let mut session = Session::start(state, None, None, false, CancellationToken::new(), async |channels| {
             (0..1000).for_each(|_| channels.report(SessionEvent::OutputPausedAgain));
             not_started(StartError::Stopped, &channels)
         });

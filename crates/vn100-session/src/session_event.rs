@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use vn100_driver::{Change, Configured};
 
-use crate::{command::CommandRefusal, setup_error::SetupError, watchdog::RateEvent};
+use crate::{command::CommandRefusal, start_error::SetupError, watchdog::RateEvent};
 
 /// Something that happened in a session; its effect is in the [state](crate::SourceState).
 #[derive(Debug)]

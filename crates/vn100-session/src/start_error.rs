@@ -1,12 +1,57 @@
-//! The reasons why a source could not be opened.
+//! The reasons why a source cannot be used.
 
-use std::{error::Error, path::PathBuf};
+use std::{error::Error, io, path::PathBuf};
 
+use tokio::task;
 use vn100_analysis::timebase::Refusal;
 use vn100_analysis::{End, StartCure};
 use vn100_capture::{BagError, MapHint, OpenError, RecordError};
+use vn100_driver::{CommandError, ConfigureError};
 
-use crate::{live_error::LiveError, setup_error::SetupError};
+/// The reason why a live source cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum LiveError {
+    /// The source cannot be opened, or no sensor answers on it.
+    #[error("{0}")]
+    NoSensor(io::Error),
+    /// The source was stopped before a sensor was connected.
+    #[error("interrupted")]
+    Stopped,
+    /// The source is a stream, so no command can be sent to it.
+    #[error("standard input is not a sensor that replies: name a port")]
+    NoCommands,
+    /// The source is a stream, so the temperature cannot be polled.
+    #[error("the temperature cannot be polled on standard input: name a port")]
+    NoTemperature,
+    /// The thread that reads a stream cannot be started.
+    #[error("cannot start reading")]
+    Read(#[source] io::Error),
+    /// The task of the link has ended.
+    #[error("internal error: the link stopped")]
+    LinkTask(#[from] task::JoinError),
+}
+
+/// The reason why a sensor is not set as requested, or its settings are not restored.
+#[derive(Debug, thiserror::Error)]
+pub enum SetupError {
+    /// The sensor is not connected.
+    #[error(transparent)]
+    Live(#[from] LiveError),
+    /// The settings cannot be written or restored.
+    #[error(transparent)]
+    Configure(#[from] ConfigureError),
+    /// The output could not be paused again.
+    #[error(transparent)]
+    Command(#[from] CommandError),
+    /// Another sensor is on the port; it is left unchanged.
+    #[error("another sensor is on the port: serial number {now}, expected {known}")]
+    AnotherSensor {
+        /// The serial number of the sensor on the port.
+        now: String,
+        /// The serial number of the sensor whose settings were changed.
+        known: String,
+    },
+}
 
 /// The reason why a source could not be opened.
 #[derive(Debug, thiserror::Error)]
@@ -51,7 +96,6 @@ pub enum StartError {
 }
 
 impl StartError {
-    /// The end of a session that was not started.
     pub(crate) fn end(&self) -> End {
         End::NotStarted {
             text: with_causes(self),

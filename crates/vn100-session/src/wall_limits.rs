@@ -13,7 +13,6 @@ pub struct WallLimits {
     pub wall: Option<Duration>,
 }
 
-/// The limits of a session that has begun.
 #[derive(Debug)]
 pub(crate) struct Deadlines {
     pub(crate) limits: WallLimits,

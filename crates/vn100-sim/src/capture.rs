@@ -19,16 +19,10 @@ use crate::{
 
 /// The sensor has no such output rate.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("the sensor has no output rate of {rate_hz} Hz: use one of {}", list(rates))]
+#[error("the sensor has no output rate of {rate_hz} Hz: use one of {}", rates.iter().map(u32::to_string).collect::<Vec<_>>().join(", "))]
 pub struct UnsupportedRate {
-    /// The requested rate, Hz.
-    pub rate_hz: u32,
-    /// The output rates of the sensor, Hz.
-    pub rates: Vec<u32>,
-}
-
-fn list(rates: &[u32]) -> String {
-    rates.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")
+    pub(crate) rate_hz: u32,
+    pub(crate) rates: Vec<u32>,
 }
 
 /// The endless, seeded stream of an emulated sensor's samples.
@@ -37,11 +31,9 @@ pub struct Generator {
     channels: [ChannelStream; 12],
     surroundings: Surroundings,
     thermal_bias: ThermalBias,
-    /// The age at the first sample.
     age_s: f64,
     interval_s: f64,
     rows: u64,
-    /// Number of readings of temperature and pressure.
     readings: u64,
 }
 

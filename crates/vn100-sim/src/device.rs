@@ -56,7 +56,6 @@ pub const BOOT: Duration = Duration::from_millis(1250);
 
 const FLASH_WRITE: Duration = Duration::from_millis(500);
 
-/// Ticks of the sensor, Hz.
 const TICK_HZ: u64 = 800;
 
 /// The configuration of an emulated sensor.
@@ -110,9 +109,7 @@ pub struct Device {
     flash: Registers,
     sensor: SensorModel,
     clock: SensorClock,
-    /// The processing that `registers` select.
     processing: Processing,
-    /// The integrals at their last reading.
     deltas: Deltas,
     uart: Uart,
 }
@@ -121,7 +118,6 @@ pub struct Device {
 #[derive(Debug, Clone, Default)]
 struct Run {
     ticks: u64,
-    /// The tick at which the integrals were last read.
     deltas_tick: Option<u64>,
     /// The reading of the clock at the last requested tick.
     device_time: Option<(u64, u64)>,
@@ -237,7 +233,6 @@ impl Device {
         self.uart.baud = baud.get();
     }
 
-    /// Executes all that is due by a time, in order.
     fn advance(&mut self, now_ns: u64) {
         let now_ns = self.now_ns.max(now_ns);
         while let Some(event_ns) = self.next_event_ns().filter(|event_ns| *event_ns <= now_ns) {

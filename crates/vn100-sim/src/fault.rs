@@ -82,13 +82,8 @@ pub struct FaultPlan {
 
 /// An item of a plan that is no fault.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("`{item}` {problem}")]
-pub struct FaultPlanError {
-    /// The item as written.
-    pub item: String,
-    /// What is wrong with it, and what to write instead.
-    pub problem: String,
-}
+#[error("`{0}` {1}")]
+pub struct FaultPlanError(String, String);
 
 impl FromStr for FaultPlan {
     type Err = FaultPlanError;
@@ -103,7 +98,7 @@ impl FromStr for Fault {
     type Err = FaultPlanError;
 
     fn from_str(text: &str) -> Result<Self, FaultPlanError> {
-        Self::parse(text).map_err(|problem| FaultPlanError { item: text.into(), problem })
+        Self::parse(text).map_err(|problem| FaultPlanError(text.into(), problem))
     }
 }
 

@@ -36,11 +36,8 @@ pub struct Profile {
 
 /// There is no profile of that name.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("unknown noise profile {name:?}: use one of {}", Profile::NAMES.join(", "))]
-pub struct UnknownProfile {
-    /// The requested name.
-    pub name: String,
-}
+#[error("unknown noise profile {:?}: use one of {}", .0, Profile::NAMES.join(", "))]
+pub struct UnknownProfile(String);
 
 /// Why a document describes no sensor that can be emulated, and what would.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -63,7 +60,7 @@ impl Profile {
         match name {
             "datasheet" => Ok(Self::datasheet()),
             "lab3" => Ok(Self::lab3()),
-            _ => Err(UnknownProfile { name: name.to_owned() }),
+            _ => Err(UnknownProfile(name.to_owned())),
         }
     }
 

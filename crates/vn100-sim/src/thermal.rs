@@ -67,13 +67,10 @@ impl Thermal {
 /// The options of the temperature are impossible.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error(
-    "\"{item}\" is no thermal setting: give gyro=DEG_S_C accel=MG_C lag=S heating=C warm-up=S cycle=C period=S age=S, times above 0 but lag and \
+    "\"{0}\" is no thermal setting: give gyro=DEG_S_C accel=MG_C lag=S heating=C warm-up=S cycle=C period=S age=S, times above 0 but lag and \
      age, which may be 0"
 )]
-pub struct ThermalError {
-    /// The item.
-    pub item: String,
-}
+pub struct ThermalError(String);
 
 impl FromStr for Thermal {
     type Err = ThermalError;
@@ -81,7 +78,7 @@ impl FromStr for Thermal {
     fn from_str(text: &str) -> Result<Self, ThermalError> {
         let mut thermal = Self { age_s: 0.0, ..Self::default() };
         for item in text.split_whitespace() {
-            let wrong = || ThermalError { item: item.into() };
+            let wrong = || ThermalError(item.into());
             let (key, number) = item.split_once('=').ok_or_else(wrong)?;
             let number: f64 = number.parse().ok().filter(|number: &f64| number.is_finite()).ok_or_else(wrong)?;
             let at_least = |least: f64| Some(number).filter(|number| *number >= least).ok_or_else(wrong);
@@ -153,7 +150,8 @@ mod tests {
     fn impossible_options_are_reported() {
         for item in ["gyro", "gyro=x", "gyro=inf", "lag=-1", "period=0", "warm-up=0", "cool=1"] {
             let error = format!("cycle=1 {item}").parse::<Thermal>().unwrap_err();
-            assert!(error.item == item && error.to_string().contains("warm-up=S"), "{error}");
+            let text = error.to_string();
+            assert!(text.starts_with(&format!("\"{item}\" is")) && text.contains("warm-up=S"), "{text}");
         }
     }
 

@@ -23,6 +23,7 @@ use clap::{CommandFactory, Parser, ValueEnum, error::ErrorKind};
 use imu_noise::Estimator;
 use vn100_protocol::BaudRate;
 
+use choices::one_of;
 use duration::length;
 pub(crate) use export::{ExportArgs, Window};
 pub(crate) use files::{ArchiveArgs, CompareArgs, FileArgs, ReplayArgs};
@@ -54,45 +55,28 @@ pub(crate) struct Args {
 impl Args {
     /// Refuses what single options cannot.
     pub(crate) fn checked(self) -> Result<Self, clap::Error> {
-        let refusal = match &self.command {
-            Subcommand::Attach(args) if args.measure.estimator == Estimator::Full => Some(
-                "--estimator full is for replay: its memory grows with the record, which has no end on a live sensor. Record it and replay the recording"
-                    .into(),
-            ),
-            Subcommand::Attach(args) if args.live.recording.resume && args.record.is_empty() => {
-                Some("--resume appends to a recording: name it with --record".into())
+        let (name, refusal) = match &self.command {
+            Subcommand::Attach(args) => ("attach", args.refused()),
+            Subcommand::Record(RecordArgs { live, .. }) => ("record", live.change.not_measured()),
+            Subcommand::Replay(args) => ("replay", args.refused()),
+            Subcommand::Archive(args) => {
+                let has_stdin = args.files.files.iter().any(|path| path == Path::new("-"));
+                let refusal = "an archive is of files and folders: standard input is none";
+                ("archive", has_stdin.then(|| refusal.into()))
             }
-            Subcommand::Attach(args) if args.live.recording.rotate.is_some() && args.record.is_empty() => {
-                Some("--rotate cuts a recording into parts: name it with --record".into())
+            Subcommand::Compare(args) => {
+                let refusal = "--taus is for replay and report: records are compared octave by octave";
+                ("compare", args.files.taus.is_some().then(|| refusal.into()))
             }
-            Subcommand::Attach(AttachArgs { live, result, sources, serve, .. }) => live
-                .change
-                .not_measured()
-                .or_else(|| result.refused(sources.len()))
-                .or_else(|| serve.refused(sources.iter().map(ToString::to_string))),
-            Subcommand::Record(RecordArgs { live, .. }) => live.change.not_measured(),
-            Subcommand::Replay(ReplayArgs { serve, speed: None, .. }) if serve.is_asked() => {
-                Some("--serve shows a replay while it lasts: give its pace, as in --speed 10x".into())
+            Subcommand::Report(args) => ("report", args.refused()),
+            Subcommand::Sim(SimArgs { output: Some(_), sensor, .. }) => {
+                let refusal = "--faults act on a link, and a capture has none: record an emulated sensor, as in \"vn100 record sim --faults ...\"";
+                ("sim", (!sensor.faults.faults.is_empty()).then(|| refusal.into()))
             }
-            Subcommand::Archive(args) if args.files.files.iter().any(|path| path == Path::new("-")) => {
-                Some("an archive is of files and folders: standard input is none".into())
-            }
-            Subcommand::Sim(SimArgs { output: Some(_), sensor, .. }) if !sensor.faults.faults.is_empty() => {
-                Some("--faults act on a link, and a capture has none: record an emulated sensor, as in \"vn100 record sim --faults ...\"".into())
-            }
-            Subcommand::Report(args) => args.refused(),
-            Subcommand::Replay(ReplayArgs { files, result, serve, .. }) => files
-                .refused_taus()
-                // parts of a recording are one source, which the files themselves say
-                .or_else(|| result.refused(1))
-                .or_else(|| serve.refused(files.files.iter().map(|file| file.display().to_string()))),
-            Subcommand::Compare(args) if args.files.taus.is_some() => {
-                Some("--taus is for replay and report: records are compared octave by octave".into())
-            }
-            _ => None,
+            _ => ("", None),
         };
         match refusal {
-            Some(refusal) => Err(refused(self.command.name(), &refusal)),
+            Some(refusal) => Err(refused(name, &refusal)),
             None => Ok(self),
         }
     }
@@ -168,22 +152,6 @@ pub(crate) enum Subcommand {
     Man(ManArgs),
 }
 
-impl Subcommand {
-    /// The name of a command whose options are checked together.
-    const fn name(&self) -> &'static str {
-        match self {
-            Self::Attach(_) => "attach",
-            Self::Record(_) => "record",
-            Self::Replay(_) => "replay",
-            Self::Archive(_) => "archive",
-            Self::Compare(_) => "compare",
-            Self::Report(_) => "report",
-            Self::Sim(_) => "sim",
-            _ => "",
-        }
-    }
-}
-
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct AttachArgs {
     /// Serial ports such as /dev/ttyUSB0 or COM3, "sim" for an emulated sensor, tcp://host:port for
@@ -213,6 +181,24 @@ pub(crate) struct AttachArgs {
 
     #[command(flatten)]
     pub(crate) serve: ServeArgs,
+}
+
+impl AttachArgs {
+    fn refused(&self) -> Option<String> {
+        let Self { sources, live: LiveArgs { change, recording, .. }, record, measure, result, serve, .. } = self;
+        if measure.estimator == Estimator::Full {
+            return Some("--estimator full is for replay: its memory grows with the record, which has no end on a live sensor. Record it and replay the recording".into());
+        }
+        if recording.resume && record.is_empty() {
+            return Some("--resume appends to a recording: name it with --record".into());
+        }
+        if recording.rotate.is_some() && record.is_empty() {
+            return Some("--rotate cuts a recording into parts: name it with --record".into());
+        }
+        (change.not_measured())
+            .or_else(|| result.refused(sources.len()))
+            .or_else(|| serve.refused(sources.iter().map(ToString::to_string)))
+    }
 }
 
 #[derive(Debug, clap::Args)]
@@ -248,7 +234,6 @@ impl From<RecordArgs> for AttachArgs {
     }
 }
 
-/// What measuring and recording a live sensor have in common.
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct LiveArgs {
     #[command(flatten)]
@@ -299,7 +284,7 @@ pub(crate) struct ConfigureArgs {
     pub(crate) set_baud: Option<u32>,
 
     /// Append a counter to each sentence, which makes the count of dropped samples exact
-    #[arg(long, help_heading = "Sensor settings", value_name = "on|off", num_args = 0..=1, default_missing_value = "on", value_parser = on_or_off)]
+    #[arg(long, help_heading = "Sensor settings", value_name = "on|off", num_args = 0..=1, default_missing_value = "on", value_parser = one_of(&ON_OR_OFF))]
     pub(crate) count: Option<bool>,
 
     /// Save all settings to flash memory
@@ -307,7 +292,6 @@ pub(crate) struct ConfigureArgs {
     pub(crate) save: bool,
 }
 
-/// The form of a result.
 #[derive(Debug, Clone, Copy, clap::Args)]
 pub(crate) struct JsonArgs {
     /// Print one JSON document, and nothing else, on standard output
@@ -345,7 +329,6 @@ pub(crate) struct SchemaArgs {
     pub(crate) document: DescribedDocument,
 }
 
-/// A document that has a schema.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum DescribedDocument {
     /// The result of a measurement, vn100.analysis/2
@@ -369,13 +352,7 @@ pub(crate) struct ManArgs {
     pub(crate) output: Option<PathBuf>,
 }
 
-fn on_or_off(text: &str) -> Result<bool, String> {
-    match text {
-        "on" => Ok(true),
-        "off" => Ok(false),
-        _ => Err("neither \"on\" nor \"off\"".into()),
-    }
-}
+const ON_OR_OFF: [(&str, &str, bool); 2] = [("on", "With a counter", true), ("off", "Without", false)];
 
 #[cfg(test)]
 mod tests;

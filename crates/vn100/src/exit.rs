@@ -38,11 +38,6 @@ pub(crate) fn print(text: &str) -> Result<()> {
     write(&printable_lines(text))
 }
 
-/// Writes text that is printable already, with the colours it has.
-pub(crate) fn print_prepared(text: &str) -> Result<()> {
-    write(text)
-}
-
 /// Whether text on standard output is coloured.
 pub(crate) fn is_coloured(color: ColorChoice) -> bool {
     let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
@@ -70,7 +65,8 @@ pub(crate) fn print_json_line(document: &impl Serialize) -> Result<()> {
     write(&json_line(&serde_json::to_string(document)?))
 }
 
-fn write(text: &str) -> Result<()> {
+/// Writes text that is printable already, with the colours it has.
+pub(crate) fn write(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).context("cannot write the result to standard output")
 }

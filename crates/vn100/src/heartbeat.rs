@@ -4,7 +4,6 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-/// A heartbeat for each second without data.
 #[derive(Debug)]
 pub(crate) struct Heartbeat {
     samples: u64,

@@ -9,12 +9,10 @@ use vn100_capture::{Capture, CaptureOptions, RecordingPart, joined_parts, missin
 
 use crate::{args::FileArgs, exit::report};
 
-/// A stream of a file.
 #[derive(Debug, Clone)]
 pub(crate) struct FileStream {
     pub(crate) path: PathBuf,
     pub(crate) options: CaptureOptions,
-    /// Whether the file has others, too.
     pub(crate) is_one_of_several: bool,
 }
 

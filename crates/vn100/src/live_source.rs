@@ -1,17 +1,20 @@
 //! Live sources by their names on the command line; "sim" is an emulated sensor of this program's
 //! own, on a port in memory.
 
-use std::io;
+use std::{io, num::NonZeroU32, time::Duration};
 
 use anyhow::Result;
 use vn100_capture::Clock;
 use vn100_driver::{LinkHint, LinkOptions, SerialPorts, TcpServer};
 use vn100_protocol::stream::ReadOptions;
-use vn100_session::LiveSource;
+use vn100_session::{EmulatedPort, LiveSource};
+use vn100_sim::{
+    device::{Device, DeviceConfig},
+    wire::Wire,
+};
 
 use crate::{
-    args::{LinkArgs, SourceName},
-    emulated_sensor::emulated_port,
+    args::{LinkArgs, SimSensorArgs, SourceName},
     log::Entries,
 };
 
@@ -56,4 +59,20 @@ fn link_hint(hint: LinkHint) -> &'static str {
         LinkHint::ChoosePort => "\"vn100 ports\" lists the ports, those of a sensor first",
         hint => hint.text(),
     }
+}
+
+/// The sensor itself, switched off.
+pub(crate) fn device(args: &SimSensorArgs) -> Device {
+    Device::new(DeviceConfig { profile: args.truth(), seed: args.seed, ..DeviceConfig::default() })
+}
+
+/// An emulated sensor that a command starts for itself is past its boot of 1.25 s.
+const ON_FOR: Duration = Duration::from_secs(2);
+
+/// The port of the sensor that the options describe, and its baud rate.
+pub(crate) fn emulated_port(args: &SimSensorArgs, clock: Clock) -> (EmulatedPort, u32) {
+    let device = device(args);
+    let host_baud = NonZeroU32::new(device.baud()).unwrap_or(NonZeroU32::MIN);
+    let wire = Wire::new(device, &args.faults, args.seed, host_baud);
+    (EmulatedPort::new(wire, ON_FOR, clock.now_ns()), host_baud.get())
 }

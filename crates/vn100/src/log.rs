@@ -40,7 +40,6 @@ pub(crate) struct Entries {
 }
 
 impl Log {
-    /// Begins to write on standard error.
     fn open(args: &LogArgs) -> Result<Self> {
         if !args.verbose {
             return Ok(Self { entries: Entries::default(), writer: None });
@@ -76,14 +75,8 @@ impl Drop for Log {
 }
 
 impl Entries {
-    /// Whether a log is kept.
-    pub(crate) fn is_open(&self) -> bool {
-        self.sender.is_some()
-    }
-
-    /// What to ask a source for.
     pub(crate) fn asked(&self, read: ReadOptions) -> ReadOptions {
-        ReadOptions { diagnostics: self.is_open(), ..read }
+        ReadOptions { diagnostics: self.sender.is_some(), ..read }
     }
 
     /// What sees the events of the source of that name; nothing if no log is kept.
@@ -93,7 +86,6 @@ impl Entries {
         Some(Arc::new(move |event| entries.event(&name, event)))
     }
 
-    /// Logs what an event holds beside samples.
     fn event(&self, name: &str, event: &Event) {
         match event {
             Event::Batch(batch) => {
@@ -112,7 +104,6 @@ impl Entries {
         }
     }
 
-    /// Logs an attempt to open a link that failed.
     pub(crate) fn link_state(&self, name: &str, state: &LinkState) {
         if let LinkState::Down { cause, retry_in, .. } = state {
             self.put(name, &format!("retrying in {} ms: {cause}", retry_in.as_millis()));

@@ -4,7 +4,6 @@
 mod args;
 mod asked;
 mod commands;
-mod emulated_sensor;
 mod exit;
 mod heartbeat;
 mod inputs;

@@ -40,10 +40,13 @@ impl Output {
 
     /// Fails early: before a long measurement, and before anything is written.
     pub(crate) fn check(&self, path: &Path, inputs: &[PathBuf]) -> Result<()> {
-        if is_folder(path) {
-            bail!("{} is a folder: give another name", path.display());
+        match fs::symlink_metadata(path) {
+            Ok(found) if found.is_dir() => bail!("{} is a folder: give another name", path.display()),
+            Ok(found) if !found.is_file() && !found.is_symlink() => {
+                bail!("{} is not a regular file, and nothing else is replaced: give another name", path.display())
+            }
+            _ => self.check_place(path, inputs),
         }
-        self.check_place(path, inputs)
     }
 
     /// The same for a folder of many files.

@@ -19,14 +19,13 @@ use vn100_session::{SessionResult, SourceState};
 
 use crate::{
     args::{Ndjson, OutputFormat},
-    exit::{is_coloured, print, print_json, print_json_line, print_prepared, report, unless_closed},
+    exit::{is_coloured, print, print_json, print_json_line, report, unless_closed, write},
     text,
 };
 
 /// A task of the measurement panicked.
 pub(crate) const FAULT: &str = "internal error: the measurement stopped";
 
-/// What a result is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ResultOf {
     Capture,
@@ -101,7 +100,6 @@ pub(crate) struct ResultWriter {
     format: OutputFormat,
     results: Vec<SourceResult>,
     completion: Completion,
-    /// A result was written.
     is_begun: bool,
 }
 
@@ -126,7 +124,7 @@ impl ResultWriter {
             OutputFormat::Summary(color) if has_text => {
                 let separator = if self.is_begun { "\n" } else { "" };
                 let summary = text::summary(&measured, is_coloured(*color));
-                print_prepared(&format!("{separator}{summary}"))?;
+                write(&format!("{separator}{summary}"))?;
             }
             OutputFormat::Head if has_text => print(&text::head(&measured))?,
             OutputFormat::Summary(_) | OutputFormat::Head | OutputFormat::Ndjson(_) | OutputFormat::Samples => {}
@@ -149,12 +147,10 @@ impl ResultWriter {
     }
 }
 
-/// Writes the line of a session under way.
 pub(crate) fn print_state(state: &SourceState, form: Ndjson, goals: &[Goal]) -> Result<()> {
     print_result(&state.result(Parts::WithoutSignals), form, goals)
 }
 
-/// Writes the line of a result.
 pub(crate) fn print_result(result: &SourceResult, form: Ndjson, goals: &[Goal]) -> Result<()> {
     match form {
         Ndjson::Whole => print_json_line(&Document::new(result, remedy_words)),

@@ -28,7 +28,6 @@ fn create(path: &Path) -> io::Result<Output> {
     Ok(BufWriter::new(out))
 }
 
-/// A writer of samples that has begun.
 pub(crate) struct SampleWriter {
     path: PathBuf,
     dropped: Arc<AtomicU64>,

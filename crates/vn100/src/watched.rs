@@ -8,22 +8,16 @@ use std::{
 };
 
 use anyhow::{Context, Result, anyhow};
+use tokio::time::Instant;
 use vn100_analysis::Settings;
-use vn100_report::html::Program;
 use vn100_report::{Evaluation, goals::Goals};
 use vn100_session::Session;
 
 use crate::{
     args::ServeArgs,
     asked::asked,
-    serve::{ServeSpec, ServedSource, Server},
+    serve::{Drawer, ServedSource, Server},
 };
-
-/// What makes reports.
-pub(crate) const PROGRAM: Program<'static> =
-    Program { name: concat!("vn100 ", env!("CARGO_PKG_VERSION")), commit: option_env!("VN100_COMMIT") };
-
-const HOST_ADVICE: &str = ": --serve-host NAME allows it";
 
 /// How long the end of the program waits for readers of its last state.
 const GRACE: Duration = Duration::from_millis(500);
@@ -66,17 +60,9 @@ impl Watched {
         let source = |session: &Session| ServedSource { state: session.state.clone(), goals: goals.clone() };
         let address = self.listener.local_addr()?;
         say(announced(address, self.name()));
-        let server = Server::start(ServeSpec {
-            listener: self.listener,
-            grace: GRACE,
-            host_names: self.names,
-            host_advice: HOST_ADVICE,
-            sources: sessions.into_iter().map(source).collect(),
-            evaluation: Arc::clone(evaluation),
-            asked: asked(),
-            program: PROGRAM,
-            confidence: settings.confidence,
-        });
+        let sources = sessions.into_iter().map(source).collect();
+        let drawer = Drawer::new(sources, Arc::clone(evaluation), asked(), settings.confidence, Instant::now());
+        let server = Server::start(self.listener, self.names, drawer, GRACE);
         server.context("cannot start the live page")
     }
 }

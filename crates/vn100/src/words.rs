@@ -58,11 +58,6 @@ fn skip_option(excluded: Duration) -> String {
     format!("--skip {:.3}s", excluded.as_secs_f64())
 }
 
-/// What a recording says of a beginning that was excluded by command: it has all samples.
-pub(crate) fn excluded_note(excluded: Duration) -> String {
-    format!("excluded by command, as by {}", skip_option(excluded))
-}
-
 #[cfg(test)]
 mod tests {
     use clap::Parser;

@@ -9,10 +9,10 @@ use std::{
     time::Duration,
 };
 
-use vn100_report::html::Program;
+use tokio::time::Instant;
 use vn100_report::{Asked, Evaluation};
 
-use crate::serve::{ServeSpec, Server};
+use crate::serve::{Drawer, Server};
 
 /// A test that waits for longer has failed.
 const DEADLOCK: Duration = Duration::from_secs(60);
@@ -76,18 +76,9 @@ fn page() -> SocketAddr {
     let start = || {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();
-        let spec = ServeSpec {
-            grace: Duration::ZERO,
-            listener,
-            host_names: vec!["bench".into()],
-            host_advice: "",
-            sources: Vec::new(),
-            evaluation: Arc::new(Evaluation::new(None, Asked::default()).unwrap()),
-            asked: String::new(),
-            program: Program { name: "vn100", commit: None },
-            confidence: 0.95,
-        };
-        (address, Server::start(spec).unwrap())
+        let evaluation = Arc::new(Evaluation::new(None, Asked::default()).unwrap());
+        let drawer = Drawer::new(Vec::new(), evaluation, String::new(), 0.95, Instant::now());
+        (address, Server::start(listener, vec!["bench".into()], drawer, Duration::ZERO).unwrap())
     };
     PAGE.get_or_init(start).0
 }

@@ -142,7 +142,7 @@ impl Onboard {
 
 pub(super) fn filter(snapshot: &Snapshot) -> Option<ImuFilter> {
     let register = Register::IMU_FILTER;
-    let fields = RegisterFields::new(snapshot.registers.get(&register.0)?.as_str()).ok()?;
+    let fields = RegisterFields::new(snapshot.registers.get(&register.0)?)?;
     RegisterContents { register, fields }.value().ok()
 }
 

@@ -77,8 +77,13 @@ impl BagSamples {
                 (OpenContent::Numbers { fields, layout, row: Row::default(), open: Batch::default() }, stamps)
             }
         };
-        let report =
-            BagReport { unpacked_bytes: bag.unpacked_bytes, ..BagReport::of(&topic.name, &topic.type_name, stamps) };
+        let report = BagReport {
+            topic: topic.name.clone(),
+            type_name: topic.type_name.clone(),
+            unpacked_bytes: bag.unpacked_bytes,
+            stamps,
+            ..BagReport::default()
+        };
         Ok(Self {
             messages: bag.messages(read)?,
             topic,

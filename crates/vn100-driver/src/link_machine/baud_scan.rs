@@ -43,7 +43,6 @@ const STRAY_BYTES: u64 = 100;
 /// an idle line.
 const GLITCH_BYTES: u64 = 8;
 
-/// A baud rate to try.
 #[derive(Debug, Clone, Copy)]
 struct BaudAttempt {
     /// The rate; `None` if the link has none, as over TCP.
@@ -82,7 +81,6 @@ pub(super) struct BaudScan {
     attempts: VecDeque<BaudAttempt>,
     attempt: BaudAttempt,
     stage: AttemptStage,
-    /// The end of the stage.
     until: Duration,
     listening_since: Duration,
     is_first: bool,
@@ -92,7 +90,6 @@ pub(super) struct BaudScan {
     began: Duration,
     attempt_began: Duration,
     tried: Vec<u32>,
-    /// Bytes that were discarded.
     bytes: u64,
     /// Copies of the question among them.
     echoes: u64,
@@ -176,7 +173,6 @@ impl BaudScan {
         self.handle_timeout(context, now)
     }
 
-    /// Handles the end of a stage.
     pub(super) fn handle_timeout(&mut self, context: &mut LinkContext, now: Duration) -> Result<(), LinkError> {
         if now < self.until {
             return Ok(());

@@ -215,7 +215,6 @@ impl Connected {
         Ok(())
     }
 
-    /// Handles the effect of a reply or a timeout.
     pub(super) fn handle_request_event(
         &mut self,
         context: &mut LinkContext,
@@ -278,10 +277,8 @@ const PAUSE_MEMORY_S: f64 = 4.0;
 /// Weight of a new period in the estimate: a read may contain one frame more or fewer.
 const PERIOD_SMOOTHING: f64 = 1.0 / 8.0;
 
-/// The recent past of one connection.
 #[derive(Debug, Clone)]
 struct StreamHealth {
-    /// The counts at the last read.
     counts: FrameCounts,
     /// The arrival time of the first byte after the last valid frame; `None` right after a valid frame.
     bad_since_ns: Option<i64>,

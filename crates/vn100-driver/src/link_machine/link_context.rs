@@ -17,7 +17,6 @@ use crate::{
 pub(super) const FIRST_DELAY: Duration = Duration::from_millis(100);
 const LONGEST_DELAY: Duration = Duration::from_secs(5);
 
-/// The number of frames that a stream has carried so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct FrameCounts {
     /// All frames with a correct checksum.
@@ -44,7 +43,6 @@ pub(super) struct LinkContext {
     /// The delay before the next attempt to reconnect; it doubles until the link has carried a
     /// valid frame.
     pub(super) reconnect_delay: Duration,
-    /// The port that was opened last.
     pub(super) port: OpenPort,
     pub(super) requests: Requests,
     /// Received inputs that are neither forwarded nor discarded yet.

@@ -100,22 +100,17 @@ enum InitialOutputState {
 pub(super) struct Requests {
     listen_only: bool,
     queue: RequestQueue,
-    /// The commands that the queue has not completed yet.
     open: BTreeMap<RequestId, (SensorCommand, Requester)>,
     /// Registers that are read while no other command is open.
     to_read: VecDeque<Register>,
-    /// The earliest time of the next such read.
     read_at: Duration,
-    /// Whether the user has paused the output.
     is_paused_by_user: bool,
-    /// The time of the sensor's last answer to a command.
     answered_at: Option<Duration>,
     initial_output: InitialOutputState,
     /// The number of errors that may still be replies to a baud scan.
     spurious_errors_expected: usize,
     temperature: Option<TemperaturePoll>,
     events: VecDeque<RequestEvent>,
-    /// The results of the user's commands, with their numbers.
     pub(super) answers: VecDeque<(u64, Result<Response, CommandError>)>,
 }
 
@@ -250,7 +245,6 @@ impl Requests {
         }
     }
 
-    /// Handles a reply, or an unsolicited error.
     pub(super) fn handle_reply(&mut self, reply: &Reply, now: Duration) {
         if self.queue.handle_reply(reply, now) == Handled::Mine {
             self.answered_at = Some(now);

@@ -62,7 +62,6 @@ impl Verification {
         matches!(self.steps.front(), Some(Step::ReapplySettings { .. } | Step::RaiseBaudRate(_)))
     }
 
-    /// Handles the result of the command that was submitted last.
     pub(super) fn handle_answer(
         &mut self,
         context: &mut LinkContext,

@@ -41,23 +41,6 @@ fn count(told: &Told, wanted: LinkEventKind) -> usize {
     told.link.iter().filter(|(_, kind)| *kind == wanted).count()
 }
 
-#[tokio::test(start_paused = true)]
-async fn an_output_that_was_found_paused_is_told_and_paused_again() {
-    for rate_hz in [1, 40] {
-        let sensor = paused(rate_hz);
-        let mut link = up(&sensor).await;
-        link.until(|kind| *kind == LinkEventKind::OutputResumed).await;
-        assert!(matches!(&*link.handle.state().borrow(), LinkState::Up(up) if up.output_resumed));
-        link.run(ms(20_000)).await;
-        assert!(sensor.world().streams);
-        let (told, paused_again) = stop(link).await;
-        assert!(!sensor.world().streams);
-        assert_eq!((told.counts.outputs_resumed, paused_again), (1, Some(true)));
-        assert_eq!([LinkEventKind::OutputResumed, LinkEventKind::OutputPaused].map(|kind| count(&told, kind)), [1, 1]);
-        assert!(told.rows >= 19 * u64::from(rate_hz));
-    }
-}
-
 /// After a stall the host reads the answer and the first line of the output at once.
 #[tokio::test(start_paused = true)]
 async fn a_paused_output_whose_first_line_comes_with_the_answer_is_paused_again() {

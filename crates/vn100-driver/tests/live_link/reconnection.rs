@@ -259,22 +259,6 @@ async fn a_sensor_that_cannot_be_configured_again_is_not_measured() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_speed_it_had_is_tried_first() {
-    let sensor = Sensor::new(9600, 5);
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
-    link.run(ms(1000)).await;
-    sensor.world().cut_at = Some(LINE.len());
-    link.until_down().await;
-    sensor.world().plugged = true;
-    link.until_up().await;
-    let told = link.stop().await;
-    let [.., (down, _), (up, _)] = told.link[..] else { panic!("{:?}", told.link) };
-    // the first delay, and at most the time of a line and the question
-    assert!(up - down < 500, "{:?}", told.link);
-}
-
-#[tokio::test(start_paused = true)]
 async fn a_garbled_session_is_closed_within_a_third_of_a_second_and_opened_again() {
     for (rate_hz, baud) in RATES {
         let sensor = Sensor::new(baud, rate_hz);

@@ -3,11 +3,10 @@
 
 use std::time::Duration;
 
-use crate::support::{LINE, QUESTION, Sensor};
-use tokio::time::Instant;
-use vn100_driver::{BAUD_RATES, CommandError, LinkOptions, LinkState, OutputSettings};
+use crate::support::{LINE, Sensor};
+use vn100_driver::{BAUD_RATES, CommandError, LinkOptions, OutputSettings};
 use vn100_protocol::stream::LinkEventKind;
-use vn100_protocol::{AsyncRate, BaudRate, DeviceError, Register, RequestFailure, Response, SensorCommand};
+use vn100_protocol::{AsyncRate, DeviceError, Register, RequestFailure, Response, SensorCommand};
 
 const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
@@ -86,23 +85,6 @@ async fn a_sensor_that_sends_and_does_not_answer_has_a_wire_of_one_way() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_link_follows_the_sensor_to_another_speed() {
-    let sensor = Sensor::new(115_200, 40);
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
-    link.run(ms(2000)).await;
-    let handle = link.handle.clone();
-    let asked = tokio::spawn(async move {
-        handle.request(SensorCommand::write(&BaudRate::new(921_600).unwrap())).await?;
-        handle.read(Register::BAUD_RATE).await
-    });
-    link.run(ms(1000)).await;
-    assert_eq!(asked.await.unwrap().unwrap().unwrap().fields.as_str(), "921600");
-    assert!(matches!(&*link.handle.state().borrow(), LinkState::Up(up) if up.baud == Some(921_600)));
-    assert_eq!(link.stop().await.counts.connects, 1);
-}
-
-#[tokio::test(start_paused = true)]
 async fn the_temperature_is_read_between_the_lines() {
     let sensor = Sensor::new(115_200, 40);
     let reading =
@@ -122,27 +104,6 @@ fn echoing(baud: u32) -> Sensor {
     let sensor = Sensor::new(baud, 40);
     sensor.world().echoes = true;
     sensor
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_line_that_only_echoes_has_no_sensor_on_it() {
-    let silent = Sensor::new(115_200, 40);
-    (silent.world().streams, silent.world().answers) = (false, false);
-    let began = Instant::now();
-    silent.link(LinkOptions::default()).end().await;
-    let time_of_silence = began.elapsed();
-
-    let sensor = echoing(115_200);
-    (sensor.world().streams, sensor.world().answers) = (false, false);
-    let began = Instant::now();
-    let told = sensor.link(LinkOptions::default()).end().await;
-    let expected = "no sensor found on /dev/imu at 9 baud rates: the line echoes, and only the sent bytes were received; take a loopback \
-                    plug off; on RS-485 check the wires and the power of the sensor";
-    assert_eq!(told.error.as_deref(), Some(expected));
-    assert_eq!(told.counts.connects, 0);
-    assert_eq!(began.elapsed(), time_of_silence, "an echo is not the text of another device, which is waited for");
-    let asked = sensor.world().written.iter().filter(|(_, bytes)| bytes == QUESTION).count() as u64;
-    assert_eq!(told.counts.baud_scan_bytes, asked * QUESTION.len() as u64);
 }
 
 #[tokio::test(start_paused = true)]

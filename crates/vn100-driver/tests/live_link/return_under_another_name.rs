@@ -15,7 +15,7 @@ use serialport::{SerialPort, TTYPort};
 use tokio::{sync::watch, time::interval};
 use tokio_util::sync::CancellationToken;
 use vn100_capture::Clock;
-use vn100_driver::{LinkOptions, LinkState, PortEntry, SerialPorts, UsbAdapter, open_link};
+use vn100_driver::{LinkOptions, LinkState, PortEntry, SerialPorts, UsbPortInfo, open_link};
 
 /// A machine with USB sockets.
 #[derive(Clone, Default)]
@@ -34,9 +34,9 @@ impl Machine {
     fn plug_in(&self, adapter_number: &str) -> (TTYPort, String) {
         let (sensor, ours) = TTYPort::pair().unwrap();
         let name = ours.name().unwrap();
-        let usb = UsbAdapter {
-            vendor_id: 0x0403,
-            product_id: 0x6001,
+        let usb = UsbPortInfo {
+            vid: 0x0403,
+            pid: 0x6001,
             serial_number: Some(adapter_number.into()),
             manufacturer: None,
             product: None,

@@ -13,7 +13,7 @@ use memchr::{memchr_iter, memchr3};
 
 use crate::{
     framing::checksum::{Check, CheckDigits, crc16, xor8},
-    framing::packet::{self, Packet, PacketHead, PacketRun, PacketStart, SeenHeads},
+    framing::packet::{self, Packet, PacketStart, SeenHeads},
     framing::sentence::{MAX_BODY, RejectReason, RejectedSentence, Sentence},
     framing::tally::Tally,
 };
@@ -39,8 +39,6 @@ pub struct Framer {
     offset: u64,
     /// The line to which CR and LF at this place would belong.
     line_end_of: LineEndOf,
-    /// The head of the last packet, because the next one usually has the same.
-    packet_head: PacketHead,
     seen_heads: SeenHeads,
     /// The expected end of the last damaged packet.
     damaged_until: u64,
@@ -83,7 +81,6 @@ impl Framer {
             tally: Tally::default(),
             offset: 0,
             line_end_of: LineEndOf::Nothing,
-            packet_head: PacketHead::default(),
             seen_heads: SeenHeads::default(),
             damaged_until: 0,
         }
@@ -192,7 +189,11 @@ impl Framer {
     }
 
     fn packet<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Found<'a> {
-        let length = match packet::classify(input) {
+        let classified = match self.seen_heads.length_of(input) {
+            Some(length) => packet::checked(input, length),
+            None => packet::classify(input),
+        };
+        let length = match classified {
             PacketStart::Incomplete => return Found::Incomplete,
             PacketStart::No => return self.damaged_packet(input),
             PacketStart::Packet(length) => length,
@@ -202,7 +203,6 @@ impl Framer {
             Some(true) => self.damaged_packet(input),
             Some(false) => {
                 let packet = Packet { raw: &input[..length], offset: self.offset };
-                self.packet_head.remember(packet.raw);
                 self.seen_heads.remember(packet.raw);
                 self.advance(length);
                 self.tally.packet_bytes += length as u64;
@@ -224,27 +224,6 @@ impl Framer {
             self.damaged_until = self.offset + length as u64;
         }
         Found::Nothing
-    }
-
-    /// The packets at the head of `input` that have the form of the one before and are not
-    /// completed by a sentence, at most `most` of them; counts them. `None` for no packet.
-    #[inline]
-    pub(crate) fn packet_run<'a>(&mut self, input: &'a [u8], most: usize) -> Option<PacketRun<'a>> {
-        let (bytes, length) = self.packet_head.run(input, most)?;
-        let is_unclear = |at: &usize| sentence_completes(&input[*at..], length - at % length, false) != Some(false);
-        let bytes = match memchr_iter(b'$', bytes).find(is_unclear) {
-            None => bytes,
-            Some(at) => &bytes[..at - at % length],
-        };
-        let run = PacketRun { bytes, length, offset: self.offset };
-        if bytes.is_empty() {
-            return None;
-        }
-        self.advance(bytes.len());
-        self.tally.packet_bytes += bytes.len() as u64;
-        self.tally.packets += run.count() as u64;
-        self.line_end_of = LineEndOf::Nothing;
-        Some(run)
     }
 
     fn skip(&mut self, length: usize) {

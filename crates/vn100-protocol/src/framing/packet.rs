@@ -8,15 +8,15 @@
 //! the CRC decides, over any bytes: one in 65 536 false starts with known masks is taken for a
 //! packet.
 
-use core::{iter::Take, slice::ChunksExact};
-
 use crate::{
     framing::checksum::crc16,
-    packet::field::{GROUPS, PacketField},
+    packet::{
+        field::{GROUPS, PacketField},
+        header::PacketHeader,
+    },
 };
 
-/// The first byte of a packet.
-pub(crate) const START: u8 = 0xFA;
+pub(crate) use crate::packet::header::START;
 
 /// The first byte of a part of a packet that firmware 3 has split.
 pub(crate) const SPLIT_START: u8 = 0xFB;
@@ -33,34 +33,6 @@ pub struct Packet<'a> {
     pub offset: u64,
 }
 
-/// Packets in sequence, all of the same length and with a correct CRC.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct PacketRun<'a> {
-    /// The bytes of all packets; empty for no packet.
-    pub(crate) bytes: &'a [u8],
-    /// The length of one packet; at least 1.
-    pub(crate) length: usize,
-    /// The offset of the first packet, in bytes from the beginning of the stream.
-    pub(crate) offset: u64,
-}
-
-impl<'a> PacketRun<'a> {
-    pub(crate) fn count(&self) -> usize {
-        self.bytes.len() / self.length
-    }
-
-    pub(crate) fn packets(self) -> impl Iterator<Item = Packet<'a>> {
-        let offsets = (self.offset..).step_by(self.length);
-        self.bytes.chunks_exact(self.length).zip(offsets).map(|(raw, offset)| Packet { raw, offset })
-    }
-}
-
-impl<'a> From<&Packet<'a>> for PacketRun<'a> {
-    fn from(packet: &Packet<'a>) -> Self {
-        Self { bytes: packet.raw, length: packet.raw.len().max(1), offset: packet.offset }
-    }
-}
-
 /// The classification of the bytes after a 0xFA.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum PacketStart {
@@ -74,89 +46,27 @@ pub(crate) enum PacketStart {
 
 const KNOWN_GROUPS: u8 = 0x01 | 0x02 | 0x04 | 0x10;
 
-/// The beginning of packets of one form, and their length.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct PacketHead {
-    /// The first eight bytes; the mask keeps the groups and field words.
-    bytes: u64,
-    mask: u64,
-    /// The length of the whole packet; 0 before the first.
-    length: usize,
-}
-
-impl PacketHead {
-    /// Remembers the head of a packet with at most three groups and at least eight bytes; others
-    /// are found more slowly.
-    pub(crate) fn remember(&mut self, packet: &[u8]) {
-        if self.length != packet.len() || !self.is_of(packet) {
-            let head_length = 2 + 2 * packet[1].count_ones() as usize;
-            *self = match packet.first_chunk() {
-                Some(head) if head_length <= head.len() => {
-                    let mask = u64::MAX >> (64 - 8 * head_length);
-                    Self { bytes: u64::from_le_bytes(*head) & mask, mask, length: packet.len() }
-                }
-                _ => Self::default(),
-            };
-        }
-    }
-
-    /// The packets of this form at the head of `input`, at most `most` of them: their bytes, and
-    /// the length of each. `None` if `input` begins differently, or with an incomplete packet.
-    #[inline]
-    pub(crate) fn run<'a>(&self, input: &'a [u8], most: usize) -> Option<(&'a [u8], usize)> {
-        if self.length == 0 || !self.is_of(input) {
-            return None;
-        }
-        let packets = valid_packets(self, input.chunks_exact(self.length).take(most));
-        (packets > 0).then(|| (&input[..packets * self.length], self.length))
-    }
-
-    #[inline]
-    fn is_of(&self, input: &[u8]) -> bool {
-        input.first_chunk().is_some_and(|head| u64::from_le_bytes(*head) & self.mask == self.bytes)
-    }
-}
-
-/// Groups and field words, one for each group, after the 0xFA.
-const MAX_HEAD: usize = 2 + 2 * KNOWN_GROUPS.count_ones() as usize;
-
 /// The heads of the packets so far, with their lengths: a sensor has three outputs, whose settings
 /// may change.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct SeenHeads {
     /// The most recent head first; unused ones have no length.
-    heads: [SeenHead; 8],
-}
-
-#[derive(Debug, Clone, Copy, Default)]
-struct SeenHead {
-    bytes: [u8; MAX_HEAD],
-    head_length: usize,
-    /// The length of the whole packet.
-    length: usize,
+    heads: [(PacketHeader, usize); 8],
 }
 
 impl SeenHeads {
     pub(crate) fn remember(&mut self, packet: &[u8]) {
         if self.length_of(packet).is_none() {
-            let head_length = 2 + 2 * packet[1].count_ones() as usize;
-            let mut bytes = [0; MAX_HEAD];
-            bytes[..head_length].copy_from_slice(&packet[..head_length]);
             self.heads.rotate_right(1);
-            self.heads[0] = SeenHead { bytes, head_length, length: packet.len() };
+            self.heads[0] = (PacketHeader::of(packet), packet.len());
         }
     }
 
     /// The length of the packet at the head of `input`, if one with the same head was seen.
     pub(crate) fn length_of(&self, input: &[u8]) -> Option<usize> {
-        let begins = |seen: &&SeenHead| seen.length > 0 && input.starts_with(&seen.bytes[..seen.head_length]);
-        self.heads.iter().find(begins).map(|seen| seen.length)
+        let header = PacketHeader::of(input);
+        self.heads.iter().find(|(seen, length)| *length > 0 && *seen == header).map(|(_, length)| *length)
     }
-}
-
-/// The number of successive packets that begin alike and have a correct CRC.
-fn valid_packets(head: &PacketHead, packets: Take<ChunksExact<'_, u8>>) -> usize {
-    packets.take_while(|packet| head.is_of(packet) && crc16(&packet[1..]) == 0).count()
 }
 
 /// Classifies `input`, which begins with 0xFA.
@@ -179,6 +89,11 @@ pub(crate) fn classify(input: &[u8]) -> PacketStart {
             None => return PacketStart::No,
         }
     }
+    checked(input, length)
+}
+
+/// Whether the first `length` bytes of `input` are a packet by their CRC.
+pub(crate) fn checked(input: &[u8], length: usize) -> PacketStart {
     match input.get(1..length) {
         None => PacketStart::Incomplete,
         Some(checked) if crc16(checked) == 0 => PacketStart::Packet(length),
@@ -203,11 +118,7 @@ pub(crate) fn classify_part(input: &[u8]) -> PacketStart {
     if length > MAX_PACKET {
         return PacketStart::No;
     }
-    match input.get(1..length) {
-        None => PacketStart::Incomplete,
-        Some(checked) if crc16(checked) == 0 => PacketStart::Packet(length),
-        Some(_) => PacketStart::No,
-    }
+    checked(input, length)
 }
 
 /// The bytes of a packet with these groups and a word of fields for each; `None` if one is unknown,
@@ -248,12 +159,10 @@ mod tests {
             bit in 0_u8..8,
         ) {
             bytes.extend(crc16(&bytes[1..]).to_be_bytes());
-            let head = PacketHead { bytes: 0, mask: 0, length: bytes.len() };
-            let good = |bytes: &[u8]| valid_packets(&head, bytes.chunks_exact(bytes.len()).take(1));
-            prop_assert_eq!(good(&bytes), 1);
+            prop_assert_eq!(checked(&bytes, bytes.len()), PacketStart::Packet(bytes.len()));
             let at = 1 + at.index(bytes.len() - 1);
             bytes[at] ^= 1 << bit;
-            prop_assert_eq!(good(&bytes), 0);
+            prop_assert_eq!(checked(&bytes, bytes.len()), PacketStart::No);
         }
     }
 
@@ -279,20 +188,6 @@ mod tests {
             for cut in 1..length {
                 assert_eq!(classify(&packet[..cut]), PacketStart::Incomplete, "{cut} of {length} bytes");
             }
-        }
-    }
-
-    /// Others are found as well, but more slowly.
-    #[test]
-    fn packets_like_the_latest_are_found_together() {
-        let mut head = PacketHead::default();
-        for hex in &RECORDED[..3] {
-            let packet = bytes(hex);
-            let three = packet.repeat(3);
-            assert_eq!(head.run(&three, 9), None);
-            head.remember(&packet);
-            assert_eq!(head.run(&three, 9), Some((&three[..], packet.len())));
-            assert_eq!(head.run(&three, 2), Some((&three[..2 * packet.len()], packet.len())));
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::{
     framing::checksum::Check,
     framing::framer::{Frame, Framer, Options},
-    framing::packet::{MAX_PACKET, Packet, PacketRun},
+    framing::packet::{MAX_PACKET, Packet},
     framing::sentence::{RejectReason, RejectedSentence, Sentence},
     framing::tally::Tally,
     message::GrammarError,
@@ -57,13 +57,8 @@ impl Decoder {
     /// Only the beginning of a sentence or packet at the end of the piece is copied, at most about
     /// 850 bytes.
     pub fn push(&mut self, bytes: &[u8], mut sink: impl FnMut(Item<'_>)) {
-        self.push_to(bytes, &mut sink);
-    }
-
-    /// Like [`push`](Self::push), with runs of packets undivided.
-    pub(crate) fn push_to(&mut self, bytes: &[u8], sink: &mut impl Sink) {
-        if let Some(rest) = self.finish_carried(bytes, sink) {
-            let incomplete = decode(&mut self.framer, rest, false, sink);
+        if let Some(rest) = self.finish_carried(bytes, &mut sink) {
+            let incomplete = decode(&mut self.framer, rest, false, &mut sink);
             self.carry[..incomplete.len()].copy_from_slice(incomplete);
             self.carried = incomplete.len();
         }
@@ -72,12 +67,7 @@ impl Decoder {
     /// Ends the stream: pending bytes are decoded as they are. Offsets and [`tally`](Self::tally)
     /// continue with bytes pushed later.
     pub fn finish(&mut self, mut sink: impl FnMut(Item<'_>)) {
-        self.finish_to(&mut sink);
-    }
-
-    /// Like [`finish`](Self::finish), with runs of packets undivided.
-    pub(crate) fn finish_to(&mut self, sink: &mut impl Sink) {
-        decode(&mut self.framer, &self.carry[..self.carried], true, sink);
+        decode(&mut self.framer, &self.carry[..self.carried], true, &mut sink);
         self.carried = 0;
     }
 
@@ -98,7 +88,7 @@ impl Decoder {
 
     /// Decodes the carried bytes, followed by as many of `bytes` as needed. Returns the rest of
     /// `bytes`, or `None` if all of them had to be carried as well.
-    fn finish_carried<'a>(&mut self, bytes: &'a [u8], sink: &mut impl Sink) -> Option<&'a [u8]> {
+    fn finish_carried<'a>(&mut self, bytes: &'a [u8], sink: &mut impl FnMut(Item<'_>)) -> Option<&'a [u8]> {
         if self.carried == 0 {
             return Some(bytes);
         }
@@ -110,7 +100,7 @@ impl Decoder {
             let (consumed, item) = self.framer.next_item(&self.carry[at..filled], false);
             at += consumed;
             match item {
-                Some(item) => sink.item(item),
+                Some(item) => sink(item),
                 None if at < self.carried => {
                     self.carry.copy_within(at..filled, 0);
                     self.carried = filled - at;
@@ -125,40 +115,14 @@ impl Decoder {
     }
 }
 
-/// Receives the items that a decoder finds.
-pub(crate) trait Sink {
-    fn item(&mut self, item: Item<'_>);
-
-    /// Receives successive packets, at least one.
-    fn packets(&mut self, run: PacketRun<'_>);
-}
-
-impl<F: FnMut(Item<'_>)> Sink for F {
-    fn item(&mut self, item: Item<'_>) {
-        self(item);
-    }
-
-    fn packets(&mut self, run: PacketRun<'_>) {
-        run.packets().for_each(|packet| self(Item::Packet(packet)));
-    }
-}
-
-/// The most packets passed on at a time, few enough for their bytes to stay in the cache.
-const MOST_PACKETS: usize = 64;
-
 /// Passes each item to `sink`; returns the remaining bytes, which are incomplete.
 #[inline]
-fn decode<'a>(framer: &mut Framer, mut rest: &'a [u8], end: bool, sink: &mut impl Sink) -> &'a [u8] {
+fn decode<'a>(framer: &mut Framer, mut rest: &'a [u8], end: bool, sink: &mut impl FnMut(Item<'_>)) -> &'a [u8] {
     loop {
-        if let Some(run) = framer.packet_run(rest, MOST_PACKETS) {
-            rest = &rest[run.bytes.len()..];
-            sink.packets(run);
-            continue;
-        }
         let (consumed, item) = framer.next_item(rest, end);
         rest = &rest[consumed..];
         match item {
-            Some(item) => sink.item(item),
+            Some(item) => sink(item),
             None => return rest,
         }
     }
@@ -174,9 +138,6 @@ impl Framer {
             self.accept(template::LENGTH);
             self.tally.samples += 1;
             return (at + template::LENGTH, Some(Item::Sample(sample)));
-        }
-        if let Some(packet) = self.packet_run(&input[at..], 1).and_then(|run| run.packets().next()) {
-            return (at + packet.raw.len(), Some(Item::Packet(packet)));
         }
         let (consumed, item) = self.any_item(&input[at..], end_of_input);
         (at + consumed, item)

@@ -16,7 +16,6 @@ use crate::{
     register::RegisterContents,
 };
 
-/// The most channels that a message has.
 pub(super) const MAX_CHANNELS: usize = 13;
 
 /// The numbers of one measuring sentence.

@@ -1,13 +1,6 @@
 //! The fields that register 30 appends to a measuring message.
 
-use nom::{
-    IResult, Parser,
-    branch::alt,
-    bytes::complete::take_while_m_n,
-    character::complete::char,
-    combinator::{map, map_opt},
-    sequence::preceded,
-};
+use crate::register::fields::integer;
 
 /// The optional last fields of a message: a count or time, and a status word, in either order.
 ///
@@ -31,37 +24,23 @@ impl Suffix {
     }
 
     #[inline(never)]
-    fn parse_fields(mut input: &[u8]) -> Option<Self> {
+    fn parse_fields(input: &[u8]) -> Option<Self> {
         let mut suffix = Self::default();
-        while !input.is_empty() {
-            let (rest, field) = field(input).ok()?;
-            let is_second = match field {
-                Field::Count(count) => suffix.count.replace(count).is_some(),
-                Field::Status(status) => suffix.status.replace(status).is_some(),
+        for field in str::from_utf8(input).ok()?.strip_prefix(',')?.split(',') {
+            let is_status = |digits: &str| digits.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'A'..=b'F'));
+            let is_second = match field.split_at_checked(1)? {
+                ("T", digits) if digits.len() <= 20 => suffix.count.replace(integer(digits)?).is_some(),
+                ("S", digits) if digits.len() == 4 && is_status(digits) => {
+                    suffix.status.replace(u16::from_str_radix(digits, 16).ok()?).is_some()
+                }
+                _ => return None,
             };
             if is_second {
                 return None;
             }
-            input = rest;
         }
         Some(suffix)
     }
-}
-
-enum Field {
-    Count(u64),
-    Status(u16),
-}
-
-/// `,T` and 1 to 20 digits, or `,S` and 4 hexadecimal digits.
-fn field(input: &[u8]) -> IResult<&[u8], Field> {
-    let digits = take_while_m_n(1, 20, |byte: u8| byte.is_ascii_digit());
-    let hex_digits = take_while_m_n(4, 4, |byte| matches!(byte, b'0'..=b'9' | b'A'..=b'F'));
-    // twenty digits can be a number beyond 64 bits
-    let count = map_opt(digits, |digits| str::from_utf8(digits).ok()?.parse().ok());
-    let status = map_opt(hex_digits, |digits| u16::from_str_radix(str::from_utf8(digits).ok()?, 16).ok());
-    let fields = alt((map(preceded(char('T'), count), Field::Count), map(preceded(char('S'), status), Field::Status)));
-    preceded(char(','), fields).parse(input)
 }
 
 #[cfg(test)]

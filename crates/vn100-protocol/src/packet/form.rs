@@ -1,14 +1,16 @@
 //! The form of a packet: its fields, and the places of the measured ones.
 
 use alloc::{borrow::Cow, sync::Arc, vec::Vec};
-use core::{fmt, ops::Range};
+use core::ops::Range;
 
-use multiversion::multiversion;
 use thiserror::Error;
 
-use super::field::{Correction, FieldContent, GROUPS, Numbers, present};
+use super::{
+    field::{Correction, FieldContent, Numbers, present},
+    header::PacketHeader,
+};
 use crate::{
-    framing::packet::{Packet, PacketRun},
+    framing::packet::Packet,
     message::{
         layout::{Channel, Layout, Quantity},
         quantity::rounded,
@@ -17,51 +19,6 @@ use crate::{
 
 /// The name of packets as a message, in layouts.
 pub const BINARY: &str = "BINARY";
-
-/// `FA`, groups and a word for each of the four groups.
-const MAX_HEADER: usize = 2 + 2 * GROUPS.len();
-
-/// The groups and words at the beginning of a packet, which distinguish the packets of one binary
-/// output from those of another.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct PacketHeader([u8; MAX_HEADER]);
-
-impl PacketHeader {
-    /// The header of packets with these groups and a word of fields for each, as in registers 75 to
-    /// 77; further words than four are ignored.
-    pub fn new(groups: u8, words: &[u16]) -> Self {
-        let mut header = [0; MAX_HEADER];
-        (header[0], header[1]) = (crate::framing::packet::START, groups);
-        for (bytes, word) in header[2..].chunks_exact_mut(2).zip(words) {
-            bytes.copy_from_slice(&word.to_le_bytes());
-        }
-        Self(header)
-    }
-
-    /// The groups, and their words.
-    pub fn parts(&self) -> (u8, Vec<u16>) {
-        let words = self.0[2..].chunks_exact(2).map(|word| u16::from_le_bytes([word[0], word[1]]));
-        (self.0[1], words.take(self.0[1].count_ones() as usize).collect())
-    }
-
-    /// The header of a packet.
-    pub fn of(packet: &Packet<'_>) -> Self {
-        let mut header = [0; MAX_HEADER];
-        let groups = packet.raw.get(1).map_or(0, |groups| groups.count_ones() as usize);
-        let length = (2 + 2 * groups).min(packet.raw.len()).min(MAX_HEADER);
-        header[..length].copy_from_slice(&packet.raw[..length]);
-        Self(header)
-    }
-}
-
-/// The known fields by their names in the manual, in the order of the wire.
-impl fmt::Display for PacketHeader {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (groups, words) = self.parts();
-        let names: Vec<_> = present(groups, &words).map(|field| field.name).filter(|name| !name.is_empty()).collect();
-        f.write_str(&names.join(", "))
-    }
-}
 
 /// The fields of packets that begin with the same groups and words, and the rules for reading them.
 ///
@@ -73,8 +30,8 @@ impl fmt::Display for PacketHeader {
 /// of a quaternion, 2^-27 gauss, 2^-23 m/s², °C and kPa, 2^-25 rad/s.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PacketForm {
-    header: [u8; MAX_HEADER],
-    header_length: usize,
+    /// The header of its packets.
+    pub header: PacketHeader,
     /// The channels that are measured.
     pub layout: Arc<Layout>,
     runs: Vec<Run>,
@@ -109,7 +66,6 @@ pub struct RejectedPacket {
 /// The longest interval of the increments of a packet, and of `$VNDTV`.
 const LONGEST_INTERVAL_S: f64 = 2000.0;
 
-/// A run of channels in the bytes of a packet.
 struct Found {
     numbers: Numbers,
     at: usize,
@@ -120,10 +76,7 @@ impl PacketForm {
     /// The form of a packet; `None` if it has neither angular rate nor acceleration, so it is not
     /// measured.
     pub fn of(packet: &Packet<'_>) -> Option<Self> {
-        let groups = *packet.raw.get(1)?;
-        let header_length = 2 + 2 * groups.count_ones() as usize;
-        let header = packet.raw.get(..header_length).filter(|header| header.len() <= MAX_HEADER)?;
-        let words: Vec<u16> = header[2..].chunks_exact(2).map(|word| u16::from_le_bytes([word[0], word[1]])).collect();
+        let (groups, words) = PacketHeader::of(packet.raw).parts();
         Self::new(groups, &words)
     }
 
@@ -132,9 +85,7 @@ impl PacketForm {
     /// numbers of groups and words differ.
     pub fn new(groups: u8, words: &[u16]) -> Option<Self> {
         crate::framing::packet::length(groups, words)?;
-        let PacketHeader(header) = PacketHeader::new(groups, words);
-        let header_length = 2 + 2 * words.len();
-        let (mut at, mut interval_at) = (header_length, None);
+        let (mut at, mut interval_at) = (2 + 2 * words.len(), None);
         let (mut device_time_at, mut saturation_at) = (None, None);
         let mut found = Vec::new();
         for field in present(groups, words) {
@@ -157,7 +108,8 @@ impl PacketForm {
             }
             at += usize::from(field.bytes);
         }
-        Self { header, header_length, device_time_at, saturation_at, ..Self::measuring(found)? }.into()
+        Self { header: PacketHeader::new(groups, words), device_time_at, saturation_at, ..Self::measuring(found)? }
+            .into()
     }
 
     /// The best source of each quantity, in the order of the quantities.
@@ -193,8 +145,7 @@ impl PacketForm {
             channels.extend(found.numbers.channels.iter().cloned());
         }
         channels.iter().any(|channel| is_motion(channel.quantity)).then(|| Self {
-            header: [0; MAX_HEADER],
-            header_length: 0,
+            header: PacketHeader::default(),
             layout: Arc::new(Layout {
                 message: Cow::Borrowed(BINARY),
                 compensated,
@@ -207,23 +158,10 @@ impl PacketForm {
         })
     }
 
-    /// The header of its packets.
-    pub const fn header(&self) -> PacketHeader {
-        PacketHeader(self.header)
-    }
-
     /// Whether the packet has this form.
     #[inline]
     pub fn is_of(&self, packet: &Packet<'_>) -> bool {
-        // a comparison of two numbers if there are enough bytes, as nearly always
-        match (packet.raw.first_chunk(), self.header.first_chunk()) {
-            (Some(begin), Some(header)) if self.header_length <= 8 => {
-                let unused = 64 - 8 * self.header_length as u32;
-                let differing = u64::from_le_bytes(*begin) ^ u64::from_le_bytes(*header);
-                differing << unused == 0
-            }
-            _ => packet.raw.starts_with(&self.header[..self.header_length]),
-        }
+        PacketHeader::of(packet.raw) == self.header
     }
 
     /// Appends the counts of a packet of this form, one for each channel of the layout.
@@ -232,46 +170,21 @@ impl PacketForm {
     /// For the first number that is infinite, no number or beyond the limit of its channel, and for
     /// increments over an interval that is not positive. No count is appended then.
     pub fn read(&self, packet: &Packet<'_>, counts: &mut Vec<i32>) -> Result<(), RejectedPacket> {
-        if self.read_run(&packet.into(), counts) {
-            return Ok(());
-        }
-        self.runs.iter().find_map(|run| run.rejected(packet.raw)).map_or(Ok(()), Err)
-    }
-
-    /// Appends the counts of packets of this form, as [`read`](Self::read) does for each. If one is
-    /// rejected, no count is appended and the result is false.
-    #[inline]
-    pub(crate) fn read_run(&self, packets: &PacketRun<'_>, counts: &mut Vec<i32>) -> bool {
-        let (before, width) = (counts.len(), self.layout.channels.len());
-        counts.resize(before + packets.count() * width, 0);
-        let mut rows = Columns { counts: &mut counts[before..], width, first: 0 };
-        let mut is_good = true;
+        let before = counts.len();
         for run in &self.runs {
-            is_good &= run.read(packets, &mut rows);
-            rows.first += run.channels.len();
+            let per_one = run.counts_per_one(packet.raw);
+            for (float, channel) in floats(packet.raw, &run.bytes).zip(run.channels) {
+                let scaled = float * per_one;
+                // a comparison with NaN is false
+                let is_measured = scaled.abs() <= run.limit_counts;
+                if !is_measured {
+                    counts.truncate(before);
+                    return Err(run.rejected(packet.raw, channel, scaled));
+                }
+                counts.push(rounded(scaled));
+            }
         }
-        if !is_good {
-            counts.truncate(before);
-        }
-        is_good
-    }
-
-    /// Appends the device times of these packets, if they contain them; returns whether no packet
-    /// has the time of the one before it, or the first packet `last_ns`.
-    #[inline]
-    pub(crate) fn read_device_times(
-        &self,
-        packets: &PacketRun<'_>,
-        last_ns: Option<u64>,
-        times: &mut Vec<u64>,
-    ) -> bool {
-        let Some(at) = self.device_time_at else { return true };
-        let before = times.len();
-        let packets = packets.bytes.chunks_exact(packets.length);
-        times.extend(packets.map(|raw| raw[at..].first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes))));
-        let times = &times[before..];
-        let is_first_new = times.first().copied() != last_ns;
-        is_first_new && times.iter().zip(&times[1.min(times.len())..]).all(|(before, now)| before != now)
+        Ok(())
     }
 
     /// The time of the measurement in nanoseconds since the sensor started; `None` if the packet
@@ -291,25 +204,7 @@ impl PacketForm {
     }
 }
 
-/// The columns of rows of counts, from the first one on.
-struct Columns<'a> {
-    counts: &'a mut [i32],
-    width: usize,
-    first: usize,
-}
-
 impl Run {
-    /// Reads the counts of these channels in each packet; returns whether all are numbers that a
-    /// sensor measures.
-    #[inline]
-    fn read(&self, packets: &PacketRun<'_>, rows: &mut Columns<'_>) -> bool {
-        match self.channels.len() {
-            3 => read_channels::<3, 4>(self, 0, packets, rows),
-            4 => read_channels::<4, 4>(self, 0, packets, rows),
-            channels => (0..channels).all(|channel| read_channels::<1, 1>(self, channel, packets, rows)),
-        }
-    }
-
     /// Counts of one unit in this packet; NaN if no increments can have its interval.
     #[inline]
     fn counts_per_one(&self, raw: &[u8]) -> f64 {
@@ -320,63 +215,24 @@ impl Run {
         }
     }
 
-    /// The interval of increments.
     #[inline]
     fn interval_s(&self, raw: &[u8]) -> Option<f64> {
         self.interval_at.and_then(|at| floats(raw, &(at..at + 4)).next())
     }
 
     #[cold]
-    fn rejected(&self, raw: &[u8]) -> Option<RejectedPacket> {
-        let per_one = self.counts_per_one(raw);
-        if let (Some(value), true) = (self.interval_s(raw), per_one.is_nan()) {
-            return Some(RejectedPacket {
-                channel: "the interval of the increments",
-                value,
-                limit: LONGEST_INTERVAL_S,
-            });
+    fn rejected(&self, raw: &[u8], channel: &'static Channel, scaled: f64) -> RejectedPacket {
+        match self.interval_s(raw) {
+            Some(value) if self.counts_per_one(raw).is_nan() => {
+                RejectedPacket { channel: "the interval of the increments", value, limit: LONGEST_INTERVAL_S }
+            }
+            _ => RejectedPacket {
+                channel: &channel.name,
+                value: channel.in_unit(scaled),
+                limit: channel.value(channel.limit_counts),
+            },
         }
-        let mut scaled = floats(raw, &self.bytes).map(|float| float * per_one).zip(self.channels);
-        let is_bad = |scaled: f64| scaled.is_nan() || scaled.abs() > self.limit_counts;
-        let (scaled, channel) = scaled.find(|(scaled, _)| is_bad(*scaled))?;
-        Some(RejectedPacket {
-            channel: &channel.name,
-            value: channel.in_unit(scaled),
-            limit: channel.value(channel.limit_counts),
-        })
     }
-}
-
-/// The counts of `COUNT` channels of a run, from this one on; returns whether all are numbers that
-/// a sensor measures. `LANES` are computed together, which is no slower than three.
-#[multiversion(targets("x86_64+avx2"))]
-fn read_channels<const COUNT: usize, const LANES: usize>(
-    run: &Run,
-    first: usize,
-    packets: &PacketRun<'_>,
-    rows: &mut Columns<'_>,
-) -> bool {
-    let (at, column) = (run.bytes.start + 4 * first, rows.first + first);
-    let mut bad = [0; LANES];
-    for (raw, row) in packets.bytes.chunks_exact(packets.length).zip(rows.counts.chunks_exact_mut(rows.width)) {
-        let per_one = run.counts_per_one(raw);
-        let (floats, _) = raw[at..].as_chunks();
-        let Some(counts) = row[column..].first_chunk_mut::<COUNT>().filter(|_| floats.len() >= COUNT) else {
-            return false;
-        };
-        let floats = match floats.first_chunk::<LANES>() {
-            // the bytes after the channels have no effect
-            Some(floats) => *floats,
-            None => core::array::from_fn(|lane| floats.get(lane).copied().unwrap_or_default()),
-        };
-        let scaled = floats.map(|float| f64::from(f32::from_le_bytes(float)) * per_one);
-        for (bad, scaled) in bad.iter_mut().zip(scaled) {
-            // a comparison with NaN is false
-            *bad |= if scaled.abs() <= run.limit_counts { 0 } else { u64::MAX };
-        }
-        counts.copy_from_slice(&scaled.map(rounded)[..COUNT]);
-    }
-    bad[..COUNT] == [0; COUNT]
 }
 
 #[inline]

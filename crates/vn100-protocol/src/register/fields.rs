@@ -6,8 +6,6 @@ use core::{
     str::{FromStr, Split},
 };
 
-use thiserror::Error;
-
 use super::{Register, RegisterContents, RegisterValue, ValueError};
 
 /// The fields of a register: text separated by commas, as after the register number of a read or a
@@ -15,42 +13,17 @@ use super::{Register, RegisterContents, RegisterValue, ValueError};
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct RegisterFields(String);
 
-/// The reason why a text cannot be the fields of a register.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-pub enum RegisterFieldsError {
-    /// The text contains a character that would break the sentence.
-    #[error("{found:?} cannot be sent in a field: only printable ASCII without $ and * can")]
-    Character {
-        /// The first such character.
-        found: char,
-    },
-    /// The text is longer than the sensor can receive in one sentence.
-    #[error("the fields have {length} characters and the sensor takes {} at most", RegisterFields::MAX_LENGTH)]
-    TooLong {
-        /// The length of the text in bytes.
-        length: usize,
-    },
-}
-
 impl RegisterFields {
     /// The longest text in bytes: the receive buffer of 256 characters (UM001) less `$VNWRG,nnn,`,
     /// `*`, four digits, CR and LF.
     pub const MAX_LENGTH: usize = 238;
 
-    /// Fields from a text; an empty text is one empty field.
-    ///
-    /// # Errors
-    /// [`RegisterFieldsError`] for a character that no field can contain, and for a text above
-    /// [`MAX_LENGTH`](Self::MAX_LENGTH).
-    pub fn new(text: impl Into<String>) -> Result<Self, RegisterFieldsError> {
+    /// Fields from a text; an empty text is one empty field. `None` for a text above
+    /// [`MAX_LENGTH`](Self::MAX_LENGTH), and for one with a character that would break the sentence:
+    /// anything but printable ASCII, `$` and `*`.
+    pub fn new(text: impl Into<String>) -> Option<Self> {
         let text = text.into();
-        if let Some(found) = text.chars().find(|&found| !is_field_character(found)) {
-            return Err(RegisterFieldsError::Character { found });
-        }
-        if text.len() > Self::MAX_LENGTH {
-            return Err(RegisterFieldsError::TooLong { length: text.len() });
-        }
-        Ok(Self(text))
+        (text.len() <= Self::MAX_LENGTH && text.chars().all(is_field_character)).then_some(Self(text))
     }
 
     /// The text, including its commas.
@@ -215,10 +188,10 @@ mod tests {
 
     #[test]
     fn characters_that_would_break_the_sentence_are_refused() {
-        for (text, found) in [("1*2", '*'), ("$VNWNV", '$'), ("1\r\n", '\r'), ("µ", 'µ')] {
-            assert_eq!(RegisterFields::new(text), Err(RegisterFieldsError::Character { found }));
+        for text in ["1*2", "$VNWNV", "1\r\n", "µ"] {
+            assert_eq!(RegisterFields::new(text), None);
         }
-        assert!(RegisterFields::new("1".repeat(RegisterFields::MAX_LENGTH)).is_ok());
-        assert_eq!(RegisterFields::new("1".repeat(239)), Err(RegisterFieldsError::TooLong { length: 239 }));
+        assert!(RegisterFields::new("1".repeat(RegisterFields::MAX_LENGTH)).is_some());
+        assert_eq!(RegisterFields::new("1".repeat(239)), None);
     }
 }

@@ -7,7 +7,7 @@ use core::fmt;
 use super::{Register, RegisterValue, ValueError, WritableValue, fields::FieldReader};
 use crate::{
     framing::{checksum::Check, packet},
-    packet::{field, form::PacketHeader},
+    packet::{field, header::PacketHeader},
 };
 
 /// A register of integers: its type, with the name and the factory default of each field.

@@ -102,12 +102,10 @@ impl SensorCommand {
         }
     }
 
-    /// The sentence without CR and LF.
     pub(super) fn line(&self, check: Check) -> String {
         self.sentence(check).trim_end().to_owned()
     }
 
-    /// The text between `$` and `*`.
     fn body(&self) -> String {
         match self {
             Self::ReadRegister(register) => format!("VNRRG,{register}"),

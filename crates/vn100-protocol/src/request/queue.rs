@@ -42,7 +42,6 @@ pub struct RequestQueue {
     queue: VecDeque<(RequestId, SensorCommand)>,
     current: Option<Current>,
     late: Option<Late>,
-    /// Whether a read was echoed before its reply.
     line_echoes: bool,
     /// The sensor executes no request before this time.
     busy_until: Duration,
@@ -129,7 +128,6 @@ pub enum RequestFailure {
     },
 }
 
-/// The request on the wire.
 #[derive(Debug)]
 struct Current {
     id: RequestId,
@@ -139,7 +137,6 @@ struct Current {
     unanswered: u32,
     /// Number of copies that were sent and whose echo has not arrived.
     unechoed: u32,
-    /// Whether it is a read whose echo has come.
     is_echoed: bool,
     first_sent: Duration,
     last_sent: Duration,
@@ -382,7 +379,6 @@ impl RequestQueue {
         self.completions.push_back((current.id, result));
     }
 
-    /// The time from which the next request may be sent.
     fn ready_at(&self) -> Duration {
         self.late.as_ref().map_or(self.busy_until, |late| late.until.max(self.busy_until))
     }

@@ -15,7 +15,7 @@ pub enum FileReport {
 }
 
 /// The messages of a topic, each counted once: `messages = used + without_sample + unreadable`.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 pub struct BagReport {
     /// The topic.
@@ -46,33 +46,15 @@ pub struct BagReport {
     pub stamps: StampSource,
 }
 
-impl BagReport {
-    /// The report of a topic before its first message.
-    pub fn of(topic: impl Into<String>, type_name: impl Into<String>, stamps: StampSource) -> Self {
-        Self {
-            topic: topic.into(),
-            type_name: type_name.into(),
-            messages: 0,
-            used: 0,
-            without_sample: 0,
-            unreadable: 0,
-            absent: Vec::new(),
-            other_messages: 0,
-            unpacked_bytes: 0,
-            recorded_ns: None,
-            stamps,
-        }
-    }
-}
-
 /// The source of the times of the messages of a bag.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 #[cfg_attr(feature = "schema", serde(rename_all = "kebab-case", tag = "stamps", content = "stamp_field"))]
 pub enum StampSource {
     /// The times in the messages, in the field with this path.
     Field(String),
     /// The times of the recorder: for sentences, and if the messages have no times that increase.
+    #[default]
     Recorded,
 }
 

@@ -2,7 +2,7 @@
 
 use alloc::{collections::BTreeMap, vec::Vec};
 
-use crate::{MeasuredPackets, Packet, PacketForm, PacketHeader, RejectedPacket, framing::packet::PacketRun};
+use crate::{MeasuredPackets, Packet, PacketForm, PacketHeader, RejectedPacket};
 
 /// The most other headers that are counted separately: a sensor has three binary outputs, whose
 /// settings may change.
@@ -13,16 +13,13 @@ const MOST_OTHER_HEADERS: usize = 16;
 pub(super) struct PacketReader {
     pub(super) form: Option<PacketForm>,
     pub(super) counts: MeasuredPackets,
-    /// Packets of other forms.
     others: BTreeMap<PacketHeader, u64>,
-    /// The form of the first of these.
     pub(super) first_other: Option<PacketHeader>,
     last_device_ns: Option<u64>,
     /// Space for decoding a packet to test whether it is a row.
     tried: Vec<i32>,
 }
 
-/// The result for a packet.
 pub(super) enum PacketOutcome {
     /// A row, whose counts were appended.
     Sample { device_ns: Option<u64>, saturation: u16 },
@@ -57,34 +54,9 @@ impl PacketReader {
         }
     }
 
-    /// Appends the counts and device times of packets that are rows without marks. If one is not,
-    /// nothing is appended and the result is false.
-    #[inline]
-    pub(super) fn read_run(
-        &mut self,
-        packets: &PacketRun<'_>,
-        counts: &mut Vec<i32>,
-        device_ns: &mut Vec<u64>,
-    ) -> bool {
-        let is_measured = |form: &&PacketForm| packets.packets().next().is_some_and(|first| form.is_of(&first));
-        let Some(form) = self.form.as_ref().filter(is_measured) else { return false };
-        let (rows, times) = (counts.len(), device_ns.len());
-        let is_plain = form.read_run(packets, counts)
-            && form.read_device_times(packets, self.last_device_ns, device_ns)
-            && packets.packets().all(|packet| form.saturation(&packet) == 0);
-        if !is_plain {
-            counts.truncate(rows);
-            device_ns.truncate(times);
-            return false;
-        }
-        self.counts.samples += packets.count() as u64;
-        self.last_device_ns = device_ns[times..].last().copied();
-        true
-    }
-
     #[cold]
     fn count_other(&mut self, packet: &Packet<'_>) {
-        let header = PacketHeader::of(packet);
+        let header = PacketHeader::of(packet.raw);
         self.first_other.get_or_insert(header);
         if self.others.len() < MOST_OTHER_HEADERS || self.others.contains_key(&header) {
             *self.others.entry(header).or_default() += 1;
@@ -94,7 +66,7 @@ impl PacketReader {
     /// Packets of each form so far, except those that wait for the choice of the form.
     pub(super) fn packets(&self) -> impl Iterator<Item = (PacketHeader, u64)> {
         let MeasuredPackets { samples, rejected, repeated, .. } = self.counts;
-        let measured = self.form.as_ref().map(|form| (form.header(), samples + rejected + repeated));
+        let measured = self.form.as_ref().map(|form| (form.header, samples + rejected + repeated));
         let others = self.others.iter().map(|(header, packets)| (*header, *packets));
         others.chain(measured)
     }

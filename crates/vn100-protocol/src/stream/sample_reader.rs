@@ -11,7 +11,6 @@ use super::{
 use crate::{
     AsyncType, BINARY, Channel, Decoder, Item, Layout, Options, Packet, PacketForm, PacketHeader, PrintFormat,
     Quantity, Register, RegisterContents, RejectedCounts, Reply, Sample, Sentence, Tally, VNIMU,
-    framing::packet::PacketRun, message::decoder::Sink,
 };
 
 /// Sentences with a position or a velocity, which require a satellite receiver (VN-200 and VN-300
@@ -85,7 +84,6 @@ struct Stream {
     sealed: Vec<Batch>,
     /// Replies since the last call of `take_replies`, if they are kept.
     replies: Option<Vec<Reply>>,
-    /// Whether diagnostics are kept.
     is_diagnosed: bool,
 }
 
@@ -159,7 +157,7 @@ impl SampleReader {
             // a count takes at least four bytes of its packet, and nine of its sentence
             let bytes_per_count = if self.stream.packets.form.is_some() { 4 } else { 9 };
             self.stream.open.counts.reserve(bytes.len() / bytes_per_count);
-            self.decoder.push_to(bytes, &mut self.stream);
+            self.decoder.push(bytes, |item| self.stream.item(item));
         }
     }
 
@@ -190,7 +188,7 @@ impl SampleReader {
         if self.line_by_line {
             self.decode_line_by_line(true);
         } else {
-            self.decoder.finish_to(&mut self.stream);
+            self.decoder.finish(|item| self.stream.item(item));
         }
     }
 
@@ -230,7 +228,7 @@ fn code(header: &[u8]) -> u8 {
     AsyncType::from_header(header).unwrap_or(AsyncType::OFF).0
 }
 
-impl Sink for Stream {
+impl Stream {
     fn item(&mut self, item: Item<'_>) {
         if let Item::Rejected(rejected) = &item {
             // a `$` may occur in a damaged packet by chance
@@ -256,18 +254,6 @@ impl Sink for Stream {
         }
     }
 
-    #[inline]
-    fn packets(&mut self, run: PacketRun<'_>) {
-        let first = self.open.counts.len();
-        if self.packets.read_run(&run, &mut self.open.counts, &mut self.open.device_ns) {
-            self.note_arrival_of(first);
-        } else {
-            run.packets().for_each(|packet| self.put_packet(&packet));
-        }
-    }
-}
-
-impl Stream {
     fn diagnose(&mut self, diagnostic: impl FnOnce() -> Diagnostic) {
         if self.is_diagnosed {
             self.open.diagnostics.push(diagnostic());
@@ -415,7 +401,6 @@ impl Stream {
         }
     }
 
-    /// Ends the batch with its last row, if it has any.
     fn seal_rows(&mut self) {
         if let Some(tally) = self.open.tallies.last() {
             let tally = *tally;

@@ -122,7 +122,7 @@ fn sensor(record: &SourceResult) -> Vec<Row> {
 
 /// Register 85 in words; `None` for any other, and for one that is not what it should be.
 fn averaging(register: Register, text: &str) -> Option<String> {
-    let fields = RegisterFields::new(text).ok().filter(|_| register == Register::IMU_FILTER)?;
+    let fields = RegisterFields::new(text).filter(|_| register == Register::IMU_FILTER)?;
     let filter: ImuFilter = RegisterContents { register, fields }.value().ok()?;
     let ImuFilter { gyro_window, accel_window, mag_window, .. } = filter;
     Some(format!(

@@ -1,10 +1,7 @@
 //! The texts, tables and documents of a record.
 
 use serde_json::Value;
-use vn100_analysis::{
-    Completion, SourceResult,
-    protocol::stream::{BagReport, StampSource},
-};
+use vn100_analysis::{Completion, SourceResult, protocol::stream::BagReport};
 
 use super::fixture::at_rest;
 use crate::remedies::page_words;
@@ -68,7 +65,8 @@ fn metrics_have_the_parameters_of_a_sensor_at_rest_alone() {
 #[test]
 fn the_counts_of_a_bag_stand_under_their_names() {
     let mut measured = at_rest(64, &[]);
-    let bag = BagReport::of("/imu", "sensor_msgs/msg/Imu", StampSource::Recorded);
+    let (topic, type_name) = ("/imu".into(), "sensor_msgs/msg/Imu".into());
+    let bag = BagReport { topic, type_name, ..BagReport::default() };
     measured.source.bag =
         Some(BagReport { messages: 1, used: 2, without_sample: 3, unreadable: 4, other_messages: 5, ..bag });
     let bag = &document(&measured)["source"]["bag"];

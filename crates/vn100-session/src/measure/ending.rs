@@ -13,7 +13,6 @@ pub(crate) struct Ending {
     pub(crate) snapshot: Arc<Snapshot>,
     pub(crate) reason: End,
     pub(crate) report: Option<FileReport>,
-    /// Data time at the beginning that was excluded by command.
     pub(crate) excluded: Duration,
     pub(crate) shortfall: Option<Shortfall>,
 }
@@ -70,7 +69,7 @@ impl Measuring {
     /// A paced replay has reached its end, and stays there until it is stopped.
     pub(super) fn stand_at_end(&mut self, channels: &Channels) {
         if let Some(pace) = &mut self.pace {
-            pace.end();
+            pace.playback.at_end = true;
         }
         self.analysis.finish();
         self.publish(channels);

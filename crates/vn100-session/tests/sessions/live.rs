@@ -58,12 +58,7 @@ fn duration(seconds: u64) -> Settings {
 
 fn recording(folder: &TempDir) -> Option<RecordingSpec> {
     let path = folder.path().join("bench.mcap");
-    Some(RecordingSpec {
-        path,
-        resume: false,
-        rotation: None,
-        excluded_note: |time| format!("without {} s", time.as_secs()),
-    })
+    Some(RecordingSpec { path, resume: false, rotation: None })
 }
 
 /// The recorded reason of the end.
@@ -230,7 +225,7 @@ async fn time_excluded_by_command_is_noted_in_the_recording() {
     assert_eq!((warm_up, excluded), (result.excluded, result.excluded));
     assert!(excluded >= Duration::from_millis(2500));
     let path = result.recording.unwrap().path;
-    assert_eq!(reason(&path), format!("stopped; without {} s", excluded.as_secs()));
+    assert_eq!(reason(&path), format!("stopped; the first {:.3} s excluded by command", excluded.as_secs_f64()));
 }
 
 #[tokio::test(start_paused = true)]

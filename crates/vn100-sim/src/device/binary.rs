@@ -7,7 +7,6 @@ use vn100_protocol::{DeviceError, crc16};
 use super::{Firmware, command::check_count};
 use crate::sensor::{Deltas, SensorValues, single};
 
-/// The values that a packet can carry.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PacketContents<'a> {
     pub(crate) measured: &'a SensorValues,
@@ -31,7 +30,6 @@ const FIELD_BYTES: [[u32; 16]; 5] = [
     [2, 12, 16, 36, 12, 12, 12, 12, 12, 0, 0, 0, 0, 0, 0, 0],
 ];
 
-/// One of the three binary outputs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct PacketOutput {
     /// 0 off, 1 first port, 2 second port, 3 both.
@@ -101,7 +99,6 @@ impl PacketOutput {
         4 + payload
     }
 
-    /// The groups that are sent, with their fields.
     fn words(&self) -> impl Iterator<Item = (usize, u16)> + '_ {
         bits(u16::from(self.groups)).zip(self.words.iter().copied())
     }

@@ -7,7 +7,6 @@ use vn100_protocol::{DeviceError, crc16, xor8};
 /// The longest command in bytes.
 pub(crate) const RECEIVE_BUFFER: usize = 256;
 
-/// Collects the bytes of one command, in pieces of any size.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct CommandBuffer {
     /// The bytes from the `$` on; empty between commands.

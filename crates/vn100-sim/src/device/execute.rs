@@ -15,7 +15,6 @@ use crate::message::MESSAGES;
 const PORTS: [&str; 2] = ["1", "2"];
 
 impl Device {
-    /// Executes a command and answers it, or reports the error in it.
     pub(super) fn execute_line(&mut self, line: &[u8]) {
         let outcome = split(line).and_then(|(name, parameters)| self.execute(name, &parameters));
         if let Err(code) = outcome {

@@ -10,7 +10,6 @@ use crate::{
     sensor::Deltas,
 };
 
-/// The counter of SyncOut edges.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct SyncOut {
     /// The value at the last setting, and the tick of that setting.
@@ -35,7 +34,6 @@ impl SyncOut {
 }
 
 impl Device {
-    /// Executes all ticks up to a time, and queues their output.
     pub(super) fn run_until(&mut self, until_ns: u64) {
         let BootPhase::Running { since_ns } = self.phase else { return };
         // nothing is sent after the answer to a restart
@@ -56,7 +54,6 @@ impl Device {
         (since_ns + exact_ns).saturating_add_signed(-(early_ns as i64))
     }
 
-    /// The next tick with output.
     pub(super) fn next_output_tick(&self) -> Option<u64> {
         if self.run.paused {
             return None;
@@ -131,7 +128,6 @@ impl Device {
         self.deltas
     }
 
-    /// The contents of register 33, without its number.
     pub(super) fn sync_status(&self) -> String {
         format!("0,0,{}", self.sync_out_count())
     }

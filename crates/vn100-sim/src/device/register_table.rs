@@ -11,7 +11,6 @@ pub enum Firmware {
 }
 
 impl Firmware {
-    /// The version in register 4.
     pub(crate) const fn version(self) -> &'static str {
         match self {
             Self::V2_1 => "2.1.0.0",
@@ -20,14 +19,11 @@ impl Firmware {
     }
 }
 
-/// The allowed values of a field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Field {
     /// Printable text without `$ , *`, at most this long.
     Text(usize),
-    /// An integer in a range, both ends included.
     Whole(u32, u32),
-    /// One of several integers.
     OneOf(&'static [u32]),
     /// A finite number, at most this large, printed as short as its value allows.
     Real(f32),

@@ -19,7 +19,6 @@ enum Value {
     Rate(f32),
 }
 
-/// One of the two serial ports of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct PortSettings {
     pub(crate) baud: u32,
@@ -28,7 +27,6 @@ pub(crate) struct PortSettings {
     pub(crate) rate_hz: u32,
 }
 
-/// All settings, in memory or in flash.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Registers {
     pub(crate) firmware: Firmware,
@@ -163,7 +161,6 @@ impl Registers {
         }
     }
 
-    /// The settings of register 85.
     pub(crate) fn processing(&self) -> Processing {
         let modes = [0, 1, 2].map(|triad| self.whole(85, 5 + triad));
         Processing {

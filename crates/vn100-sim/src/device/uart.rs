@@ -2,7 +2,6 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-/// Bytes that can wait to be sent.
 const TRANSMIT_BUFFER: usize = 2048;
 
 /// Start bit, eight data bits, stop bit.
@@ -30,7 +29,6 @@ struct Burst {
     start_ns: u64,
     baud: u32,
     bytes: Vec<u8>,
-    /// Bytes already taken.
     taken: usize,
 }
 
@@ -40,7 +38,6 @@ impl Burst {
         self.start_ns + count as u64 * BITS_PER_BYTE * NS_PER_S / u64::from(self.baud)
     }
 
-    /// The number of bytes on the line by a time.
     fn sent(&self, now_ns: u64) -> usize {
         let elapsed_ns = now_ns.saturating_sub(self.start_ns);
         let mut count = (elapsed_ns / BITS_PER_BYTE * u64::from(self.baud) / NS_PER_S) as usize;
@@ -52,10 +49,8 @@ impl Burst {
     }
 }
 
-/// The messages to be sent.
 #[derive(Debug, Clone)]
 pub(crate) struct Uart {
-    /// The rate of the next messages.
     pub(crate) baud: u32,
     bursts: VecDeque<Burst>,
 }
@@ -98,7 +93,6 @@ impl Uart {
         }
     }
 
-    /// The time when the next piece is on the line.
     pub(crate) fn next_piece_ns(&self) -> Option<u64> {
         let burst = self.bursts.front()?;
         Some(burst.end_ns((burst.taken + PIECE_BYTES).min(burst.bytes.len())))

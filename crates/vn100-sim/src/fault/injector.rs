@@ -16,7 +16,6 @@ const SPLICED_BYTES: u8 = 60;
 /// The bit that a bad session inverts, as seen on a real host.
 const BAD_SESSION_BIT: u8 = 6;
 
-/// Faults of the whole link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ScheduledEvent {
     Plug(PlugEvent),
@@ -50,11 +49,9 @@ enum Splice {
 pub(crate) struct Injector {
     /// Faults of bytes; those that have happened are removed.
     faults: Vec<Fault>,
-    /// Events in order of time.
     events: VecDeque<(Duration, ScheduledEvent)>,
     splice: Option<Splice>,
     bad_session: bool,
-    /// The latest bytes of the sensor.
     recent: VecDeque<u8>,
     rng: ChaCha8Rng,
 }
@@ -152,7 +149,6 @@ impl Injector {
         (!lost).then_some((release, byte))
     }
 
-    /// Whether a byte is lost to a splice.
     fn spliced(&mut self, byte: u8) -> bool {
         let Some(splice) = self.splice else { return false };
         self.splice = match splice {

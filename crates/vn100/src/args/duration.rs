@@ -10,7 +10,6 @@ pub(super) fn duration(text: &str) -> Result<Duration, String> {
     humantime::parse_duration(text).map_err(|error| format!("{error}; give a duration such as 90, 10min or 5h"))
 }
 
-/// A duration in which something can be measured.
 pub(super) fn length(text: &str) -> Result<Duration, String> {
     match duration(text) {
         Ok(Duration::ZERO) => Err("0 s contains no sample; give a duration such as 10min".into()),

@@ -62,7 +62,6 @@ fn consumer() -> impl TypedValueParser<Value = &'static Consumer> {
     PossibleValuesParser::new(consumers()).try_map(|name| Consumer::named(&name).ok_or("unknown program"))
 }
 
-/// A number above 0.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(number) if number > 0.0 && number.is_finite() => Ok(number),

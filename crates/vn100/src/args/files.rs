@@ -7,7 +7,7 @@ use vn100_analysis::{AveragingTimes, Settings};
 use vn100_capture::ColumnMap;
 use vn100_session::Speed;
 
-use super::{JsonArgs, LogArgs, MeasureArgs, ResultArgs, ServeArgs, ViewArgs};
+use super::{JsonArgs, LogArgs, MeasureArgs, ResultArgs, ServeArgs, ViewArgs, choices::one_of};
 
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct FileArgs {
@@ -58,7 +58,7 @@ pub(crate) struct FileArgs {
 
     /// Whether a filter has removed the bias of the angular rates, which a CSV file of values does
     /// not contain. With yes, B, K and R of the gyroscope are not measurable
-    #[arg(long, help_heading = "Capture", value_name = "yes|no", value_parser = yes_or_no)]
+    #[arg(long, help_heading = "Capture", value_name = "yes|no", value_parser = one_of(&YES_OR_NO))]
     pub(crate) compensated: Option<bool>,
 
     #[command(flatten)]
@@ -107,6 +107,19 @@ pub(crate) struct ReplayArgs {
     pub(crate) serve: ServeArgs,
 }
 
+impl ReplayArgs {
+    pub(super) fn refused(&self) -> Option<String> {
+        let Self { files, result, speed, serve, .. } = self;
+        if speed.is_none() && serve.serve.is_some() {
+            return Some("--serve shows a replay while it lasts: give its pace, as in --speed 10x".into());
+        }
+        (files.refused_taus())
+            // parts of a recording are one source, which the files themselves say
+            .or_else(|| result.refused(1))
+            .or_else(|| serve.refused(files.files.iter().map(|file| file.display().to_string())))
+    }
+}
+
 #[derive(Debug, clap::Args)]
 pub(crate) struct ArchiveArgs {
     #[command(flatten)]
@@ -141,10 +154,4 @@ fn lines_or_table(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-fn yes_or_no(text: &str) -> Result<bool, String> {
-    match text {
-        "yes" => Ok(true),
-        "no" => Ok(false),
-        _ => Err("expected \"yes\" or \"no\"".into()),
-    }
-}
+const YES_OR_NO: [(&str, &str, bool); 2] = [("yes", "Bias removed", true), ("no", "Bias kept", false)];

@@ -14,16 +14,11 @@ use vn100_sim::{Profile, Thermal, fault::FaultPlan};
 
 use super::{LogArgs, duration::length};
 
-/// Where a live stream comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum SourceName {
-    /// A serial port by its path or name.
     Port(String),
-    /// The emulated sensor, behind a serial port of its own.
     Sim,
-    /// A serial server, `tcp://host:port`.
     Tcp(String),
-    /// Bytes on standard input.
     Stdin,
 }
 
@@ -78,7 +73,6 @@ impl FromStr for Baud {
     }
 }
 
-/// How the link is opened.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Link")]
 pub(crate) struct LinkArgs {
@@ -97,7 +91,6 @@ pub(crate) struct LinkArgs {
     pub(crate) log: LogArgs,
 }
 
-/// The sensor that "sim" emulates.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Emulated sensor")]
 pub(crate) struct SimSensorArgs {
@@ -123,7 +116,6 @@ pub(crate) struct SimSensorArgs {
 }
 
 impl SimSensorArgs {
-    /// The truth that is emulated.
     pub(crate) fn truth(&self) -> Profile {
         let thermal = self.thermal.unwrap_or(self.profile.thermal);
         Profile { thermal, ..self.profile.clone() }
@@ -180,7 +172,6 @@ impl ChangeArgs {
     }
 }
 
-/// What goes into a recording beside the bytes.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Recording")]
 pub(crate) struct RecordingArgs {
@@ -198,7 +189,6 @@ pub(crate) struct RecordingArgs {
     pub(crate) meta: Option<PathBuf>,
 }
 
-/// What ends a live measurement by the clock.
 #[derive(Debug, Clone, Copy, Args)]
 #[command(next_help_heading = "Targets and limits")]
 pub(crate) struct LimitArgs {
@@ -218,7 +208,6 @@ pub(crate) struct LimitArgs {
     pub(crate) hangup: Option<OnHangup>,
 }
 
-/// What a measurement does if its terminal is closed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum OnHangup {
     /// End as by Ctrl-C, with whole recordings and the settings restored
@@ -233,7 +222,6 @@ impl LimitArgs {
     }
 }
 
-/// The units of sizes, and the bytes in each.
 const SIZES: [(&str, u64); 6] =
     [("GiB", 1 << 30), ("MiB", 1 << 20), ("KiB", 1 << 10), ("GB", 1_000_000_000), ("MB", 1_000_000), ("kB", 1000)];
 

@@ -14,7 +14,6 @@ use super::{
 /// Heading of the options that decide about the end and the exit status.
 const TARGETS: &str = "Targets and limits";
 
-/// What is measured and how, the same for every command that measures.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Measurement")]
 pub(crate) struct MeasureArgs {

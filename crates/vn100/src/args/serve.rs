@@ -38,11 +38,6 @@ impl ServeArgs {
             "{taken} stands where a source does: the address of the page is joined by an equals sign, as in --serve={taken}"
         ))
     }
-
-    /// Whether the measurement is watched from elsewhere.
-    pub(crate) fn is_asked(&self) -> bool {
-        self.serve.is_some()
-    }
 }
 
 /// An address, a port, or both.

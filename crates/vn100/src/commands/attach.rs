@@ -232,7 +232,6 @@ impl Job {
                 path,
                 resume: args.live.recording.resume,
                 rotation: args.live.recording.rotate,
-                excluded_note: words::excluded_note,
             }),
             each_second: self.format.lines().is_some(),
             samples,
@@ -348,7 +347,8 @@ async fn follow(
             () = sleep_until(heartbeat.next()), if lines.is_some() => {
                 let state = session.state.borrow().clone();
                 heartbeat.note(state.snapshot.link.samples(), Instant::now());
-                let is_due = heartbeat.next() <= Instant::now() && is_open(&state.stage);
+                let is_due = heartbeat.next() <= Instant::now()
+                    && matches!(state.stage, Stage::Preparing | Stage::Measuring);
                 let silent = heartbeat.beat(Instant::now());
                 if is_due && written.is_ok() {
                     *written = write_aside(move || print_heartbeat(&state, silent)).await;
@@ -362,11 +362,6 @@ async fn follow(
             }
         }
     }
-}
-
-/// Whether samples may still come.
-const fn is_open(stage: &Stage) -> bool {
-    matches!(stage, Stage::Preparing | Stage::Measuring)
 }
 
 /// Assesses and writes without holding up the tasks that measure.

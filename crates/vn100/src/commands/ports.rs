@@ -10,32 +10,26 @@ use vn100_report::printable;
 use crate::exit::print;
 
 pub(crate) fn ports() -> Result<Completion> {
-    let held = |port: PortEntry| {
-        let held_by = other_program_on(Path::new(&port.name));
-        (port, held_by)
-    };
-    let ports: Vec<HeldPort> = list_ports().into_iter().map(held).collect();
+    let ports: Vec<_> = list_ports().into_iter().map(|port| (other_program_on(Path::new(&port.name)), port)).collect();
     print(&listing(&ports))?;
     Ok(Completion::Complete)
 }
 
-/// A port, and the program that has it open, if the system shows one.
-type HeldPort = (PortEntry, Option<String>);
-
-/// A table; or what to do if there is nothing to list.
-fn listing(ports: &[HeldPort]) -> String {
+/// A table of the ports, each with the program that has it open if the system shows one; or what to do
+/// if there is nothing to list.
+fn listing(ports: &[(Option<String>, PortEntry)]) -> String {
     if ports.is_empty() {
         return "no serial port is available: plug in the USB cable of the sensor; in a container, pass the device through\n"
             .into();
     }
-    let width = ports.iter().map(|(port, _)| port.name.len()).max().unwrap_or_default();
+    let width = ports.iter().map(|(_, port)| port.name.len()).max().unwrap_or_default();
     let mut out = String::new();
-    for (port, held_by) in ports {
+    for (held_by, port) in ports {
         let mark = if port.likely { '*' } else { ' ' };
         let usb = port.usb.as_ref().map_or("not USB".into(), |usb| {
             let names = [&usb.manufacturer, &usb.product, &usb.serial_number];
             let names: Vec<_> = names.into_iter().flatten().map(String::as_str).collect();
-            format!("{:04x}:{:04x} {}", usb.vendor_id, usb.product_id, names.join(" "))
+            format!("{:04x}:{:04x} {}", usb.vid, usb.pid, names.join(" "))
         });
         // a String takes everything
         let _ = writeln!(out, "{mark} {:width$}  {}", printable(&port.name), printable(usb.trim_end()));
@@ -46,7 +40,7 @@ fn listing(ports: &[HeldPort]) -> String {
             let _ = writeln!(out, "  {:width$}  in use by {}", "", printable(program));
         }
     }
-    if ports.iter().any(|(port, _)| port.likely) {
+    if ports.iter().any(|(_, port)| port.likely) {
         out.push_str("* likely a VN-100; vn100 info PORT identifies it\n");
     }
     out
@@ -69,15 +63,15 @@ pub(crate) fn only_likely(ports: &[PortEntry]) -> Result<String, String> {
 
 #[cfg(test)]
 mod tests {
-    use vn100_driver::UsbAdapter;
+    use vn100_driver::UsbPortInfo;
 
     use super::*;
 
     #[test]
     fn likely_ports_are_marked() {
-        let usb = UsbAdapter {
-            vendor_id: 0x0403,
-            product_id: 0x6001,
+        let usb = UsbPortInfo {
+            vid: 0x0403,
+            pid: 0x6001,
             serial_number: Some("A1".into()),
             manufacturer: Some("FTDI\x1b[2J".into()),
             product: None,
@@ -90,7 +84,7 @@ mod tests {
         };
         let other = PortEntry { name: "/dev/ttyS0".into(), stable_name: None, usb: None, likely: false };
         assert_eq!(
-            listing(&[(likely, Some("screen (process 71)".into())), (other, None)]),
+            listing(&[(Some("screen (process 71)".into()), likely), (None, other)]),
             "* /dev/ttyUSB0  0403:6001 FTDI\u{fffd}[2J A1\n                also /dev/serial/by-id/usb-FTDI_A1\n\u{20}               in use by screen (process 71)\n  /dev/ttyS0    not USB\n\
              * likely a VN-100; vn100 info PORT identifies it\n"
         );

@@ -26,8 +26,8 @@ use crate::{
     exit::{print, report as complain, unless_closed},
     inputs::{FileStream, inputs},
     output::Output,
+    serve::PROGRAM,
     user_files::evaluation,
-    watched::PROGRAM,
 };
 use exports::Exports;
 pub(super) use exports::not_written;
@@ -84,16 +84,12 @@ fn print_written(path: &Path) -> Result<()> {
     unless_closed(print(&format!("wrote {}\n", path.display())))
 }
 
-/// That of a capture; parts that are joined are several files, and have none.
+/// The facts of the stored bytes, compressed or not; parts that are joined are several files, and only
+/// a file gives the same bytes when it is read twice.
 fn capture_of(input: &FileStream) -> Option<FileFacts> {
-    if input.options.later_parts.is_empty() { capture_file(&input.path) } else { None }
-}
-
-/// Of the stored bytes, compressed or not; `None` where they cannot be read again.
-fn capture_file(path: &Path) -> Option<FileFacts> {
-    // only a file gives the same bytes when it is read twice
+    let path = &input.path;
     let is_file = path != Path::new("-") && fs::metadata(path).is_ok_and(|found| found.is_file());
-    if is_file { digest(path).ok() } else { None }
+    (is_file && input.options.later_parts.is_empty()).then(|| digest(path).ok())?
 }
 
 fn digest(path: &Path) -> io::Result<FileFacts> {
@@ -126,7 +122,6 @@ mod tests {
         fs::write(file.path(), "abc").unwrap();
         // FIPS 180-4, example of the standard
         let sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad".to_owned();
-        assert_eq!(capture_file(Path::new("-")), None);
-        assert_eq!(capture_file(file.path()), Some(FileFacts { bytes: 3, sha256 }));
+        assert_eq!(digest(file.path()).unwrap(), FileFacts { bytes: 3, sha256 });
     }
 }

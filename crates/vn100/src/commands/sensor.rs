@@ -251,7 +251,7 @@ fn packet_name(output: &BinaryOutput) -> Option<&'static str> {
 }
 
 fn register_value<T: RegisterValue>(registers: &BTreeMap<u8, String>, register: u8) -> Option<T> {
-    let fields = RegisterFields::new(registers.get(&register)?.as_str()).ok()?;
+    let fields = RegisterFields::new(registers.get(&register)?)?;
     RegisterContents { register: Register(register), fields }.value().ok()
 }
 

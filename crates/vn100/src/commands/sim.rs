@@ -6,7 +6,6 @@ mod tcp;
 mod twin;
 
 use std::{
-    fs::{self, File},
     io::{self, BufWriter, Write},
     net::SocketAddr,
     path::Path,
@@ -25,8 +24,9 @@ use self::pseudo_terminal::emulate;
 use self::{tcp::TcpSensor, twin::twin_of};
 use crate::{
     args::{CaptureMessage, SimArgs},
-    emulated_sensor::emulated_port,
     exit::{HangUp, print, report, stop_on_interrupt},
+    live_source::emulated_port,
+    output::Output,
 };
 
 /// The length of a capture, unless asked for.
@@ -93,60 +93,44 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
         bail!("a record of {duration:?} at {rate_hz} Hz contains no sample: give a longer duration");
     }
     if output == Path::new("-") {
-        write(io::stdout().lock(), &mut *write_frame, samples).context("cannot write to standard output")?;
+        let mut out = BufWriter::with_capacity(64 * 1024, io::stdout().lock());
+        let written = write(&mut out, &mut *write_frame, samples).and_then(|()| out.flush());
+        written.context("cannot write to standard output")?;
         return Ok(Completion::Complete);
     }
-    let context = || format!("cannot write {}", output.display());
-    if args.force {
-        make_room(output)?;
-    }
-    let file = match File::create_new(output) {
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-            bail!("{} exists; --force replaces it", output.display())
-        }
-        file => file.with_context(context)?,
-    };
-    let written = if output.extension().is_some_and(|extension| extension == "mcap") {
-        record(file, &mut *write_frame, samples, rate_hz, args)
-    } else {
-        write(file, &mut *write_frame, samples)
-    };
-    if written.is_err() {
-        // a part of a capture looks like a whole one; what cannot be removed stays
-        let _ = fs::remove_file(output);
-    }
-    written.with_context(context)?;
+    let file = Output::new(output, args.force);
+    file.check(output, &[])?;
+    let is_recording = output.extension().is_some_and(|extension| extension == "mcap");
+    file.write(output, |out| {
+        Ok(match is_recording {
+            true => record(out, &mut *write_frame, samples, rate_hz, args)?,
+            false => write(out, &mut *write_frame, samples)?,
+        })
+    })?;
     Ok(Completion::Complete)
-}
-
-/// Removes the capture to be replaced, only if it is a file and no link to another.
-fn make_room(output: &Path) -> Result<()> {
-    match fs::symlink_metadata(output) {
-        Ok(found) if found.is_file() => {
-            fs::remove_file(output).with_context(|| format!("cannot replace {}", output.display()))
-        }
-        Ok(_) => bail!("{} is not a regular file, and --force replaces nothing else", output.display()),
-        // any other problem is reported by the write
-        Err(_) => Ok(()),
-    }
 }
 
 /// Appends the next sentence or packet.
 type WriteFrame = dyn FnMut(&mut Vec<u8>);
 
-fn write(out: impl Write, write_frame: &mut WriteFrame, samples: u64) -> io::Result<()> {
-    let mut out = BufWriter::with_capacity(64 * 1024, out);
+fn write(out: &mut impl Write, write_frame: &mut WriteFrame, samples: u64) -> io::Result<()> {
     let mut frame = Vec::new();
     for _ in 0..samples {
         frame.clear();
         write_frame(&mut frame);
         out.write_all(&frame)?;
     }
-    out.flush()
+    Ok(())
 }
 
 /// Writes each frame as a read of its own, at the very time of its sample; the first is at 0.
-fn record(file: File, write_frame: &mut WriteFrame, samples: u64, rate_hz: u32, args: &SimArgs) -> io::Result<()> {
+fn record(
+    out: &mut impl Write,
+    write_frame: &mut WriteFrame,
+    samples: u64,
+    rate_hz: u32,
+    args: &SimArgs,
+) -> io::Result<()> {
     let recipe = [
         ("profile", args.sensor.profile.name.clone()),
         ("rate_hz", rate_hz.to_string()),
@@ -154,12 +138,12 @@ fn record(file: File, write_frame: &mut WriteFrame, samples: u64, rate_hz: u32, 
     ];
     let thermal = args.sensor.thermal.map(|thermal| ("thermal", format!("{thermal:?}")));
     let recipe = recipe.into_iter().chain(thermal).map(|(name, value)| (format!("sim.{name}"), value)).collect();
-    let mut recording = RecordingWriter::new(file, &recipe)?;
+    let mut recording = RecordingWriter::new(out, &recipe)?;
     for sample in 0..samples {
         let mut frame = Vec::new();
         write_frame(&mut frame);
         let at_ns = i64::try_from(u128::from(sample) * 1_000_000_000 / u128::from(rate_hz)).ok();
         recording.write(&Chunk { bytes: frame.into(), at_ns }.into())?;
     }
-    recording.finish(Some("the record has its length"))?.sync_all()
+    recording.finish(Some("the record has its length")).map(drop)
 }

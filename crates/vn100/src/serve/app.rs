@@ -15,7 +15,6 @@ use crate::serve::{
     hosts::Hosts,
 };
 
-/// What all answers of the server are made from.
 pub(crate) struct App {
     pub(crate) drawer: Arc<Mutex<Drawer>>,
     pub(crate) page: watch::Sender<Arc<PageState>>,

@@ -10,14 +10,12 @@ use axum::{
 use flate2::{Compression, write::GzEncoder};
 use tokio_stream::StreamExt;
 
-/// Whether a request takes an answer that is compressed by gzip.
 pub(crate) fn takes_gzip(headers: &HeaderMap) -> bool {
     let accepted = headers.get_all(header::ACCEPT_ENCODING).iter().filter_map(|accepted| accepted.to_str().ok());
     let mut kinds = accepted.flat_map(|accepted| accepted.split(','));
     kinds.any(|kind| kind.trim() == "gzip" || kind.trim().starts_with("gzip;q=0."))
 }
 
-/// The answer, compressed.
 pub(crate) fn compressed(response: Response) -> Response {
     let (mut head, body) = response.into_parts();
     head.headers.remove(header::CONTENT_LENGTH);

@@ -27,7 +27,7 @@ use vn100_report::{
 };
 use vn100_session::{SourceState, Stage};
 
-use crate::serve::{ReportSettings, ServedSource};
+use crate::serve::{PROGRAM, ServedSource};
 
 /// An answer is kept this long, however often it is requested.
 const KEPT: Duration = Duration::from_millis(250);
@@ -83,7 +83,9 @@ impl PageState {
 pub(crate) struct Drawer {
     sources: Vec<SourceDrawer>,
     evaluation: Arc<Evaluation>,
-    report_settings: ReportSettings,
+    /// The command line, as a user would repeat it.
+    asked: String,
+    confidence: f64,
     state: Arc<PageState>,
     drawn_at: Option<Instant>,
     /// The latest answers by their addresses.
@@ -94,7 +96,8 @@ impl Drawer {
     pub(crate) fn new(
         sources: Vec<ServedSource>,
         evaluation: Arc<Evaluation>,
-        report_settings: ReportSettings,
+        asked: String,
+        confidence: f64,
         now: Instant,
     ) -> Self {
         // a later run has another number, unless the clock was set back by exactly that time
@@ -102,7 +105,8 @@ impl Drawer {
         Self {
             sources: sources.into_iter().map(|source| SourceDrawer::new(source, now)).collect(),
             evaluation,
-            report_settings,
+            asked,
+            confidence,
             state: Arc::new(PageState { run, ..PageState::default() }),
             drawn_at: None,
             kept: HashMap::new(),
@@ -124,7 +128,7 @@ impl Drawer {
 
     pub(crate) fn draw(&mut self, now: Instant) -> Arc<PageState> {
         self.drawn_at = Some(now);
-        let (evaluation, options) = (&self.evaluation, self.report_settings.options());
+        let (evaluation, options) = (&self.evaluation, page_options(&self.asked, self.confidence));
         let seen: Vec<Seen> = self.sources.iter_mut().map(|source| source.see(evaluation, options, now)).collect();
         let live: Vec<PageSource<'_>> = (self.sources.iter().zip(&seen))
             .map(|(source, seen)| PageSource {
@@ -162,7 +166,7 @@ impl Drawer {
             Some(name) => ShownPage::SourceOfSeveral(name),
         };
         let part = |id: &str| Some(&*state.since(0, page).find(|part| part.id == id)?.html);
-        Some(live_page(shown, part, &format!("{}-{}", state.run, state.version), self.report_settings.program.name))
+        Some(live_page(shown, part, &format!("{}-{}", state.run, state.version), PROGRAM.name))
     }
 
     /// The answer at an address, made anew if it is older than `lasts`.
@@ -190,7 +194,6 @@ impl Drawer {
         })
     }
 
-    /// The report so far.
     pub(crate) fn report(&mut self, now: Instant) -> Bytes {
         self.kept("report", now, REPORT_KEPT, |drawer| {
             let result = |source: &SourceDrawer| result_of(&source.state.borrow().clone(), Parts::All);
@@ -204,7 +207,8 @@ impl Drawer {
             let together = if is_alone { Figures::default() } else { Figures::together(&records, &names) };
             let mut page = Vec::new();
             // writing into memory does not fail
-            let _ = write_page(&mut page, &records, &figures, &together, drawer.report_settings.options());
+            let _ =
+                write_page(&mut page, &records, &figures, &together, page_options(&drawer.asked, drawer.confidence));
             String::from_utf8_lossy(&page).into_owned()
         })
     }
@@ -237,6 +241,10 @@ impl Drawer {
     }
 }
 
+fn page_options(asked: &str, confidence: f64) -> PageOptions<'_> {
+    PageOptions { confidence, asked, words: page_words, program: PROGRAM, span_s: DEFAULT_SPAN_S }
+}
+
 struct SourceDrawer {
     state: watch::Receiver<SourceState>,
     goals: Goals,
@@ -246,7 +254,6 @@ struct SourceDrawer {
     drawn: Option<DrawnResult>,
 }
 
-/// The parts drawn from one assessment.
 struct DrawnResult {
     assessment: Arc<Assessment>,
     is_over: bool,
@@ -254,7 +261,6 @@ struct DrawnResult {
     parts: Vec<Arc<PagePart>>,
 }
 
-/// What one look at a source has found.
 struct Seen {
     result: SourceResult,
     stage: Stage,

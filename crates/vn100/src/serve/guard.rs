@@ -53,7 +53,7 @@ pub(crate) async fn guard(State(app): State<Arc<App>>, request: Request, next: N
             (StatusCode::METHOD_NOT_ALLOWED, [(header::ALLOW, "GET, HEAD")], "this page only reads\n").into_response()
         }
         Some(host) if app.hosts.allows(&host, local) => next.run(request).await,
-        Some(_) => (StatusCode::FORBIDDEN, format!("this name is unknown here{}\n", app.hosts.advice)).into_response(),
+        Some(_) => (StatusCode::FORBIDDEN, "this name is unknown here: --serve-host NAME allows it\n").into_response(),
         None => (StatusCode::BAD_REQUEST, "a request names one host\n").into_response(),
     };
     if is_packed {
@@ -74,7 +74,7 @@ mod tests {
 
     #[test]
     fn a_host_is_an_address_of_the_connection_or_a_name_of_the_machine() {
-        let hosts = Hosts::new(vec!["Bench".into(), "imu.lab".into(), "10.0.0.9".into()], "");
+        let hosts = Hosts::new(vec!["Bench".into(), "imu.lab".into(), "10.0.0.9".into()]);
         let (loopback, lan) = ("127.0.0.1", "192.168.1.7");
         for (host, local, is_allowed) in [
             ("127.0.0.1:8100", loopback, true),

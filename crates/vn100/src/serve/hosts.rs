@@ -2,16 +2,14 @@
 
 use std::net::IpAddr;
 
-/// Names of this machine.
 #[derive(Debug)]
 pub(crate) struct Hosts {
     names: Vec<String>,
-    pub(crate) advice: &'static str,
 }
 
 impl Hosts {
-    pub(crate) fn new(names: Vec<String>, advice: &'static str) -> Self {
-        Self { names: names.iter().map(|name| bare(name)).collect(), advice }
+    pub(crate) fn new(names: Vec<String>) -> Self {
+        Self { names: names.iter().map(|name| bare(name)).collect() }
     }
 
     /// Whether the name is one of this machine, for a connection to `local`. The port does not

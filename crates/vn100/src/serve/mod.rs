@@ -38,43 +38,23 @@ use tokio::{
     time::{self, Instant, MissedTickBehavior},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_report::html::{PageOptions, Program};
-use vn100_report::remedies::page_words;
-use vn100_report::{DEFAULT_SPAN_S, Evaluation, goals::Goals};
+use vn100_report::{goals::Goals, html::Program};
 use vn100_session::SourceState;
 
 use app::App;
-use drawing::{Drawer, PageState};
+pub(crate) use drawing::Drawer;
+use drawing::PageState;
 use hosts::Hosts;
+
+/// The program, as its reports name it.
+pub(crate) const PROGRAM: Program<'static> =
+    Program { name: concat!("vn100 ", env!("CARGO_PKG_VERSION")), commit: option_env!("VN100_COMMIT") };
 
 /// The shortest interval between two versions of the page.
 const PERIOD: Duration = Duration::from_secs(1);
 
 /// The most streams of events that stay open at the same time.
 const STREAMS: usize = 16;
-
-/// What a [`Server`] serves, and to whom.
-pub(crate) struct ServeSpec {
-    /// Accepts the connections to the page.
-    pub(crate) listener: TcpListener,
-    /// How long the drawing of the last state, and then the readers, may take before the server
-    /// ends without them.
-    pub(crate) grace: Duration,
-    /// Host names that a request may ask for, besides the addresses of this machine.
-    pub(crate) host_names: Vec<String>,
-    /// What an answer that refuses another host name advises.
-    pub(crate) host_advice: &'static str,
-    /// The sources, in the order of the page.
-    pub(crate) sources: Vec<ServedSource>,
-    /// The data sheet and the reference that the results are compared with.
-    pub(crate) evaluation: Arc<Evaluation>,
-    /// The command line, as a user would repeat it.
-    pub(crate) asked: String,
-    /// The program that reports name as their maker.
-    pub(crate) program: Program<'static>,
-    /// Two-sided level of the confidence intervals, 0 < p < 1.
-    pub(crate) confidence: f64,
-}
 
 /// A source that the page shows.
 #[derive(Debug)]
@@ -85,8 +65,8 @@ pub(crate) struct ServedSource {
     pub(crate) goals: Goals,
 }
 
-/// A running server. It serves until it is dropped, which waits for slow readers as long as
-/// [`ServeSpec::grace`] says, and then for the end of its thread.
+/// A running server. It serves until it is dropped, which waits for slow readers, but not for long,
+/// and then for the end of its thread.
 #[derive(Debug)]
 pub(crate) struct Server {
     ending: CancellationToken,
@@ -94,12 +74,16 @@ pub(crate) struct Server {
 }
 
 impl Server {
-    /// Starts to serve, on a thread of its own.
-    ///
-    /// # Errors
-    /// When the listener cannot be made non-blocking, or the thread cannot be started.
-    pub(crate) fn start(spec: ServeSpec) -> io::Result<Self> {
-        spec.listener.set_nonblocking(true)?;
+    /// Starts to serve what the drawer draws, on a thread of its own, to those who ask for one of these
+    /// names or an address of this machine. The drawing of the last state, and then the readers, may
+    /// take as long as `grace` before the server ends without them.
+    pub(crate) fn start(
+        listener: TcpListener,
+        host_names: Vec<String>,
+        drawer: Drawer,
+        grace: Duration,
+    ) -> io::Result<Self> {
+        listener.set_nonblocking(true)?;
         let ending = CancellationToken::new();
         let token = ending.clone();
         let run = move || {
@@ -107,8 +91,7 @@ impl Server {
             let runtime =
                 Builder::new_current_thread().enable_all().thread_name("vn100-drawing").max_blocking_threads(1).build();
             if let Ok(runtime) = runtime {
-                let grace = spec.grace;
-                let _ = runtime.block_on(serve(spec, token));
+                let _ = runtime.block_on(serve(listener, Hosts::new(host_names), drawer, grace, token));
                 runtime.shutdown_timeout(grace);
             }
         };
@@ -128,31 +111,14 @@ impl Drop for Server {
     }
 }
 
-/// What a report says besides the results.
-#[derive(Debug, Clone)]
-struct ReportSettings {
-    asked: String,
-    program: Program<'static>,
-    confidence: f64,
-}
-
-impl ReportSettings {
-    fn options(&self) -> PageOptions<'_> {
-        PageOptions {
-            confidence: self.confidence,
-            asked: &self.asked,
-            words: page_words,
-            program: self.program,
-            span_s: DEFAULT_SPAN_S,
-        }
-    }
-}
-
-async fn serve(spec: ServeSpec, ending: CancellationToken) -> io::Result<()> {
-    let listener = tokio::net::TcpListener::from_std(spec.listener)?;
-    let hosts = Hosts::new(spec.host_names, spec.host_advice);
-    let report = ReportSettings { asked: spec.asked, program: spec.program, confidence: spec.confidence };
-    let drawer = Drawer::new(spec.sources, spec.evaluation, report, Instant::now());
+async fn serve(
+    listener: TcpListener,
+    hosts: Hosts,
+    drawer: Drawer,
+    grace: Duration,
+    ending: CancellationToken,
+) -> io::Result<()> {
+    let listener = tokio::net::TcpListener::from_std(listener)?;
     let app = Arc::new(App {
         drawer: Arc::new(Mutex::new(drawer)),
         page: watch::channel(Arc::new(PageState::default())).0,
@@ -160,8 +126,8 @@ async fn serve(spec: ServeSpec, ending: CancellationToken) -> io::Result<()> {
         over: CancellationToken::new(),
         hosts,
     });
-    let keeping = tokio::spawn(keep_drawn(Arc::clone(&app), spec.grace, ending.clone()));
-    connection::accept(listener, routes::router(&app), spec.grace, &app.over).await;
+    let keeping = tokio::spawn(keep_drawn(Arc::clone(&app), grace, ending));
+    connection::accept(listener, routes::router(&app), grace, &app.over).await;
     // a panic of the task was reported where it occurred
     let _ = keeping.await;
     Ok(())

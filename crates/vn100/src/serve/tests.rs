@@ -6,7 +6,7 @@ use std::{
 };
 
 use vn100_analysis::{Settings, SourceFacts};
-use vn100_report::Asked;
+use vn100_report::{Asked, Evaluation};
 use vn100_session::Stage;
 
 use super::*;
@@ -20,23 +20,19 @@ struct Served {
     address: SocketAddr,
 }
 
+fn drawer_of(sources: Vec<ServedSource>) -> Drawer {
+    let evaluation = Arc::new(Evaluation::new(None, Asked::default()).unwrap());
+    Drawer::new(sources, evaluation, String::new(), 0.95, Instant::now())
+}
+
 /// A server of one source, and what moves that on.
 fn served() -> (Served, watch::Sender<SourceState>) {
     let facts = SourceFacts { name: "imu".into(), ..SourceFacts::default() };
     let (sender, state) = watch::channel(SourceState::new(facts, &Settings::default()));
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
-    let server = Server::start(ServeSpec {
-        listener,
-        grace: PATIENCE,
-        host_names: vec!["bench".into()],
-        host_advice: ": name it",
-        sources: vec![ServedSource { state, goals: Goals::default() }],
-        evaluation: Arc::new(Evaluation::new(None, Asked::default()).unwrap()),
-        asked: "vn100 watch imu".into(),
-        program: Program { name: "vn100 test", commit: None },
-        confidence: 0.95,
-    });
+    let drawer = drawer_of(vec![ServedSource { state, goals: Goals::default() }]);
+    let server = Server::start(listener, vec!["bench".into()], drawer, PATIENCE);
     (Served { _server: server.unwrap(), address }, sender)
 }
 
@@ -79,7 +75,7 @@ fn every_address_answers_with_its_own_kind_of_content() {
     assert_eq!(ask(&server, "POST", "/", "localhost").0, 405);
     assert_eq!(ask(&server, "GET", "/", "bench").0, 200);
     let (status, _, body) = ask(&server, "GET", "/", "evil.example");
-    assert_eq!((status, &*body), (403, "this name is unknown here: name it\n"));
+    assert_eq!((status, &*body), (403, "this name is unknown here: --serve-host NAME allows it\n"));
 }
 
 #[test]
@@ -120,18 +116,12 @@ fn a_reader_gets_the_page_as_it_changes_and_the_end_of_the_program() {
 /// A runtime without a clock makes the task panic at its first step.
 #[test]
 fn a_server_ends_although_its_drawing_has_panicked() {
-    let evaluation = Arc::new(Evaluation::new(None, Asked::default()).unwrap());
-    let report = ReportSettings {
-        asked: String::new(),
-        program: Program { name: "vn100 test", commit: None },
-        confidence: 0.95,
-    };
     let app = Arc::new(App {
-        drawer: Arc::new(Mutex::new(Drawer::new(Vec::new(), evaluation, report, Instant::now()))),
+        drawer: Arc::new(Mutex::new(drawer_of(Vec::new()))),
         page: watch::channel(Arc::new(PageState::default())).0,
         streams: Arc::new(Semaphore::new(STREAMS)),
         over: CancellationToken::new(),
-        hosts: Hosts::new(Vec::new(), ""),
+        hosts: Hosts::new(Vec::new()),
     });
     let runtime = Builder::new_current_thread().build().unwrap();
     let keeping = keep_drawn(Arc::clone(&app), PATIENCE, CancellationToken::new());

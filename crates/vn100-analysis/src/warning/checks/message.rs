@@ -41,7 +41,7 @@ pub(super) fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
 /// Whether the sensor turns its axes, by register 26, if the stream contains it.
 fn is_rotated(snapshot: &Snapshot) -> bool {
     let register = Register::ROTATION;
-    let fields = snapshot.registers.get(&register.0).and_then(|fields| RegisterFields::new(fields).ok());
+    let fields = snapshot.registers.get(&register.0).and_then(RegisterFields::new);
     let rotation =
         fields.and_then(|fields| RegisterContents { register, fields }.value::<ReferenceFrameRotation>().ok());
     rotation.is_some_and(|rotation| rotation.matrix != [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])

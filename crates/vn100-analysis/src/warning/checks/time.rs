@@ -102,7 +102,7 @@ fn packet_rate(snapshot: &Snapshot) -> Option<Warning> {
         return warning(Finding::PacketRate(rate_hz));
     }
     let output = |register: &Register| {
-        let fields = RegisterFields::new(snapshot.registers.get(&register.0)?.as_str()).ok()?;
+        let fields = RegisterFields::new(snapshot.registers.get(&register.0)?)?;
         let output: BinaryOutput = RegisterContents { register: *register, fields }.value().ok()?;
         Some((register.0, output.rate_hz())).filter(|(_, hz)| *hz > 0.0)
     };

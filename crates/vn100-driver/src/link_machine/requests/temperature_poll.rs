@@ -18,12 +18,10 @@ impl TemperaturePoll {
         Self { every, last: Duration::ZERO, bytes: 0 }
     }
 
-    /// Begins an interval at `now`.
     pub(super) fn restart(&mut self, now: Duration) {
         (self.last, self.bytes) = (now, 0);
     }
 
-    /// Counts bytes that the sensor has sent.
     pub(super) fn handle_read(&mut self, bytes: usize) {
         self.bytes += bytes as u64;
     }

@@ -160,25 +160,6 @@ fn silent() -> Requests {
 }
 
 #[test]
-fn a_paused_output_is_resumed_and_its_pause_must_be_restored() {
-    let mut requests = silent();
-    requests.ask_presence(s(0), Duration::from_millis(2999));
-    assert_eq!(requests.poll_transmit(s(3)).as_deref(), Some(MODEL), "it may only be slow");
-    requests.handle_reply(&register(Register::MODEL, "VN-100"), s(3));
-    requests.ask_presence(s(0), s(3));
-    assert_eq!(requests.poll_transmit(s(3)).as_deref(), Some(&b"$VNASY,1*4E\r\n"[..]));
-    assert!(!requests.detect_resumed_output(), "the command is not answered");
-    requests.handle_reply(&Reply::Echo("VNASY,1".into()), s(3));
-    assert!(!requests.must_restore_pause());
-    assert!(requests.detect_resumed_output());
-    assert!(requests.must_restore_pause() && !requests.detect_resumed_output());
-    // a restart switches the output on, and a user's command about the output takes precedence
-    let mut restarted = requests;
-    restarted.handle_reply(&Reply::Error(DeviceError::HardFault), s(4));
-    assert!(!restarted.must_restore_pause());
-}
-
-#[test]
 fn an_output_set_by_the_user_is_unchanged() {
     for on in [false, true] {
         let mut requests = silent();

@@ -3,33 +3,6 @@
 use super::*;
 
 #[test]
-fn a_silent_output_is_asked_and_given_up_without_an_answer() {
-    let mut bench = Bench::connected(LinkOptions::default());
-    bench.receive(&sentence("VNERR,08"));
-    bench.stream(FRAME, ms(25), 100);
-    bench.take_sent();
-    // five periods, and at least 250 ms
-    bench.wait(ms(249));
-    assert!(matches!(bench.states.last(), Some(LinkState::Up(_))));
-    bench.wait(ms(1));
-    assert!(matches!(bench.states.last(), Some(LinkState::Silent(_))));
-    // asked again until a stall would be over
-    bench.wait(ms(2999));
-    assert_eq!(bench.phase(), "connected");
-    assert!(bench.sent.iter().filter(|line| *line == ASK_MODEL).count() >= 4);
-    bench.wait(ms(1600));
-    assert_eq!((bench.phase(), bench.down_cause()), ("scanning", "the sensor sends nothing and does not reply"));
-    bench.assert_ledger();
-    // if no question may be sent, the second check decides
-    let mut bench = Bench::connected(LinkOptions { listen_only: true, ..LinkOptions::default() });
-    bench.wait(ms(12_999));
-    assert_eq!(bench.phase(), "connected");
-    bench.wait(ms(1));
-    assert_eq!((bench.phase(), bench.sent.len()), ("backing off", 0));
-    bench.assert_ledger();
-}
-
-#[test]
 fn bursts_of_a_server_that_collects_lines_are_reported_as_a_silence_once_at_most() {
     // at 40 Hz
     for lines in [16, 40] {

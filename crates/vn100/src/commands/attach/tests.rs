@@ -25,8 +25,7 @@ use vn100_view::MessageQueue;
 use super::{Job, Prepared, attach_one};
 use crate::{
     args::{Args, AttachArgs, OutputFormat, SourceName, Subcommand},
-    emulated_sensor::emulated_port,
-    live_source::as_asked,
+    live_source::{as_asked, emulated_port},
     log::Entries,
     result::evaluated_replay,
     samples::SampleWriter,

@@ -8,8 +8,8 @@ use vn100_sim::pty::{PtyOptions, PtyStats, serve};
 use super::times;
 use crate::{
     args::{SimArgs, SimSensorArgs},
-    emulated_sensor::device,
     exit::{HangUp, print, report, stop_on_interrupt},
+    live_source::device,
 };
 
 pub(super) fn emulate(args: &SimArgs) -> Result<Completion> {

@@ -12,7 +12,6 @@ use vn100_analysis::{
     protocol::{VNIMU, stream::Batch},
 };
 use vn100_report::Asked;
-use vn100_report::html::Program;
 
 use super::*;
 use crate::serve::events::PageEvents;
@@ -61,13 +60,7 @@ fn hour(state: &mut u64) -> Batch {
 
 fn drawer_of(sources: Vec<ServedSource>, begin: Instant) -> Drawer {
     let evaluation = Evaluation::new(None, Asked::default()).unwrap();
-    let program = Program { name: "test", commit: None };
-    Drawer::new(
-        sources,
-        Arc::new(evaluation),
-        ReportSettings { asked: String::new(), program, confidence: 0.95 },
-        begin,
-    )
+    Drawer::new(sources, Arc::new(evaluation), String::new(), 0.95, begin)
 }
 
 /// A day of data ten thousand times as fast: what is kept is that of the last hour.
