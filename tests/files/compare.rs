@@ -71,7 +71,6 @@ fn equal_sensors_are_not_reported_as_different() {
     assert!(octaves.len() > 15 * 10, "15 pairs of {} octaves", octaves.len());
     assert_eq!(kinds(&document["caveats"]), [""; 0]);
     assert_eq!(document["same_samples"], Value::Array(vec![]));
-    assert_eq!(document["recommended"]["why"], "smallest-of-quiet", "{}", document["recommended"]);
 }
 
 #[test]
@@ -108,12 +107,6 @@ fn records_with_different_aliasing_have_no_quietest() {
     let text = vn100().arg("compare").args([&slow, &fast]).output().unwrap().stdout;
     let text = String::from_utf8(text).unwrap();
     assert!(text.contains("N is not compared"), "{text}");
-    let said = document["recommended"]["text"].as_str().unwrap();
-    assert!(said.starts_with("use run") && !said.contains("significantly quieter"), "{said}");
-    let short = capture(folder.path(), "short.mcap", &["--duration", "2min", "--message", "VNIMU", "--rate", "40"]);
-    let (document, _) = compare(&[fast, short], &[]);
-    let said = document["recommended"]["text"].as_str().unwrap();
-    assert!(said.starts_with("use run 1"), "{said}");
 }
 
 #[test]
@@ -168,7 +161,6 @@ fn a_recording_is_known_again() {
     assert_eq!(document["same_samples"], serde_json::json!([{ "records": [0, 1], "of_first": 1.0, "of_second": 1.0 }]));
     assert_eq!((kinds(&document["caveats"]), &document["channels"]), (vec!["same-samples"], &serde_json::json!([])));
     let text = String::from_utf8(vn100().arg("compare").args(&files).output().unwrap().stdout).unwrap();
-    assert!(text.lines().take(4).any(|line| line.contains("Use run ")), "{text}");
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
 }
 

@@ -12,6 +12,7 @@ mod bags;
 mod cli_contract;
 mod column_rates;
 mod compare;
+mod cures;
 #[cfg(unix)]
 mod diagnostics;
 #[cfg(unix)]

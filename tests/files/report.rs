@@ -60,7 +60,7 @@ fn holds_the_lab(html: &str) {
         let found = html.to_lowercase().contains(&row.to_lowercase());
         assert!(found, "no {row}");
     }
-    for table in ["Angle Random Walk N", "Comparison with the data sheet", "Graphical readings beside", "What to do"] {
+    for table in ["Angle Random Walk N", "Comparison with the data sheet", "graphical slope method", "What to do"] {
         assert!(html.replace("<b>", "").replace("</b>", "").contains(table), "no {table}");
     }
 }
@@ -70,7 +70,7 @@ fn graphical_readings_come_from_the_allan_deviation() {
     let folder = TempDir::new().unwrap();
     let capture = simulated(&folder, "lab.vnymr", &["--profile", "lab3", "--message", "VNIMU"]);
     let (_, html) = report(&folder, &[&capture], &["--deviation", "hadamard"]);
-    assert!(!html.contains("Graphical readings beside"), "the rules are none of the Hadamard deviation");
+    assert!(!html.contains("figure-graphical-"), "the rules are none of the Hadamard deviation");
 }
 
 fn without_scripts(html: &str) -> String {
@@ -122,10 +122,10 @@ fn the_graphical_readings_are_drawn_tabled_and_exported_or_not_read_for_a_reason
     let capture = simulated(&folder, "lab.vnymr", &["--profile", "lab3", "--message", "VNIMU", "--duration", "2h"]);
     let (page, html) = report(&folder, &[&capture], &["--rate", "40", "--export", "csv,json"]);
     let lab = html.split("<section id=\"lab\">").nth(1).unwrap().split("</section>").next().unwrap();
-    for part in ["figure-graphical-gyro_y", "figure-graphical-accel_y", "slope −½ at τ = 1 s", "<b>Grade</b>"] {
+    for part in ["figure-graphical-gyro_y", "figure-graphical-accel_y", "<b>Grade</b>"] {
         assert!(lab.contains(part), "no {part}");
     }
-    assert!(lab.contains("href=\"#background-N\"") && html.contains("id=\"background-N\""));
+    assert!(lab.contains("href=\"#background\"") && html.contains("id=\"background-N\""));
     let rows = rows_of(&page, "parameters.csv");
     let row = |channel: &str, parameter: &str, unit: &str| {
         let found = rows.iter().find(|row| row[0] == channel && row[1] == parameter && row[6] == unit);
@@ -252,9 +252,7 @@ fn registers_reported_in_the_stream_are_in_the_report() {
     }
     fs::write(&capture, lines).unwrap();
     let (_, html) = report(&folder, &[&capture], &["--rate", "40"]);
-    for told in
-        ["0100012345", "averages 20 refreshes of the gyroscope (both)", "on, heading absolute", " x typical</b>"]
-    {
+    for told in ["0100012345", "averages 20 refreshes of the gyroscope", " x typical</b>"] {
         assert!(html.contains(told), "{told}");
     }
     assert!(html.contains("uncompensated_gyro_x"), "its mean");

@@ -31,15 +31,7 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "vn100-view",
-        &[
-            "vn100-protocol",
-            "vn100-capture",
-            "vn100-driver",
-            "imu-noise",
-            "vn100-analysis",
-            "vn100-session",
-            "vn100-report",
-        ],
+        &["vn100-protocol", "imu-noise", "vn100-analysis", "vn100-session", "vn100-report"],
         &["serialport", "anyhow", "maud"],
     ),
     (

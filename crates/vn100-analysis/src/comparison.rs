@@ -5,7 +5,6 @@ mod means;
 mod octaves;
 mod population;
 mod ranking;
-mod recommendation;
 
 use serde::Serialize;
 use vn100_protocol::Quantity;
@@ -15,7 +14,6 @@ pub use means::{ChannelMeans, RecordMean, Spread};
 pub use octaves::{ComparedChannel, OctaveTest};
 pub use population::{NoPrediction, Population, UnitValue};
 pub use ranking::{AxisWhite, RankedRecord, Ranking, WhiteTest};
-pub use recommendation::{Recommendation, WhyUse};
 
 use crate::hypothesis_tests::holm;
 use crate::{Assessment, Onboard, SharedRows, Snapshot, Warning, WarningKind};
@@ -44,9 +42,6 @@ pub struct Comparison {
     /// By sensor, the records in ascending order of their white noise.
     #[serde(rename = "sensors")]
     pub rankings: Vec<Ranking>,
-    /// The record to use if one is enough, or why there is none.
-    #[serde(skip)]
-    pub recommended: Recommendation,
     /// Pairs of records that hold the same samples, which are not tested against each other.
     pub same_samples: Vec<SameSamples>,
     /// By channel of a sensor: the mean in each record, and their spread.
@@ -111,15 +106,13 @@ impl Comparison {
     pub fn of(records: &[ComparedRecord<'_>], units: &[String], confidence: f64) -> Self {
         let same_samples = same_samples(records);
         let rankings = ranking::rankings(records, &same_samples, confidence);
-        let disturbances = disturbances(records);
         Self {
             confidence,
             channels: octaves::tests(records, &same_samples, confidence),
-            recommended: recommendation::recommendation(records, &rankings, &disturbances, &same_samples),
             rankings,
             means: means::means(records, confidence),
             populations: population::populations(records, units, &same_samples, confidence),
-            disturbances,
+            disturbances: disturbances(records),
             caveats: caveat::caveats(records, &same_samples),
             same_samples,
         }

@@ -2,9 +2,9 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2, PI};
 
-use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, Term, Verdict};
+use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, Term, Verdict, conventions};
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::{
     assessment::{Assessment, ChannelAssessment, ChannelNoise, Onboard, WindowFrom},
@@ -37,51 +37,67 @@ pub struct SheetOnboard {
 }
 
 /// One figure of a data sheet.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
 pub struct DatasheetFigure {
     /// The kind of sensor.
+    #[serde(skip)]
     pub sensor: Sensor,
-    /// The parameter.
+    /// Parameter.
+    #[serde(rename = "parameter")]
     pub term: Term,
-    /// The claim in SI units (magnetic field in gauss); a density as two-sided.
+    /// The claim: limit or typical, in SI units (magnetic field in gauss); a density as two-sided.
+    #[serde(serialize_with = "as_word")]
+    #[schemars(with = "String")]
     pub claim: Claim,
     /// Whether it is unknown if the density is two-sided or one-sided; as one-sided, the claim is
     /// √2 smaller.
+    #[serde(rename = "unknown_sides")]
     pub is_of_unknown_sides: bool,
     /// Whether the figure is the minimum of the Allan deviation, which most sheets call bias
-    /// instability: [`curve_minimum`](imu_noise::curve_minimum).
+    /// instability.
     pub is_minimum: bool,
-    /// The figure as printed, such as `typical 0.0035 deg/s/sqrt(Hz)`.
+    /// The figure as printed, such as typically 0.0035 deg/s/sqrt(Hz).
+    #[serde(rename = "figure")]
     pub printed: String,
     /// Where the figure was found.
     pub source: Option<String>,
 }
 
-/// A measurement compared with one figure.
-#[derive(Debug, Clone, PartialEq)]
+fn as_word<S: Serializer>(claim: &Claim, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(match claim {
+        Claim::Limit(_) => "limit",
+        Claim::Typical { .. } => "typical",
+    })
+}
+
+/// One figure of the data sheet and the verdict of the measurement, in SI units (magnetic field in
+/// gauss).
+#[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
 pub struct FigureVerdict {
     /// The figure.
+    #[serde(flatten)]
     pub figure: DatasheetFigure,
-    /// The verdict; `None` for a typical figure that is not taken for a limit, unless the stream does
-    /// not carry the parameter.
+    /// Verdict; null for a typical figure that is not taken for a limit, unless the stream does not
+    /// carry the parameter.
     pub verdict: Option<Verdict>,
-    /// What would decide; `None` unless the verdict is undecided.
+    /// What would decide; null unless the verdict is undecided.
     pub decided_by: Option<DecidedBy>,
     /// Length in seconds of a record that would probably decide, if it has the noise that this one
-    /// shows; `None` unless a longer record would decide, and if 100 days do not.
+    /// shows; null unless a longer record would decide, and if 100 days do not.
     pub deciding_record_s: Option<f64>,
     /// Below the first a parameter passes, above the second it fails.
+    #[serde(skip)]
     pub(crate) range: (f64, f64),
-    /// The measured parameter in the convention of the figure, in SI units (magnetic field in
-    /// gauss).
+    /// SI unit of measured and expected.
+    pub unit: &'static str,
+    /// The measured parameter in the convention of the figure.
     pub measured: Parameter,
     /// The measured parameter over the expected one.
     pub ratio: Ratio,
     /// The lowest and the highest factor by which averaging and decimation on board may raise the
     /// parameter in this stream.
     pub factor: (f64, f64),
-    /// The lowest and the highest value that a sensor at the figure may read in this stream, in SI
-    /// units.
+    /// The lowest and the highest value that a sensor at the figure may show in this stream.
     pub expected: (f64, f64),
 }
 
@@ -290,6 +306,7 @@ impl DatasheetFigure {
             decided_by: decided_by.map(|(_, by)| by),
             deciding_record_s: None,
             range,
+            unit: conventions(self.sensor, self.term).first().map_or("", |si| si.unit),
             measured,
             ratio,
             factor: stream.factor,

@@ -2,12 +2,9 @@
 
 pub(crate) mod built_in;
 
-use std::{fmt, ops::Range};
+use std::ops::Range;
 
-use serde::{
-    Deserialize, Deserializer,
-    de::{self, IgnoredAny, SeqAccess, Visitor},
-};
+use serde::Deserialize;
 use thiserror::Error;
 use toml::Spanned;
 use vn100_analysis::noise::{Claim, Sensor, Sides, Term, conventions};
@@ -77,26 +74,8 @@ fn figure(printed: PrintedFigure, density: Option<DensityName>, sheet: &str) -> 
             return Err(format!("a figure in {} has {choices}", printed.unit));
         }
     };
-    // digits as they are written: a zero at the end is known, and the number alone has lost it
-    let written = |span: Range<usize>| sheet.get(span).unwrap_or_default().trim();
     let is_limit = printed.limit.is_some();
-    let (low, high, rounding, number) = match (printed.limit, printed.typical) {
-        (Some(limit), None) => {
-            let value = *limit.get_ref();
-            (value, value, 0.0, written(limit.span()).to_owned())
-        }
-        (None, Some(typical)) => match typical.get_ref() {
-            Typical::One(value) => {
-                let digits = written(typical.span());
-                (*value, *value, half_a_last_place(digits), digits.to_owned())
-            }
-            Typical::Range(from, to) => {
-                let number = format!("{} to {}", written(from.span()), written(to.span()));
-                (*from.get_ref(), *to.get_ref(), 0.0, number)
-            }
-        },
-        _ => return Err(format!("a figure in {} needs one of \"limit\" and \"typical\"", printed.unit)),
-    };
+    let (low, high, rounding, number) = claimed(&printed, sheet)?;
     // in SI: a number can be within 64 bits in one unit and beyond them in the other
     let (low, high, rounding) = (low / unit.factor, high / unit.factor, rounding / unit.factor);
     if !(low - rounding > 0.0 && high >= low && (high + rounding).is_finite()) {
@@ -107,10 +86,32 @@ fn figure(printed: PrintedFigure, density: Option<DensityName>, sheet: &str) -> 
         term,
         is_of_unknown_sides: unit.sides.is_some() && convention.is_none(),
         claim: if is_limit { Claim::Limit(low) } else { Claim::Typical { from: low, to: high, rounding } },
-        is_minimum: printed.convention != Some(Flicker),
+        is_minimum: is_bias && printed.convention != Some(Flicker),
         printed: format!("{} {number} {}{said}", if is_limit { "at most" } else { "typically" }, printed.unit),
         source: printed.source,
     })
+}
+
+/// Both ends of a claim, half the last place of a typical one, and the claim as it is written: a zero at
+/// the end is known, and the number alone has lost it.
+fn claimed(printed: &PrintedFigure, sheet: &str) -> Result<(f64, f64, f64, String), String> {
+    let written = |span: Range<usize>| sheet.get(span).unwrap_or_default().trim().to_owned();
+    let value = |value: &toml::Value| value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
+    match (&printed.limit, &printed.typical) {
+        (Some(limit), None) => Ok((*limit.get_ref(), *limit.get_ref(), 0.0, written(limit.span()))),
+        (None, Some(typical)) => match typical.get_ref() {
+            toml::Value::Array(ends) => match &ends.iter().map(value).collect::<Vec<_>>()[..] {
+                [Some(from), Some(to)] => Ok((*from, *to, 0.0, format!("{from} to {to}"))),
+                _ => Err("a typical figure is a number, or [from, to]".into()),
+            },
+            one => {
+                let digits = written(typical.span());
+                let value = value(one).ok_or("a typical figure is a number, or [from, to]")?;
+                Ok((value, value, half_a_last_place(&digits), digits))
+            }
+        },
+        _ => Err(format!("a figure in {} needs one of \"limit\" and \"typical\"", printed.unit)),
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -140,7 +141,7 @@ struct PrintedFigure {
     parameter: Term,
     unit: String,
     limit: Option<Spanned<f64>>,
-    typical: Option<Spanned<Typical>>,
+    typical: Option<Spanned<toml::Value>>,
     convention: Option<ConventionName>,
     source: Option<String>,
 }
@@ -167,47 +168,6 @@ enum ConventionName {
     TwoSided,
     /// Of a density: as [`DensityName::OneSided`].
     OneSided,
-}
-
-#[derive(Debug)]
-enum Typical {
-    One(f64),
-    Range(Spanned<f64>, Spanned<f64>),
-}
-
-/// By hand: what serde tries one after the other it has copied before, and copies have no place in
-/// the text.
-impl<'de> Deserialize<'de> for Typical {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct OneOrTwo;
-
-        impl<'de> Visitor<'de> for OneOrTwo {
-            type Value = Typical;
-
-            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-                formatter.write_str("a number, or [from, to]")
-            }
-
-            fn visit_f64<E: de::Error>(self, value: f64) -> Result<Typical, E> {
-                Ok(Typical::One(value))
-            }
-
-            fn visit_i64<E: de::Error>(self, value: i64) -> Result<Typical, E> {
-                Ok(Typical::One(value as f64))
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<Typical, A::Error> {
-                let mut next = |index| values.next_element()?.ok_or_else(|| de::Error::invalid_length(index, &self));
-                let typical = Typical::Range(next(0)?, next(1)?);
-                match values.next_element::<IgnoredAny>()? {
-                    None => Ok(typical),
-                    Some(_) => Err(de::Error::invalid_length(3, &self)),
-                }
-            }
-        }
-
-        deserializer.deserialize_any(OneOrTwo)
-    }
 }
 
 #[derive(Deserialize)]
@@ -307,7 +267,7 @@ mod tests {
             close(rounding, expected);
             assert_eq!(printed, format!("typically {typical} m/s^2/sqrt(Hz)"));
         }
-        let range = (0.0, "typically 5.0 to 7 m/s^2/sqrt(Hz)".to_owned());
+        let range = (0.0, "typically 5 to 7 m/s^2/sqrt(Hz)".to_owned());
         assert_eq!(rounding("[ 5.0, # the lowest of ten\n7 ]"), range);
     }
 

@@ -9,7 +9,6 @@ mod fitted_model;
 mod graphical;
 mod histogram;
 mod labels;
-mod last_minutes;
 mod over_time;
 mod plot;
 mod spectrum;
@@ -19,20 +18,20 @@ use vn100_analysis::noise::Deviation;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelResult, SENSORS, SourceResult, axes_name};
 
-pub use allan::{allan_in_unit, id_of};
-pub use axes::{PlotAxis, Scale};
-pub use drawing::Rectangle;
+pub use allan::id_of;
+pub use axes::{PlotAxis, Scale, Tick};
+pub use drawing::{Anchor, At, Colour, Marker, Primitive, Rectangle, Stroke};
+pub use over_time::last_minutes;
+pub use spectrum::spectrum;
 
 use crate::names::names_of;
 use allan::{allan_of_axes, allan_of_each, allan_of_records};
-use drawing::{Colour, Dash, Drawing, Marker, Primitive, Stroke};
+use drawing::{Dash, Drawing, LayerKind, Shape};
 use drift::drift;
 use graphical::graphical;
 use histogram::histogram;
-use last_minutes::last_minutes;
 use over_time::{envelope, segments};
 use plot::{LegendSample, Plot, quiet, solid};
-use spectrum::spectrum;
 
 /// The figures of one record, or those of several together.
 #[derive(Debug, Clone, Default)]
@@ -164,6 +163,20 @@ impl Figures {
     }
 }
 
+/// The deviations of these channels of one sensor: of a single one with its model, of several with the
+/// figures of the data sheet. `None` without a deviation.
+#[must_use]
+pub fn deviations(record: &SourceResult, channels: &[&ChannelResult]) -> Option<Figure> {
+    let deviation = record.deviation();
+    let axes: Vec<ChannelResult> = channels.iter().map(|channel| shown_with(channel, record)).collect();
+    let axes: Vec<&ChannelResult> = axes.iter().collect();
+    match &axes[..] {
+        [_] => allan_of_each(&axes, deviation).pop(),
+        [] => None,
+        [first, ..] => allan_of_axes("axes", names_of(first.quantity).short, &axes, first.verdicts(), deviation),
+    }
+}
+
 /// The channel, without noise parameters where the sensor was moved: they would be those of the
 /// motion.
 fn shown_with(channel: &ChannelResult, record: &SourceResult) -> ChannelResult {
@@ -230,6 +243,24 @@ impl Figure {
     #[must_use]
     pub fn name(&self) -> &str {
         self.id.get(self.prefix..).unwrap_or(&self.id)
+    }
+
+    /// The place of these values of both axes, in the coordinates of the drawing.
+    #[must_use]
+    pub fn place(&self, x: f64, y: f64) -> At {
+        axes::Place { area: self.area, x: self.x.scale, y: self.y.scale }.of(x, y)
+    }
+
+    /// What is drawn in the rectangle between the axes, from the bottom up, each with the number of its
+    /// series. It may reach beyond the rectangle.
+    pub fn marks(&self) -> impl Iterator<Item = (usize, &Primitive)> {
+        self.drawing.layers.iter().flat_map(|layer| {
+            let series = match layer.kind {
+                LayerKind::Data { series, .. } => Some(series),
+                LayerKind::Frame | LayerKind::Legend => None,
+            };
+            series.into_iter().flat_map(|series| layer.marks.iter().map(move |mark| (series, mark)))
+        })
     }
 
     /// The figure as an element `svg` of an HTML page, with a title and a description for screen

@@ -86,15 +86,13 @@ fn of_warning(kind: WarningKind) -> Explanation {
     }
 }
 
-/// An entry in sentences: what it means, why it matters and what to do.
-fn entry(
-    group: &'static str,
-    (code, aliases): (&'static str, &[&'static str]),
-    title: &str,
-    [meaning, why, advice]: [&'static str; 3],
-    remedies: &'static [Remedy],
-    source: &'static str,
-) -> Explanation {
+/// A code with its aliases; its title; in sentences what it means, why it matters and what to do; its
+/// remedies and its source.
+type Entry =
+    ((&'static str, &'static [&'static str]), &'static str, [&'static str; 3], &'static [Remedy], &'static str);
+
+fn entry(group: &'static str, entry: Entry) -> Explanation {
+    let ((code, aliases), title, [meaning, why, advice], remedies, source) = entry;
     let (title, meaning) = (title.into(), meaning.into());
     Explanation { group, code, aliases: aliases.to_vec(), title, meaning, why, advice, remedies, source }
 }

@@ -2,7 +2,7 @@
 //! as on a terminal, see [`plain`](crate::numbers::plain).
 
 use vn100_analysis::noise::Deviation;
-use vn100_analysis::{LinkFacts, LinkStatus, PlaybackFacts, RateFrom, SourceFacts, SourceResult};
+use vn100_analysis::{LinkFacts, LinkStatus, PlaybackFacts, RateFrom, Severity, SourceFacts, SourceResult};
 
 use crate::{numbers::plain::time, printable::printable};
 
@@ -29,10 +29,31 @@ pub fn link_word(link: &LinkFacts) -> String {
     }
 }
 
-/// The word for a connected link: its baud rate, if it has one.
+/// What a source does, in a word, and how grave that is: `None` if samples arrive.
 #[must_use]
-pub fn up_word(baud: Option<u32>) -> String {
-    baud.map_or_else(|| "up".into(), |baud| format!("up {baud} baud"))
+pub fn state(facts: &SourceFacts, is_preparing: bool) -> (String, Option<Severity>) {
+    match &facts.link {
+        _ if is_preparing => ("preparing".into(), Some(Severity::Note)),
+        _ if facts.ended && facts.error.is_some() => ("ENDED".into(), Some(Severity::Problem)),
+        _ if facts.ended => ("ended".into(), Some(Severity::Note)),
+        Some(link) => match link.status {
+            LinkStatus::Connected => (link.baud.map_or("up".into(), |baud| format!("up {baud} baud")), None),
+            LinkStatus::Opening | LinkStatus::Scanning | LinkStatus::NotConnected => {
+                (link_word(link), Some(Severity::Caution))
+            }
+            LinkStatus::Silent | LinkStatus::Lost => (link_word(link), Some(Severity::Problem)),
+            LinkStatus::Closed => (link_word(link), Some(Severity::Note)),
+        },
+        None => match facts.playback.unwrap_or_default() {
+            // the requested duration
+            PlaybackFacts { at_end: true, total: Some(total), samples, .. } if samples < total => {
+                ("duration reached".into(), Some(Severity::Note))
+            }
+            PlaybackFacts { at_end: true, .. } => ("end of capture".into(), Some(Severity::Note)),
+            PlaybackFacts { paused: true, .. } => ("paused".into(), Some(Severity::Note)),
+            PlaybackFacts { .. } => ("reading".into(), None),
+        },
+    }
 }
 
 /// A fault while a source is measured.
@@ -82,36 +103,16 @@ impl FaultKind {
         let cause = |link: &LinkFacts| link.cause.clone().unwrap_or_default();
         let link = facts.link.as_ref().and_then(|link| match link.status {
             LinkStatus::Lost => Some((Self::Disconnected { attempts: link.attempts }, cause(link))),
-            LinkStatus::Silent => Some((Self::Silent, silent_cause(link.port.as_deref().unwrap_or_default()))),
+            LinkStatus::Silent => {
+                let port = printable(link.port.as_deref().unwrap_or_default());
+                Some((Self::Silent, format!("{port} is open, but no data arrives")))
+            }
             _ => None,
         });
         let error = facts.recorder.as_ref().and_then(|recorder| recorder.error.as_deref());
-        let recording = error.map(|error| (Self::RecordingFailed, recording_cause(error)));
+        let stopped = |error| format!("{}; the measurement continues", printable(error));
+        let recording = error.map(|error| (Self::RecordingFailed, stopped(error)));
         link.into_iter().chain(recording).collect()
-    }
-}
-
-/// The cause of a silence, in words.
-#[must_use]
-pub fn silent_cause(port: &str) -> String {
-    format!("{} is open, but no data arrives", printable(port))
-}
-
-/// The cause of a failed recording, and that the measurement continues.
-#[must_use]
-pub fn recording_cause(error: &str) -> String {
-    format!("{}; the measurement continues", printable(error))
-}
-
-/// The state of a replay in a word.
-#[must_use]
-pub fn playback_word(playback: PlaybackFacts) -> &'static str {
-    match playback {
-        // the requested duration
-        PlaybackFacts { at_end: true, total: Some(total), samples, .. } if samples < total => "duration reached",
-        PlaybackFacts { at_end: true, .. } => "end of capture",
-        PlaybackFacts { paused: true, .. } => "paused",
-        PlaybackFacts { .. } => "reading",
     }
 }
 

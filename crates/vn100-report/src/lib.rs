@@ -52,7 +52,7 @@ pub use export::{
     archive::{ArchiveRow, ArchivedFile},
     consumers::{Consumer, Formula},
     filter_noise::{DEFAULT_SPAN_S, FilterNoise, Missing, NotWritten, SheetStream},
-    metrics::{MeasuredSource, MetricsForm, metrics_text},
+    metrics::{METRICS_TYPE, MeasuredSource, metrics_text},
     own::is_export,
     samples::SampleTable,
     tables::CsvTable,

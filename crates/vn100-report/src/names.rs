@@ -4,7 +4,7 @@ use vn100_analysis::noise::{Deviation, Grade, Parameter, Sensor, Status, Term, V
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
     Aliasing, Budget, DecidedBy, FigureVerdict, Graded, LinkCounts, Motion, NoGrade, NoPrediction, Onboard, Ranking,
-    RateFrom, Ratio, Recommendation, TimeBase, WhyUse, WindowFrom,
+    RateFrom, Ratio, TimeBase, WindowFrom,
 };
 
 use crate::{
@@ -336,26 +336,6 @@ pub fn run_name(number: usize) -> String {
 #[must_use]
 pub fn run_prefix(number: usize) -> String {
     format!("run{}-", number + 1)
-}
-
-/// Which record to use and why, or why none; without a full stop.
-#[must_use]
-pub fn recommendation(Recommendation { record, why }: Recommendation) -> String {
-    let reason = match why {
-        WhyUse::OnlyUndisturbed => "it is the only undisturbed one",
-        WhyUse::Quietest => "it is undisturbed, and significantly quieter than every other undisturbed one",
-        WhyUse::LongestOfQuiet => "it is undisturbed, and no other undisturbed one is longer or known to be quieter",
-        WhyUse::SmallestOfQuiet => {
-            "it is undisturbed, with the smallest N; no other undisturbed one is longer or significantly quieter"
-        }
-        WhyUse::SeveralSensors => "they are of several sensors",
-        WhyUse::AllDisturbed => "each is disturbed or empty",
-        WhyUse::NotRanked => "no undisturbed one has N on every axis",
-    };
-    match record {
-        Some(record) => format!("use {}, because {reason}", run_name(record)),
-        None => format!("no run is recommended, because {reason}"),
-    }
 }
 
 /// Why there is no prediction of the next sensor or recording.

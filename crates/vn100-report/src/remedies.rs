@@ -15,110 +15,110 @@ struct Row {
 }
 
 fn row(remedy: &Remedy) -> Row {
-    let row = |code, what: &str, command: &str, python: Option<&str>| Row {
-        code,
-        what: what.into(),
-        command: command.into(),
-        python: python.map(str::to_owned),
-    };
+    let with = |code, what: String, command: String, python: Option<String>| Row { code, what, command, python };
     match remedy {
-        Remedy::GiveRate(None) => row("rate", "give the sample rate", "--rate HZ", Some("rate=HZ")),
-        Remedy::GiveRate(Some(hz)) => Row {
-            code: "rate",
-            what: format!("give the sample rate, {hz:.4} Hz if the time stamps are right"),
-            command: format!("--rate {hz:.4}"),
-            python: Some(format!("rate={hz:.4}")),
-        },
-        Remedy::Skip(None) => row("skip", "exclude the beginning of the record", "--skip TIME", Some("skip=SECONDS")),
-        Remedy::Skip(Some(minutes)) => Row {
-            code: "skip",
-            what: format!("exclude the first {minutes} min"),
-            command: format!("--skip {minutes}min"),
-            python: Some(format!("skip={}", 60.0 * minutes)),
-        },
-        Remedy::EndEarlier => {
-            row("duration", "end before the end of the record", "--duration TIME", Some("duration=SECONDS"))
+        Remedy::GiveRate(Some(hz)) => with(
+            "rate",
+            format!("give the sample rate, {hz:.4} Hz if the time stamps are right"),
+            format!("--rate {hz:.4}"),
+            Some(format!("rate={hz:.4}")),
+        ),
+        Remedy::Skip(Some(minutes)) => with(
+            "skip",
+            format!("exclude the first {minutes} min"),
+            format!("--skip {minutes}min"),
+            Some(format!("skip={}", 60.0 * minutes)),
+        ),
+        Remedy::MapColumns(Some(map)) => {
+            with("columns", format!("read the columns as {map}"), map_option(map), Some(format!("columns={map:?}")))
         }
-        Remedy::AcceptUnchecked => row(
+        Remedy::Configure(setting) => with(
+            "configure",
+            format!("set the sensor: {}", register(setting)),
+            format!("vn100 configure PORT {}", option(setting)),
+            None,
+        ),
+        Remedy::MeasureWith(setting) => with(
+            "measure-with",
+            format!("measure with {}", register(setting)),
+            format!("vn100 attach PORT {}", option(setting)),
+            None,
+        ),
+        Remedy::Restore { port, message, rate_hz } => {
+            let options = (message.iter().map(|message| format!(" --set-message {message}")))
+                .chain(rate_hz.map(|hz| format!(" --set-rate {hz}")));
+            with(
+                "restore",
+                format!("set the sensor to {} again, and save its settings", restored(message, rate_hz)),
+                format!("vn100 configure {port}{} --save", options.collect::<String>()),
+                None,
+            )
+        }
+        fixed => {
+            let (code, what, command, python) = fixed_row(fixed);
+            with(code, what.into(), command.into(), python.map(str::to_owned))
+        }
+    }
+}
+
+/// The row of a remedy without a number or text of its own.
+const fn fixed_row(remedy: &Remedy) -> (&'static str, &'static str, &'static str, Option<&'static str>) {
+    match remedy {
+        Remedy::GiveRate(_) => ("rate", "give the sample rate", "--rate HZ", Some("rate=HZ")),
+        Remedy::Skip(_) => ("skip", "exclude the beginning of the record", "--skip TIME", Some("skip=SECONDS")),
+        Remedy::EndEarlier => {
+            ("duration", "end before the end of the record", "--duration TIME", Some("duration=SECONDS"))
+        }
+        Remedy::AcceptUnchecked => (
             "accept-unchecked",
             "accept sentences without a checksum",
             "--accept-unchecked",
             Some("accept_unchecked=True"),
         ),
-        Remedy::MapColumns(None) => row(
+        Remedy::MapColumns(_) => (
             "columns",
             "name the columns and their units",
             "--columns gyro_x=NAME:rad/s,...",
             Some("columns=\"gyro_x=NAME:rad/s,...\""),
         ),
-        Remedy::MapColumns(Some(map)) => Row {
-            code: "columns",
-            what: format!("read the columns as {map}"),
-            command: map_option(map),
-            python: Some(format!("columns={map:?}")),
-        },
-        Remedy::GiveTopic => row("topic", "name one topic", "--topic NAME", Some("topic=\"NAME\"")),
-        Remedy::SayCompensated => row(
+        Remedy::GiveTopic => ("topic", "name one topic", "--topic NAME", Some("topic=\"NAME\"")),
+        Remedy::SayCompensated => (
             "compensated",
             "state whether the rates are compensated",
             "--compensated yes|no",
             Some("compensated=True|False"),
         ),
-        Remedy::GiveDatasheet => row("datasheet", "use another data sheet", "--datasheet FILE.toml", None),
+        Remedy::GiveDatasheet => ("datasheet", "use another data sheet", "--datasheet FILE.toml", None),
         Remedy::FillFromDatasheet => {
-            row("fill-from-datasheet", "take it from the data sheet", "--fill-from-datasheet", None)
+            ("fill-from-datasheet", "take it from the data sheet", "--fill-from-datasheet", None)
         }
         Remedy::GiveScaleFactor => {
-            row("scale-factor", "give the error of the scale factor in ppm", "--scale-factor PPM", None)
+            ("scale-factor", "give the error of the scale factor in ppm", "--scale-factor PPM", None)
         }
-        Remedy::GiveWindow => row(
+        Remedy::GiveWindow => (
             "window",
             "state the averaging window of a VN-100 (register 85)",
             "--window SAMPLES",
             Some("window=SAMPLES"),
         ),
-        Remedy::MeasurePackets => {
-            row("packets", "measure the packets", "--measure packets", Some("measure=\"packets\""))
-        }
-        Remedy::TypicalIsLimit => {
-            row("typical-is-limit", "take typical figures for limits", "--typical-is-limit", None)
-        }
-        Remedy::Configure(setting) => Row {
-            code: "configure",
-            what: format!("set the sensor: {}", register(setting)),
-            command: format!("vn100 configure PORT {}", option(setting)),
-            python: None,
-        },
-        Remedy::Restore { port, message, rate_hz } => {
-            let options = (message.iter().map(|message| format!(" --set-message {message}")))
-                .chain(rate_hz.map(|hz| format!(" --set-rate {hz}")));
-            Row {
-                code: "restore",
-                what: format!("set the sensor to {} again, and save its settings", restored(message, rate_hz)),
-                command: format!("vn100 configure {port}{} --save", options.collect::<String>()),
-                python: None,
-            }
-        }
-        Remedy::MeasureWith(setting) => Row {
-            code: "measure-with",
-            what: format!("measure with {}", register(setting)),
-            command: format!("vn100 attach PORT {}", option(setting)),
-            python: None,
-        },
-        Remedy::MeasureLive => row("measure-live", "measure live, with a short latency timer", "vn100 attach", None),
-        Remedy::ReadTemperature => row(
+        Remedy::MeasurePackets => ("packets", "measure the packets", "--measure packets", Some("measure=\"packets\"")),
+        Remedy::TypicalIsLimit => ("typical-is-limit", "take typical figures for limits", "--typical-is-limit", None),
+        Remedy::MeasureLive => ("measure-live", "measure live, with a short latency timer", "vn100 attach", None),
+        Remedy::ReadTemperature => (
             "temperature",
             "read the temperature between the lines of a live sensor",
             "vn100 attach --temperature",
             None,
         ),
-        Remedy::Record => row(
+        Remedy::Record => (
             "record",
             "record the sensor with its registers, temperature and conditions",
             "vn100 attach PORT --record FILE.mcap --temperature --meta CONDITIONS.toml",
             None,
         ),
-        Remedy::Plan => row("plan", "plan how long a record must be", "vn100 plan", None),
+        Remedy::Plan | Remedy::Configure(_) | Remedy::MeasureWith(_) | Remedy::Restore { .. } => {
+            ("plan", "plan how long a record must be", "vn100 plan", None)
+        }
     }
 }
 

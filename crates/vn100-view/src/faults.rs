@@ -2,13 +2,8 @@
 
 use std::time::Duration;
 
-use vn100_capture::RecordingState;
-use vn100_driver::LinkState;
-use vn100_report::{
-    health::{FaultKind, recording_cause, silent_cause},
-    numbers::plain::time,
-    printable,
-};
+use vn100_analysis::{LinkStatus, SourceFacts};
+use vn100_report::{health::FaultKind, numbers::plain::time, printable};
 
 /// Something that is broken.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -43,66 +38,49 @@ impl Faults {
 
     /// Takes the present state. A fault lasts until it is over: an attempt to connect does not end
     /// it.
-    pub(crate) fn watch(&mut self, link: Option<&LinkState>, recording: Option<&RecordingState>, now: Duration) {
-        let link = match link {
-            Some(LinkState::Down { was_up: true, cause, attempts, .. }) => {
-                Some((FaultKind::Disconnected { attempts: *attempts }, printable(cause)))
-            }
-            Some(LinkState::Opening | LinkState::Probing { .. }) => {
-                let lost = self.0.iter().find(|fault| matches!(fault.kind, FaultKind::Disconnected { .. }));
-                lost.map(|fault| (fault.kind, fault.cause.clone()))
-            }
-            Some(LinkState::Silent(up)) => Some((FaultKind::Silent, silent_cause(&up.port))),
-            _ => None,
-        };
-        let recording = recording
-            .and_then(|recording| recording.error.as_ref())
-            .map(|error| (FaultKind::RecordingFailed, recording_cause(&error.to_string())));
+    pub(crate) fn watch(&mut self, facts: &SourceFacts, now: Duration) {
+        let connects =
+            facts.link.as_ref().is_some_and(|link| matches!(link.status, LinkStatus::Opening | LinkStatus::Scanning));
+        let is_lost = |fault: &&LiveFault| matches!(fault.kind, FaultKind::Disconnected { .. });
+        let lost = self.0.iter().find(is_lost).filter(|_| connects).map(|fault| (fault.kind, fault.cause.clone()));
         let since = |kind: FaultKind| {
             let known = self.0.iter().find(|known| known.kind.name() == kind.name());
             known.map_or(now, |known| known.since)
         };
-        let present = link.into_iter().chain(recording);
-        self.0 = present.map(|(kind, cause)| LiveFault { kind, since: since(kind), cause }).collect();
+        let present = lost.into_iter().chain(FaultKind::of(facts));
+        self.0 =
+            present.map(|(kind, cause)| LiveFault { kind, since: since(kind), cause: printable(&cause) }).collect();
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use vn100_driver::Up;
+    use vn100_analysis::LinkFacts;
 
     use super::*;
 
     const SECOND: Duration = Duration::from_secs(1);
 
-    fn down(attempts: u32) -> LinkState {
-        let (cause, retry_in) = ("the port is gone: unplugged".into(), SECOND);
-        LinkState::Down { was_up: true, cause, needs_help: false, retry_in, attempts }
+    fn link(status: LinkStatus, attempts: u32) -> SourceFacts {
+        let cause = (status == LinkStatus::Lost).then(|| "the port is gone: unplugged".into());
+        let link = LinkFacts { status, port: Some("/dev/imu".into()), attempts, cause, ..LinkFacts::default() };
+        SourceFacts { link: Some(link), ..SourceFacts::default() }
     }
 
     #[test]
     fn a_lost_link_lasts_through_its_attempts_until_it_is_up() {
         let mut faults = Faults::default();
-        let mut title = |link: &LinkState, at: u32| {
-            faults.watch(Some(link), None, at * SECOND);
+        let mut title = |status, attempts, at: u32| {
+            faults.watch(&link(status, attempts), at * SECOND);
             faults.all().iter().map(|fault| fault.title(at * SECOND)).collect::<Vec<_>>()
         };
-        assert!(title(&LinkState::Opening, 1).is_empty());
-        assert_eq!(title(&down(0), 3), ["DISCONNECTED for 0 s: the port is gone: unplugged"]);
-        assert_eq!(title(&down(4), 15), ["DISCONNECTED for 12 s, attempt 4: the port is gone: unplugged"]);
-        assert_eq!(title(&LinkState::Opening, 16), ["DISCONNECTED for 13 s, attempt 4: the port is gone: unplugged"]);
-        let up = Up {
-            port: "/dev/imu".into(),
-            baud: None,
-            since_ns: 0,
-            latency_timer: None,
-            restarted: None,
-            output_resumed: false,
-        };
-        assert_eq!(
-            title(&LinkState::Silent(up.clone()), 20),
-            ["SILENT for 0 s: /dev/imu is open, but no data arrives"]
-        );
-        assert!(title(&LinkState::Up(up), 21).is_empty());
+        let (opening, lost, silent, up) =
+            (LinkStatus::Opening, LinkStatus::Lost, LinkStatus::Silent, LinkStatus::Connected);
+        assert!(title(opening, 0, 1).is_empty());
+        assert_eq!(title(lost, 0, 3), ["DISCONNECTED for 0 s: the port is gone: unplugged"]);
+        assert_eq!(title(lost, 4, 15), ["DISCONNECTED for 12 s, attempt 4: the port is gone: unplugged"]);
+        assert_eq!(title(opening, 4, 16), ["DISCONNECTED for 13 s, attempt 4: the port is gone: unplugged"]);
+        assert_eq!(title(silent, 0, 20), ["SILENT for 0 s: /dev/imu is open, but no data arrives"]);
+        assert!(title(up, 0, 21).is_empty());
     }
 }

@@ -138,7 +138,7 @@ const MEANINGS: [(&str, &str); 16] = [
     ("not observable", "the record is too short"),
     ("not measurable", "the message does not carry it"),
     ("own N", "the sensor's own N, without aliasing"),
-    ("S, data sheet", "the data sheet, as this stream shows it"),
+    ("data sheet", "the data sheet, as this stream shows it"),
     ("ppm", "clock offset: measured over nominal rate"),
     ("intervals", "ms between sentences: median, 99 % of them"),
     ("baud %", "share of the baud rate that is in use"),

@@ -2,12 +2,10 @@
 
 pub(crate) mod allan;
 pub(crate) mod channels;
-pub(crate) mod chart;
-pub(crate) mod curve;
 pub(crate) mod health;
 pub(crate) mod overview;
 pub(crate) mod parameters;
-pub(crate) mod sheet;
+pub(crate) mod plot;
 pub(crate) mod spectrum;
 pub(crate) mod waiting;
 pub(crate) mod warnings;

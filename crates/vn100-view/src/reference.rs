@@ -10,39 +10,24 @@ use vn100_analysis::{ChannelResult, Settings, SourceResult};
 use vn100_report::{printable, remedies::remedy_words};
 use vn100_session::{ReplaySpec, Session};
 
-/// The curves of an earlier record.
-#[derive(Debug, Clone, PartialEq)]
+/// An earlier record.
+#[derive(Debug, Clone)]
 pub struct Reference {
     pub(crate) name: String,
-    channels: Vec<ReferenceChannel>,
-    pub(crate) deviation: Deviation,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-struct ReferenceChannel {
-    name: String,
-    unit: String,
-    /// Averaging time in seconds and deviation.
-    points: Vec<(f64, f64)>,
+    pub(crate) result: SourceResult,
 }
 
 /// The reference, once it is measured; or why it is not.
 pub type PendingReference = oneshot::Receiver<Result<Arc<Reference>, String>>;
 
 impl Reference {
-    pub(super) fn of(name: String, result: &SourceResult) -> Self {
-        let channel = |channel: &ChannelResult| ReferenceChannel {
-            name: channel.name.clone(),
-            unit: channel.unit.clone(),
-            points: channel.allan.points.iter().filter_map(|point| Some((point.tau_s, point.deviation?))).collect(),
-        };
-        Self { name, channels: result.channels.iter().map(channel).collect(), deviation: result.deviation() }
-    }
-
-    /// The curve of the same axis, in the same unit; `None` if it has none.
-    pub(crate) fn curve(&self, channel: &ChannelResult) -> Option<&[(f64, f64)]> {
-        let same = self.channels.iter().find(|other| other.name == channel.name && other.unit == channel.unit)?;
-        (!same.points.is_empty()).then_some(&same.points)
+    /// Averaging times in seconds and deviations of the same axis, in the same unit and of the same kind;
+    /// `None` if it has none.
+    pub(crate) fn curve(&self, channel: &ChannelResult, deviation: Deviation) -> Option<Vec<(f64, f64)>> {
+        let mut channels = self.result.channels.iter().filter(|_| self.result.deviation() == deviation);
+        let same = channels.find(|other| other.name == channel.name && other.unit == channel.unit)?;
+        let points = same.allan.points.iter().filter_map(|point| Some((point.tau_s, point.deviation?)));
+        Some(points.collect()).filter(|points: &Vec<_>| !points.is_empty())
     }
 
     /// Measures a file by these settings, to its own end.
@@ -55,11 +40,11 @@ impl Reference {
             let name = printable(&spec.name());
             let measured = match Session::replay(spec).result.await {
                 Ok(result) => {
-                    let (measured, end) = (&result.measured, &result.end);
+                    let (measured, end) = (result.measured, &result.end);
                     let error = vn100_report::words::end(&name, end, measured.link.framed_bytes, remedy_words);
                     match measured.timing.samples {
                         0 => Err(error.unwrap_or_else(|| format!("{name}: no valid sample"))),
-                        _ => Ok(Arc::new(Self::of(name.clone(), measured))),
+                        _ => Ok(Arc::new(Self { name: name.clone(), result: measured })),
                     }
                 }
                 Err(_) => Err(format!("{name}: internal error: the measurement stopped")),

@@ -8,14 +8,12 @@ use std::{
     path::Path,
 };
 
-use crate::{panels::curve::AllanPlot, source::SourceView, state::ViewState};
-use vn100_analysis::ChannelResult;
+use crate::{source::SourceView, state::ViewState};
 use vn100_report::remedies::remedy_words;
 use vn100_report::{
     Document, Evaluation,
-    figure::{Figure, allan_in_unit},
+    figure::{Figure, deviations},
     json_line,
-    names::names_of,
 };
 
 /// Writes both into this folder; gives the message. The document is assessed anew: the intervals shown
@@ -32,15 +30,10 @@ pub(crate) fn save(folder: &Path, state: &ViewState, source: &SourceView, evalua
     write().map_or_else(|error| format!("not saved: {error}"), |files| format!("saved {files}"))
 }
 
-/// The curves that are shown, in the unit chosen; `None` while there are none.
+/// The curves that are shown; `None` while there are none.
 pub(super) fn picture(state: &ViewState, source: &SourceView) -> Option<Figure> {
     let group = state.group(source)?;
-    let shown = AllanPlot::new(state, source, &group);
-    let channels = group.channels.iter().map(|place| &source.result.channels[*place]);
-    let channels: Vec<&ChannelResult> =
-        channels.filter(|channel| shown.curves.iter().any(|curve| curve.name == channel.name)).collect();
-    let unit = (shown.unit.name, shown.unit.factor);
-    allan_in_unit(names_of(group.quantity).short, &channels, unit, source.result.deviation())
+    deviations(&source.result, &state.shown(source, &group).1)
 }
 
 /// A name that says what it holds: source and number of samples.

@@ -3,9 +3,7 @@
 use std::{sync::Arc, time::Duration};
 
 use tokio::sync::{mpsc, watch};
-use vn100_analysis::{Assessment, End, Parts, Snapshot, SourceResult, Warning};
-use vn100_capture::RecordingState;
-use vn100_driver::LinkState;
+use vn100_analysis::{Assessment, End, LinkFacts, Parts, Snapshot, SourceResult, Warning};
 use vn100_protocol::Quantity;
 use vn100_report::{Evaluation, goals::Goals, names::QUANTITIES, no_sample, printable, remedies::remedy_words};
 use vn100_session::{Command, Playback, Session, SourceState, Stage};
@@ -18,9 +16,6 @@ pub(crate) struct SourceView {
     /// Without anything that steers a terminal.
     pub(crate) name: String,
     pub(crate) phase: SourcePhase,
-    /// `None` for what is no link.
-    pub(crate) link: Option<LinkState>,
-    pub(crate) recording: Option<RecordingState>,
     /// The result so far, compared with the data sheet.
     pub(crate) result: SourceResult,
     /// Its warnings, the most severe first, and the newest first of equal severity.
@@ -65,8 +60,6 @@ impl SourceView {
             name,
             result,
             phase: SourcePhase::Preparing,
-            link: None,
-            recording: None,
             warnings: Vec::new(),
             faults: Faults::default(),
             reference: None,
@@ -98,6 +91,11 @@ impl SourceView {
             ChannelGroup { quantity, channels: channels.map(|(place, _)| place).collect() }
         };
         QUANTITIES.into_iter().map(of).filter(|group| !group.channels.is_empty()).collect()
+    }
+
+    /// What the link is doing; `None` for what is no link.
+    pub(crate) fn link(&self) -> Option<&LinkFacts> {
+        self.result.source.link.as_ref()
     }
 
     /// Why there is no measurement to steer; `None` while there is one.
@@ -148,21 +146,20 @@ impl SourceMonitor {
         let is_new_second = elapsed.as_secs() != shown.elapsed.as_secs();
         shown.elapsed = elapsed;
         let phase = phase(&state);
-        let changed =
-            is_new_second || shown.phase != phase || shown.link != state.link || shown.playback != state.playback;
+        let facts = state.facts();
+        let is_other_link = shown.result.source.link != facts.link;
+        let changed = is_new_second || shown.phase != phase || is_other_link || shown.playback != state.playback;
         shown.phase = phase;
-        shown.link.clone_from(&state.link);
         shown.playback = state.playback;
-        shown.recording.clone_from(&state.recording);
-        shown.faults.watch(state.link.as_ref(), state.recording.as_ref(), now);
+        shown.faults.watch(&facts, now);
         shown.now = now;
         if Arc::ptr_eq(&state.snapshot, &self.snapshot) {
-            shown.result.update(state.facts());
+            shown.result.update(facts);
             return changed;
         }
         self.assessment = self.due_assessment(&state, now);
         let (snapshot, assessment) = (Arc::clone(&state.snapshot), Arc::clone(&self.assessment));
-        let mut result = SourceResult::new(state.facts(), snapshot, assessment, Parts::All);
+        let mut result = SourceResult::new(facts, snapshot, assessment, Parts::All);
         evaluation.judge(&mut result);
         self.shown.show(result);
         self.snapshot = state.snapshot;

@@ -1,7 +1,7 @@
 //! What is shown and selected, and how keys change it. Pure: input in, requests out.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use vn100_analysis::Point;
+use vn100_analysis::{ChannelResult, Point};
 use vn100_session::Command;
 
 use crate::source::{ChannelGroup, SourceView};
@@ -125,12 +125,18 @@ impl ViewState {
         group.channels.get(axis).copied()
     }
 
-    /// Whether the curve of this axis of the sensor is shown.
-    pub(crate) fn is_shown(&self, axis: usize) -> bool {
-        match self.axes {
+    /// The axes of a sensor whose curves are shown: their places among its axes, and their channels.
+    pub(crate) fn shown<'a>(
+        &self,
+        source: &'a SourceView,
+        group: &ChannelGroup,
+    ) -> (Vec<usize>, Vec<&'a ChannelResult>) {
+        let is_shown = |axis: usize| match self.axes {
             ShownAxes::All => true,
             ShownAxes::One(one) => one == axis,
-        }
+        };
+        let shown = group.channels.iter().enumerate().filter(|(axis, _)| is_shown(*axis));
+        shown.map(|(axis, place)| (axis, &source.result.channels[*place])).unzip()
     }
 
     /// The octave of these that is read out: unless one was chosen, the last that has an interval.

@@ -12,8 +12,7 @@ mod stills;
 use std::{env, fmt::Write, fs, path::Path, time::Duration};
 
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
-use vn100_analysis::{Finding, LinkStatus, RateChange, Warning, WarningKind};
-use vn100_driver::LinkState;
+use vn100_analysis::{Finding, LinkFacts, LinkStatus, RateChange, Warning, WarningKind};
 use vn100_report::health::{NextOctave, line_load, next_octave};
 use vn100_session::{Playback, Speed};
 
@@ -24,7 +23,7 @@ use crate::{
     state::{Panel, Question, ShownAxes, ViewState},
     theme::{Colours, Theme},
 };
-use fixture::{damaged, measured, nothing, up};
+use fixture::{damaged, link, linked, lost, measured, nothing};
 
 /// The sizes of the screens that are kept: one panel, and all of them.
 const KEPT: [(u16, u16); 2] = [(80, 24), (200, 60)];
@@ -136,10 +135,11 @@ fn every_warning_is_listed_and_read_in_full() {
 
 #[test]
 fn waiting_says_for_what_and_why_it_may_fail() {
-    let port = || "/dev/ttyUSB0".to_owned();
-    let measuring = |link| SourceView { phase: SourcePhase::Measuring, link: Some(link), ..nothing() };
-    check("waiting-opening", &one(), &[measuring(LinkState::Opening)]);
-    let mut server = measuring(LinkState::Opening);
+    let measuring = |link| linked(SourceView { phase: SourcePhase::Measuring, ..nothing() }, link);
+    check("waiting-opening", &one(), &[measuring(LinkFacts::default())]);
+    let up = || link(LinkStatus::Connected);
+    let scanning = LinkFacts { baud: Some(57_600), ..link(LinkStatus::Scanning) };
+    let mut server = measuring(LinkFacts::default());
     server.result.source.kind = Some("tcp");
     let mut held = measuring(up());
     held.result.timing.pending = 336;
@@ -148,7 +148,7 @@ fn waiting_says_for_what_and_why_it_may_fail() {
     (timing.excluded, timing.skipped_s, timing.rate_hz) = (17 * 40, 20.0, Some(40.0));
     let error = "/dev/ttyUSB0: No such file or directory".to_owned();
     for (source, shown) in [
-        (measuring(LinkState::Probing { port: port(), baud: Some(57_600) }), "Listening on /dev/ttyUSB0 at 57600 baud"),
+        (measuring(scanning), "Listening on /dev/ttyUSB0 at 57600 baud"),
         (measuring(up()), "is connected at 115200 baud; waiting for the first"),
         (server, "The server may be off"),
         (held, "Its first 336 samples are pending"),
@@ -167,18 +167,13 @@ fn waiting_says_for_what_and_why_it_may_fail() {
 
 #[test]
 fn a_link_that_is_lost_or_silent() {
-    let cause = "the port is gone: unplugged".to_owned();
-    let down =
-        LinkState::Down { was_up: true, cause, needs_help: false, retry_in: Duration::from_millis(1000), attempts: 4 };
     let broken = |link| {
-        let mut source = SourceView { link: Some(link), now: Duration::from_secs(503), ..measured() };
-        source.result.source.link.as_mut().unwrap().status = LinkStatus::Lost;
-        source.faults.watch(source.link.as_ref(), None, Duration::from_secs(491));
+        let mut source = linked(SourceView { now: Duration::from_secs(503), ..measured() }, link);
+        source.faults.watch(&source.result.source, Duration::from_secs(491));
         source
     };
-    check("unplugged", &one(), &[broken(down)]);
-    let LinkState::Up(up) = up() else { panic!("not up") };
-    let silent = broken(LinkState::Silent(up));
+    check("unplugged", &one(), &[broken(lost("the port is gone: unplugged", 4))]);
+    let silent = broken(link(LinkStatus::Silent));
     for panel in [Panel::Allan, Panel::Warnings] {
         let screen = screen(&ViewState { panel, expanded: true, ..one() }, silent.clone(), (80, 24));
         assert!(screen.contains("!! SILENT for 12 s: /dev/ttyUSB0 is open, but no data arrives"), "{screen}");
@@ -230,7 +225,7 @@ fn with_a_question_a_message_and_the_help() {
 fn a_replay_shows_how_far_it_is() {
     let total = Some(20_000);
     let playback = Some(Playback { samples: 5000, total, speed: Speed::Times(10.0), paused: false, at_end: false });
-    let screen = screen(&one(), SourceView { playback, link: None, ..measured() }, (80, 24));
+    let screen = screen(&one(), SourceView { playback, ..measured() }, (80, 24));
     assert!(screen.contains("▶ 10x     25 % ━━━━━━━━━━━━━━━━┈"), "{screen}");
 }
 
@@ -313,11 +308,9 @@ fn any_size_and_state_is_drawn() {
 fn a_picture_has_all_that_the_screen_has() {
     let state = ViewState { axes: ShownAxes::One(1), ..one() };
     let source = measured();
-    let group = state.group(&source).unwrap();
-    let plot = crate::panels::curve::AllanPlot::new(&state, &source, &group);
     let picture = |state: &ViewState| crate::save::picture(state, &source).unwrap().svg_file();
     let svg = picture(&state);
-    let points = plot.curves[0].points.len();
+    let points = source.result.streamed().next().unwrap().allan.points.len();
     let discs = |svg: &str| svg.matches("<circle").count();
     assert!(discs(&svg) > points, "the points, and one in the legend");
     assert!(svg.contains(">N: ") && svg.contains("gyro_y") && svg.contains("°/h"));

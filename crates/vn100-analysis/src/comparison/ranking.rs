@@ -90,11 +90,6 @@ impl Ranking {
             |test: &&WhiteTest| test.records.contains(&first.record) && test.records.contains(&second.record);
         self.tests.iter().find(is_of_both).filter(|_| self.folds_alike).map(|test| test.chance)
     }
-
-    /// N of a record without aliasing; `None` if the record is not ranked.
-    pub(super) fn own(&self, record: usize) -> Option<f64> {
-        self.records.iter().find(|ranked| ranked.record == record).map(RankedRecord::own)
-    }
 }
 
 pub(super) fn rankings(records: &[ComparedRecord<'_>], same: &[SameSamples], confidence: f64) -> Vec<Ranking> {

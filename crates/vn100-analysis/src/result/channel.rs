@@ -8,10 +8,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use vn100_protocol::{Channel, Quantity};
 
-use super::{
-    Graded, Inflation, NoiseResult, Parts,
-    verdict::{VerdictDocument, as_documents},
-};
+use super::{Graded, Inflation, NoiseResult, Parts};
 use crate::{
     accumulate::magnitude::Magnitude,
     assessment::{Assessment, ChannelAssessment, LongTauValidity, OctaveAssessment, Onboard, Stationarity},
@@ -54,8 +51,6 @@ pub struct ChannelResult {
     /// Consecutive blocks of the record, in time order; only at the end.
     pub blocks: Option<Vec<BlockValues>>,
     /// Verdicts on each figure of the data sheet; only at the end, null without figures.
-    #[serde(serialize_with = "as_documents")]
-    #[schemars(with = "Option<Vec<VerdictDocument>>")]
     pub verdict: Option<Vec<FigureVerdict>>,
     /// Grade of a gyroscope; null for any other channel.
     pub grade: Option<Graded>,

@@ -6,9 +6,9 @@
 //! correction; `differs` is `corrected` < 1 - `confidence`.
 
 use serde::Serialize;
-use vn100_analysis::{Caveat, Comparison, Recommendation, RemedyWords, SourceResult};
+use vn100_analysis::{Caveat, Comparison, RemedyWords, SourceResult};
 
-use crate::{caveats::caveat_in_words, names::recommendation, warnings::in_words};
+use crate::{caveats::caveat_in_words, warnings::in_words};
 
 /// The JSON document of several records side by side.
 #[derive(Debug, Serialize)]
@@ -18,9 +18,8 @@ pub struct ComparisonDocument<'a> {
     records: Vec<RecordDocument<'a>>,
     #[serde(flatten)]
     comparison: &'a Comparison,
-    recommended: Worded<Recommendation>,
     disturbances: Vec<DisturbanceDocument<'a>>,
-    caveats: Vec<Worded<&'a Caveat>>,
+    caveats: Vec<CaveatDocument<'a>>,
 }
 
 #[derive(Debug, Serialize)]
@@ -45,11 +44,10 @@ struct DisturbanceDocument<'a> {
     text: String,
 }
 
-/// Data, and the same in words.
 #[derive(Debug, Serialize)]
-struct Worded<T> {
+struct CaveatDocument<'a> {
     #[serde(flatten)]
-    data: T,
+    caveat: &'a Caveat,
     text: String,
 }
 
@@ -69,10 +67,9 @@ impl<'a> ComparisonDocument<'a> {
             schema: "vn100.comparison/1",
             records: all.iter().map(RecordDocument::new).collect(),
             comparison,
-            recommended: Worded { data: comparison.recommended, text: recommendation(comparison.recommended) },
             disturbances: disturbances.collect(),
             caveats: caveats
-                .map(|caveat| Worded { data: caveat, text: caveat_in_words(caveat, all, comparison, words) })
+                .map(|caveat| CaveatDocument { caveat, text: caveat_in_words(caveat, all, comparison, words) })
                 .collect(),
         }
     }

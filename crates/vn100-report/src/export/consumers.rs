@@ -33,9 +33,8 @@ pub struct Consumer {
     /// What else its user must know; may be empty.
     pub remark: &'static str,
     needs_rate: bool,
-    needs_scale_factor: bool,
-    comment: Comment,
-    write: fn(&Typed) -> String,
+    /// The file, with a name between braces in the place of each number, and one line for comments.
+    template: &'static str,
 }
 
 /// What a parameter is typed as.
@@ -49,31 +48,8 @@ pub struct Formula {
     typed: fn(Sensor, f64, f64) -> f64,
 }
 
-/// How a file marks what its reader is not to read.
-#[derive(Debug, Clone, Copy)]
-enum Comment {
-    Hash,
-    /// After the first line, without which OpenCV opens no file.
-    HashOfOpenCv,
-    Percent,
-    Xml,
-}
-
-/// The numbers of a file, as every reader takes them for numbers.
-struct Typed {
-    accel_white: String,
-    accel_walk: String,
-    gyro_white: String,
-    gyro_walk: String,
-    rate: String,
-    topic: String,
-    scale_factor_ppm: String,
-}
-
 /// The correlation time of KF-GINS' biases in seconds: a walk of less than that stays one.
 const KF_GINS_CORRELATION_S: f64 = 4.0 * 3600.0;
-/// The correlation time of Gazebo's bias in seconds; without one it has no walk.
-const GAZEBO_CORRELATION_S: f64 = 36_000.0;
 
 const DEGREES: f64 = 180.0 / PI;
 /// Milligals in one m/s².
@@ -96,9 +72,7 @@ impl Consumer {
             code: "ethz-asl/kalibr 1f602274, kalibr_common/ConfigReader.py:441-492, kalibr_imu_camera_calibration/IccSensors.py:628, 768",
             remark: "update_rate weighs the samples: that of the bag which is calibrated",
             needs_rate: true,
-            needs_scale_factor: false,
-            comment: Comment::Hash,
-            write: kalibr,
+            template: include_str!("../../templates/kalibr.txt"),
         },
         Self {
             name: "openvins",
@@ -109,9 +83,7 @@ impl Consumer {
             code: "rpng/open_vins 69488123, ov_msckf/src/core/VioManagerOptions.h:159, ov_msckf/src/state/Propagator.cpp:463, 820",
             remark: "the matrices stand for an IMU without errors of scale and alignment",
             needs_rate: false,
-            needs_scale_factor: false,
-            comment: Comment::HashOfOpenCv,
-            write: openvins,
+            template: include_str!("../../templates/openvins.txt"),
         },
         Self {
             name: "gtsam",
@@ -126,9 +98,7 @@ impl Consumer {
             code: "borglab/gtsam 0ffe6c93, gtsam/navigation/CombinedImuFactor.cpp:164-178, ImuFactor.cpp:79",
             remark: "up to GTSAM 4.2 the default of biasAccOmegaInt adds white noise of density 1: it is set to 0",
             needs_rate: false,
-            needs_scale_factor: false,
-            comment: Comment::Hash,
-            write: gtsam,
+            template: include_str!("../../templates/gtsam.txt"),
         },
         Self {
             name: "lio-sam",
@@ -139,9 +109,7 @@ impl Consumer {
             code: "TixiaoShan/LIO-SAM 0be1fbe6, src/imuPreintegration.cpp:215, 225, 374, include/utility.h:203",
             remark: "these four lines replace those of config/params.yaml",
             needs_rate: false,
-            needs_scale_factor: false,
-            comment: Comment::Hash,
-            write: lio_sam,
+            template: include_str!("../../templates/lio-sam.txt"),
         },
         Self {
             name: "vins",
@@ -160,9 +128,7 @@ impl Consumer {
             code: "HKUST-Aerial-Robotics/VINS-Fusion be55a937, VINS-Mono 90dabb5e, vins_estimator/src/factor/integration_base.h:31, 122 (22, 113)",
             remark: "a midpoint of two samples, taken as independent; K/sqrt(rate) would make the walk too small by the rate",
             needs_rate: true,
-            needs_scale_factor: false,
-            comment: Comment::HashOfOpenCv,
-            write: vins,
+            template: include_str!("../../templates/vins.txt"),
         },
         Self {
             name: "fast-lio",
@@ -177,9 +143,7 @@ impl Consumer {
             code: "hku-mars/FAST_LIO 7cc4175d, include/IKFoM_toolkit/esekfom/esekfom.hpp:381, src/IMU_Processing.hpp:280",
             remark: "right to 2.5 % at 200 Hz and 10 scans per second, since the end of a scan cuts a sample in two",
             needs_rate: true,
-            needs_scale_factor: false,
-            comment: Comment::Hash,
-            write: fast_lio,
+            template: include_str!("../../templates/fast-lio.txt"),
         },
         Self {
             name: "kf-gins",
@@ -190,9 +154,7 @@ impl Consumer {
             code: "i2Nav-WHU/KF-GINS f39bc2e7, src/kf_gins.cpp:286, 342, src/kf-gins/gi_engine.cpp:47, 275-297",
             remark: "gbstd and abstd belong to a Gauss-Markov process, not to the bias instability; without initbgstd and initbastd it takes them for the bias at the start, which is far larger",
             needs_rate: false,
-            needs_scale_factor: true,
-            comment: Comment::Hash,
-            write: kf_gins,
+            template: include_str!("../../templates/kf-gins.txt"),
         },
         Self {
             name: "ros",
@@ -203,9 +165,7 @@ impl Consumer {
             code: "ros2/common_interfaces c0c0bc57, sensor_msgs/msg/Imu.msg; cra-ros-pkg/robot_localization 1cb95337, src/ros_filter.cpp:588, src/ekf.cpp:128",
             remark: "at the rate of the published message; robot_localization replaces values below 1e-9 by 1e-9",
             needs_rate: true,
-            needs_scale_factor: false,
-            comment: Comment::Hash,
-            write: ros,
+            template: include_str!("../../templates/ros.txt"),
         },
         Self {
             name: "gazebo",
@@ -220,9 +180,7 @@ impl Consumer {
             code: "gazebosim/gz-sensors 9ba02f24, src/GaussianNoiseModel.cc:111-155",
             remark: "stddev belongs to this update_rate; without dynamic_bias_correlation_time there is no walk",
             needs_rate: true,
-            needs_scale_factor: false,
-            comment: Comment::Xml,
-            write: gazebo,
+            template: include_str!("../../templates/gazebo.txt"),
         },
         Self {
             name: "matlab",
@@ -233,9 +191,7 @@ impl Consumer {
             code: "fusion.internal.IMUSensorSimulator (2017-2023), setStdDevWhiteNoise and setStdDevRandWalk",
             remark: "NoiseType \"double-sided\", the default, halves the variance of the white noise and doubles that of the walk",
             needs_rate: true,
-            needs_scale_factor: false,
-            comment: Comment::Percent,
-            write: matlab,
+            template: include_str!("../../templates/matlab.txt"),
         },
     ];
 
@@ -261,7 +217,7 @@ impl Consumer {
                 remedies: vec![Remedy::GiveRate(None)],
             });
         }
-        if self.needs_scale_factor && noise.scale_factor_ppm.is_none() {
+        if self.template.contains("{scale_factor_ppm}") && noise.scale_factor_ppm.is_none() {
             missing.push(Missing {
                 value: "the error of the scale factor".into(),
                 why: "a record at rest does not show it".into(),
@@ -271,13 +227,27 @@ impl Consumer {
         if !missing.is_empty() {
             return Err(NotWritten::Lacks(missing));
         }
-        let lines = self.comments(noise, terms);
-        let body = (self.write)(&self.typed(noise));
-        let comments: String = lines.iter().map(|line| self.comment.line(line)).collect();
-        Ok(match self.comment {
-            Comment::HashOfOpenCv => format!("%YAML:1.0\n{comments}{body}"),
-            _ => format!("{comments}{body}"),
-        })
+        Ok(self.filled(noise, &self.comments(noise, terms)))
+    }
+
+    /// The template with its numbers, as every reader takes them for numbers, and a line for each comment.
+    fn filled(&self, noise: &FilterNoise, comments: &[String]) -> String {
+        let number = |value: Option<f64>| value.map_or_else(String::new, decimal);
+        let [gyro_white, accel_white, gyro_walk, accel_walk] = self.typed_values(noise).map(number);
+        let values = [
+            ("{gyro_white}", gyro_white),
+            ("{accel_white}", accel_white),
+            ("{gyro_walk}", gyro_walk),
+            ("{accel_walk}", accel_walk),
+            ("{rate}", number(noise.rate_hz)),
+            ("{scale_factor_ppm}", number(noise.scale_factor_ppm)),
+            ("{topic}", noise.topic.as_deref().map_or_else(|| "/imu/data".into(), quoted)),
+        ];
+        let line = |line: &str| match line.contains("{comments}") {
+            true => comments.iter().map(|text| comment_line(line, text)).collect(),
+            false => values.iter().fold(format!("{line}\n"), |line, (name, value)| line.replace(name, value)),
+        };
+        self.template.lines().map(line).collect()
     }
 
     fn comments(&self, noise: &FilterNoise, terms: &[Term]) -> Vec<String> {
@@ -305,32 +275,13 @@ impl Consumer {
         let ([gyro_white, accel_white], [gyro_walk, accel_walk]) = (of(white), of(walk));
         [gyro_white, accel_white, gyro_walk, accel_walk]
     }
-
-    fn typed(&self, noise: &FilterNoise) -> Typed {
-        let number = |value: Option<f64>| value.map_or_else(String::new, decimal);
-        let [gyro_white, accel_white, gyro_walk, accel_walk] = self.typed_values(noise).map(number);
-        Typed {
-            accel_white,
-            accel_walk,
-            gyro_white,
-            gyro_walk,
-            rate: number(noise.rate_hz),
-            topic: noise.topic.as_deref().map_or_else(|| "/imu/data".into(), quoted),
-            scale_factor_ppm: number(noise.scale_factor_ppm),
-        }
-    }
 }
 
-impl Comment {
-    /// A line of comment, with its end.
-    fn line(self, text: &str) -> String {
-        match self {
-            Self::Hash | Self::HashOfOpenCv => format!("# {text}\n"),
-            Self::Percent => format!("% {text}\n"),
-            // two dashes end a comment
-            Self::Xml => format!("<!-- {} -->\n", text.replace("--", "- -").trim_end_matches('-')),
-        }
-    }
+/// A comment in the line that the template has for it. Two dashes end a comment of XML.
+fn comment_line(line: &str, text: &str) -> String {
+    let is_xml = line.starts_with("<!--");
+    let text = if is_xml { text.replace("--", "- -").trim_end_matches('-').to_owned() } else { text.to_owned() };
+    format!("{}\n", line.replace("{comments}", &text))
 }
 
 /// In deg/√h and m/s/√h.
@@ -343,134 +294,6 @@ fn per_root_hour(sensor: Sensor, value: f64, _: f64) -> f64 {
 fn gauss_markov(sensor: Sensor, value: f64, _: f64) -> f64 {
     let unit = if sensor == Sensor::Gyroscope { DEGREES * 3600.0 } else { MILLIGAL };
     value * (KF_GINS_CORRELATION_S / 2.0).sqrt() * unit
-}
-
-fn kalibr(typed: &Typed) -> String {
-    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, rate, topic, .. } = typed;
-    format!(
-        "accelerometer_noise_density: {accel_white}\naccelerometer_random_walk: {accel_walk}\n\
-         gyroscope_noise_density: {gyro_white}\ngyroscope_random_walk: {gyro_walk}\n\
-         rostopic: {topic}\nupdate_rate: {rate}\n"
-    )
-}
-
-fn openvins(typed: &Typed) -> String {
-    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, topic, .. } = typed;
-    let matrix = |name: &str, diagonal: f64, size: usize| {
-        let row = |row| (0..size).map(|column| if row == column { diagonal } else { 0.0 }).collect::<Vec<_>>();
-        let rows: String = (0..size).map(|at| format!("    - {:?}\n", row(at))).collect();
-        format!("  {name}:\n{rows}")
-    };
-    let matrices = [
-        ("T_i_b", 1.0, 4),
-        ("Tw", 1.0, 3),
-        ("R_IMUtoGYRO", 1.0, 3),
-        ("Ta", 1.0, 3),
-        ("R_IMUtoACC", 1.0, 3),
-        ("Tg", 0.0, 3),
-    ];
-    let matrices: String = matrices.into_iter().map(|(name, diagonal, size)| matrix(name, diagonal, size)).collect();
-    format!(
-        "imu0:\n  accelerometer_noise_density: {accel_white}\n  accelerometer_random_walk: {accel_walk}\n  \
-         gyroscope_noise_density: {gyro_white}\n  gyroscope_random_walk: {gyro_walk}\n  rostopic: {topic}\n  \
-         time_offset: 0.0\n  model: \"kalibr\"\n{matrices}"
-    )
-}
-
-fn gtsam(typed: &Typed) -> String {
-    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, .. } = typed;
-    format!(
-        "import numpy as np\n\n\ndef set_imu_noise(params):\n    \
-         \"\"\"Sets the noise of gtsam.PreintegrationCombinedParams.\"\"\"\n    \
-         params.setAccelerometerCovariance(np.eye(3) * {accel_white})\n    \
-         params.setGyroscopeCovariance(np.eye(3) * {gyro_white})\n    \
-         params.setBiasAccCovariance(np.eye(3) * {accel_walk})\n    \
-         params.setBiasOmegaCovariance(np.eye(3) * {gyro_walk})\n    \
-         # the error of the integration itself, which is not the sensor's\n    \
-         params.setIntegrationCovariance(np.eye(3) * 1.0e-8)\n    \
-         if hasattr(params, \"setBiasAccOmegaInit\"):\n        \
-         params.setBiasAccOmegaInit(np.zeros((6, 6)))\n"
-    )
-}
-
-fn lio_sam(typed: &Typed) -> String {
-    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, .. } = typed;
-    format!(
-        "lio_sam:\n  imuAccNoise: {accel_white}\n  imuGyrNoise: {gyro_white}\n  imuAccBiasN: {accel_walk}\n  \
-         imuGyrBiasN: {gyro_walk}\n"
-    )
-}
-
-fn vins(typed: &Typed) -> String {
-    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, .. } = typed;
-    format!("acc_n: {accel_white}\ngyr_n: {gyro_white}\nacc_w: {accel_walk}\ngyr_w: {gyro_walk}\n")
-}
-
-fn fast_lio(typed: &Typed) -> String {
-    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, .. } = typed;
-    format!(
-        "mapping:\n    acc_cov: {accel_white}\n    gyr_cov: {gyro_white}\n    b_acc_cov: {accel_walk}\n    \
-         b_gyr_cov: {gyro_walk}\n"
-    )
-}
-
-fn kf_gins(typed: &Typed) -> String {
-    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, scale_factor_ppm, .. } = typed;
-    let hours = decimal(KF_GINS_CORRELATION_S / 3600.0);
-    format!(
-        "imunoise:\n  arw: [{gyro_white}, {gyro_white}, {gyro_white}]\n  vrw: [{accel_white}, {accel_white}, {accel_white}]\n  \
-         gbstd: [{gyro_walk}, {gyro_walk}, {gyro_walk}]\n  abstd: [{accel_walk}, {accel_walk}, {accel_walk}]\n  \
-         gsstd: [{scale_factor_ppm}, {scale_factor_ppm}, {scale_factor_ppm}]\n  \
-         asstd: [{scale_factor_ppm}, {scale_factor_ppm}, {scale_factor_ppm}]\n  corrtime: {hours}\n"
-    )
-}
-
-fn ros(typed: &Typed) -> String {
-    let Typed { accel_white, gyro_white, .. } = typed;
-    let diagonal = |variance: &str| format!("[{variance}, 0.0, 0.0, 0.0, {variance}, 0.0, 0.0, 0.0, {variance}]");
-    format!(
-        "orientation_covariance: [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]\nangular_velocity_covariance: {}\n\
-         linear_acceleration_covariance: {}\n",
-        diagonal(gyro_white),
-        diagonal(accel_white)
-    )
-}
-
-fn gazebo(typed: &Typed) -> String {
-    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, rate, .. } = typed;
-    let time = decimal(GAZEBO_CORRELATION_S);
-    let axis = |axis: &str, white: &str, walk: &str| {
-        format!(
-            "      <{axis}>\n        <noise type=\"gaussian\">\n          <mean>0.0</mean>\n          \
-             <stddev>{white}</stddev>\n          <dynamic_bias_stddev>{walk}</dynamic_bias_stddev>\n          \
-             <dynamic_bias_correlation_time>{time}</dynamic_bias_correlation_time>\n        </noise>\n      </{axis}>\n"
-        )
-    };
-    let sensor = |name: &str, white: &str, walk: &str| {
-        let axes: String = ["x", "y", "z"].map(|name| axis(name, white, walk)).concat();
-        format!("    <{name}>\n{axes}    </{name}>\n")
-    };
-    format!(
-        "<sensor name=\"imu\" type=\"imu\">\n  <update_rate>{rate}</update_rate>\n  <imu>\n{}{}  </imu>\n</sensor>\n",
-        sensor("angular_velocity", gyro_white, gyro_walk),
-        sensor("linear_acceleration", accel_white, accel_walk)
-    )
-}
-
-fn matlab(typed: &Typed) -> String {
-    let Typed { accel_white, accel_walk, gyro_white, gyro_walk, rate, .. } = typed;
-    let params = |name: &str, white: &str, walk: &str| {
-        format!(
-            "{name}params('NoiseDensity', [{white} {white} {white}], 'RandomWalk', [{walk} {walk} {walk}], ...\n    \
-             'NoiseType', \"single-sided\")"
-        )
-    };
-    format!(
-        "gyro = {};\naccel = {};\nimu = imuSensor('accel-gyro', 'SampleRate', {rate}, ...\n    \
-         'Gyroscope', gyro, 'Accelerometer', accel);\n",
-        params("gyro", gyro_white, gyro_walk),
-        params("accel", accel_white, accel_walk)
-    )
 }
 
 /// The name of a topic as a string of YAML: plain, as ROS names are, or between quotes.

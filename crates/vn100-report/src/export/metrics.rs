@@ -8,26 +8,6 @@ use vn100_analysis::{ChannelResult, Device, LinkStatus, SourceResult};
 
 use crate::{codes::name_of, health::line_load, printable::printable, units::si_unit};
 
-/// The format of metrics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MetricsForm {
-    /// The text format 0.0.4 of Prometheus.
-    Prometheus,
-    /// OpenMetrics 1.0, with units and an end.
-    OpenMetrics,
-}
-
-impl MetricsForm {
-    /// The media type of the format in HTTP.
-    #[must_use]
-    pub const fn content_type(self) -> &'static str {
-        match self {
-            Self::Prometheus => "text/plain; version=0.0.4; charset=utf-8",
-            Self::OpenMetrics => "application/openmetrics-text; version=1.0.0; charset=utf-8",
-        }
-    }
-}
-
 /// One source at one moment.
 #[derive(Debug, Clone, Copy)]
 pub struct MeasuredSource<'a> {
@@ -37,92 +17,59 @@ pub struct MeasuredSource<'a> {
     pub last_sample_age: Option<Duration>,
 }
 
+/// The media type of the metrics in HTTP: the text format 0.0.4 of Prometheus.
+pub const METRICS_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
+
 /// The metrics of these sources. A metric whose value is not known has no sample; noise parameters
 /// have none if the sensor was moved.
 ///
 /// # Examples
 /// ```
-/// use vn100_report::{MetricsForm, metrics_text};
-/// assert_eq!(metrics_text(&[], MetricsForm::OpenMetrics), "# EOF\n");
-/// assert_eq!(metrics_text(&[], MetricsForm::Prometheus), "");
+/// assert_eq!(vn100_report::metrics_text(&[]), "");
 /// ```
 #[must_use]
-pub fn metrics_text(sources: &[MeasuredSource<'_>], form: MetricsForm) -> String {
-    let mut families = Families { form, families: Vec::new() };
+pub fn metrics_text(sources: &[MeasuredSource<'_>]) -> String {
+    let mut families = Families(Vec::new());
     for source in sources {
         of_source(&mut families, source);
     }
-    families.text()
+    let text = |Family { name, help, kind, samples }: &Family| {
+        format!("# HELP {name} {help}\n# TYPE {name} {kind}\n{samples}")
+    };
+    families.0.iter().map(text).collect()
 }
 
 type Labels<'a> = &'a [(&'a str, &'a str)];
 
-struct Families {
-    form: MetricsForm,
-    families: Vec<Family>,
-}
+struct Families(Vec<Family>);
 
 struct Family {
     name: &'static str,
     help: &'static str,
-    kind: Kind,
+    kind: &'static str,
     samples: String,
-}
-
-/// What a metric is; a gauge may have a unit at the end of its name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Counter,
-    Gauge(Option<&'static str>),
 }
 
 impl Families {
     /// Adds a sample; one of a family that is there already stands behind its others.
-    fn add(&mut self, kind: Kind, name: &'static str, help: &'static str, labels: Labels<'_>, value: f64) {
-        let place = self.families.iter().position(|family| family.name == name).unwrap_or_else(|| {
-            self.families.push(Family { name, help, kind, samples: String::new() });
-            self.families.len() - 1
+    fn add(&mut self, kind: &'static str, name: &'static str, help: &'static str, labels: Labels<'_>, value: f64) {
+        let place = self.0.iter().position(|family| family.name == name).unwrap_or_else(|| {
+            self.0.push(Family { name, help, kind, samples: String::new() });
+            self.0.len() - 1
         });
-        let suffix = if kind == Kind::Counter { "_total" } else { "" };
         let labels: Vec<String> = labels.iter().map(|(key, value)| format!("{key}=\"{}\"", escaped(value))).collect();
         // a String takes everything
-        let _ = writeln!(self.families[place].samples, "{name}{suffix}{{{}}} {value}", labels.join(","));
+        let _ = writeln!(self.0[place].samples, "{name}{{{}}} {value}", labels.join(","));
     }
 
     fn count(&mut self, name: &'static str, help: &'static str, labels: Labels<'_>, count: u64) {
-        self.add(Kind::Counter, name, help, labels, count as f64);
+        self.add("counter", name, help, labels, count as f64);
     }
 
     fn gauge(&mut self, name: &'static str, help: &'static str, labels: Labels<'_>, value: impl Into<Option<f64>>) {
-        const UNITS: [&str; 4] = ["hertz", "seconds", "ratio", "celsius"];
-        let unit = UNITS.into_iter().find(|unit| name.ends_with(&format!("_{unit}")));
         if let Some(value) = value.into().filter(|value| value.is_finite()) {
-            self.add(Kind::Gauge(unit), name, help, labels, value);
+            self.add("gauge", name, help, labels, value);
         }
-    }
-
-    fn text(self) -> String {
-        let mut out = String::new();
-        for Family { name, help, kind, samples } in self.families {
-            let is_open = self.form == MetricsForm::OpenMetrics;
-            let (word, suffix) = match kind {
-                // Prometheus has the suffix in the name of the family
-                Kind::Counter => ("counter", if is_open { "" } else { "_total" }),
-                Kind::Gauge(_) => ("gauge", ""),
-            };
-            // a String takes everything
-            let _ = writeln!(out, "# HELP {name}{suffix} {help}\n# TYPE {name}{suffix} {word}");
-            if let Kind::Gauge(Some(unit)) = kind
-                && is_open
-            {
-                let _ = writeln!(out, "# UNIT {name} {unit}");
-            }
-            out.push_str(&samples);
-        }
-        if self.form == MetricsForm::OpenMetrics {
-            out.push_str("# EOF\n");
-        }
-        out
     }
 }
 
@@ -149,11 +96,11 @@ fn of_source(out: &mut Families, source: &MeasuredSource<'_>) {
     out.gauge("vn100_info", "The source: sensor and message.", &identity, 1.0);
     let is_up = !facts.ended && facts.link.as_ref().is_none_or(|link| link.status == LinkStatus::Connected);
     out.gauge("vn100_link_up", "Whether the sensor's output is received.", of_port, f64::from(u8::from(is_up)));
-    out.count("vn100_samples", "Samples measured.", of_port, timing.samples);
+    out.count("vn100_samples_total", "Samples measured.", of_port, timing.samples);
     if let Some(missing) = timing.missing {
         let detected_by = name_of(timing.missing_from);
         let from = [port, ("from", detected_by.as_str())];
-        out.count("vn100_missing_samples", "Missing samples, and what detects them.", &from, missing);
+        out.count("vn100_missing_samples_total", "Missing samples, and what detects them.", &from, missing);
     }
     for (kind, count) in [
         ("checksum", link.rejected.checksum),
@@ -163,12 +110,17 @@ fn of_source(out: &mut Families, source: &MeasuredSource<'_>) {
         ("truncated", link.rejected.truncated),
         ("too-long", link.rejected.too_long),
     ] {
-        out.count("vn100_bad_lines", "Rejected sentences, by the reason.", &[port, ("kind", kind)], count);
+        out.count("vn100_bad_lines_total", "Rejected sentences, by the reason.", &[port, ("kind", kind)], count);
     }
-    out.count("vn100_damaged_packets", "Packets that fail their checksum.", of_port, link.damaged_packets);
-    out.count("vn100_bytes", "Bytes read.", of_port, link.bytes);
-    out.count("vn100_skipped_bytes", "Bytes in which no sentence and no packet was.", of_port, link.skipped_bytes);
-    out.count("vn100_reconnects", "How often the link was connected again.", of_port, link.reconnects);
+    out.count("vn100_damaged_packets_total", "Packets that fail their checksum.", of_port, link.damaged_packets);
+    out.count("vn100_bytes_total", "Bytes read.", of_port, link.bytes);
+    out.count(
+        "vn100_skipped_bytes_total",
+        "Bytes in which no sentence and no packet was.",
+        of_port,
+        link.skipped_bytes,
+    );
+    out.count("vn100_reconnects_total", "How often the link was connected again.", of_port, link.reconnects);
     let rate_hz = timing.rate_hz.filter(|_| timing.samples > 0);
     out.gauge("vn100_rate_hertz", "Nominal sample rate.", of_port, rate_hz);
     let offset = timing.offset_ppm.map(|ppm| 1e-6 * ppm);
@@ -218,26 +170,21 @@ mod tests {
     use super::*;
     use crate::tests::fixture::{facts, nothing, result};
 
-    fn text(name: &str, form: MetricsForm) -> String {
+    fn text(name: &str) -> String {
         let link = Some(LinkFacts { status: LinkStatus::Connected, baud: Some(115_200), ..LinkFacts::default() });
         let result = result(SourceFacts { link, ..facts(name) }, nothing());
-        metrics_text(&[MeasuredSource { result: &result, last_sample_age: Some(Duration::from_millis(1500)) }], form)
+        metrics_text(&[MeasuredSource { result: &result, last_sample_age: Some(Duration::from_millis(1500)) }])
     }
 
     #[test]
-    fn counters_have_their_suffix_where_each_form_has_it() {
-        let open = text("imu", MetricsForm::OpenMetrics);
-        assert!(open.contains("# TYPE vn100_samples counter\nvn100_samples_total{port=\"imu\"} 0\n"), "{open}");
-        assert!(open.contains("# UNIT vn100_last_sample_age_seconds seconds\n"), "{open}");
-        assert!(open.ends_with("# EOF\n"), "{open}");
-        let old = text("imu", MetricsForm::Prometheus);
-        assert!(old.contains("# TYPE vn100_samples_total counter\nvn100_samples_total{port=\"imu\"} 0\n"), "{old}");
-        assert!(!old.contains("# UNIT") && !old.contains("# EOF"), "{old}");
+    fn counters_have_their_suffix() {
+        let text = text("imu");
+        assert!(text.contains("# TYPE vn100_samples_total counter\nvn100_samples_total{port=\"imu\"} 0\n"), "{text}");
     }
 
     #[test]
     fn what_is_not_known_has_no_sample() {
-        let text = text("imu", MetricsForm::OpenMetrics);
+        let text = text("imu");
         for absent in ["vn100_rate_hertz", "vn100_missing_samples", "vn100_white_noise", "vn100_link_load_ratio", "NaN"]
         {
             assert!(!text.contains(absent), "{absent} in {text}");
@@ -261,13 +208,13 @@ mod tests {
         latest("+22.1");
         let result = result(facts(""), snapshot);
         let source = MeasuredSource { result: &result, last_sample_age: None };
-        let text = metrics_text(&[source], MetricsForm::OpenMetrics);
+        let text = metrics_text(&[source]);
         assert!(text.contains("vn100_temperature_celsius{port=\"\"} 22.1\n"), "{text}");
     }
 
     #[test]
     fn the_name_of_a_source_cannot_end_its_label() {
-        let text = text("a\"} 1\nb\\", MetricsForm::Prometheus);
+        let text = text("a\"} 1\nb\\");
         assert!(text.contains("vn100_link_up{port=\"a\\\"} 1\u{fffd}b\\\\\"} 1\n"), "{text}");
     }
 }

@@ -9,7 +9,7 @@ use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelResult, FigureVerdict, Point};
 
 use super::{
-    Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, Stroke,
+    Colour, Dash, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, Shape, Stroke,
     axes::Scale,
     fitted_model::{FLAT, FittedModel},
     quiet, solid,
@@ -39,24 +39,6 @@ const fn curve_units(quantity: Quantity) -> &'static [(&'static str, f64)] {
     }
 }
 
-/// The deviations of channels of one sensor, multiplied by `factor`, in `unit`; those of a single
-/// channel with its model. `None` if no channel has a deviation.
-pub fn allan_in_unit(
-    name_of_all: &str,
-    channels: &[&ChannelResult],
-    (unit, factor): (&str, f64),
-    deviation: Deviation,
-) -> Option<Figure> {
-    let channels: Vec<ChannelResult> = channels.iter().map(|channel| channel.in_unit(unit, factor)).collect();
-    match &channels[..] {
-        [channel] => axis_in(channel, &[], factor, deviation),
-        all => {
-            let named: Vec<_> = all.iter().map(|channel| (channel.name.clone(), channel)).collect();
-            together("allan-axes".into(), name_of_all, &named, deviation, None)
-        }
-    }
-}
-
 /// With deviations that are `factor` times as large as the parameters say, over a range that has
 /// room for those of `others`, too.
 fn axis_in(channel: &ChannelResult, others: &[ChannelResult], factor: f64, deviation: Deviation) -> Option<Figure> {
@@ -67,7 +49,7 @@ fn axis_in(channel: &ChannelResult, others: &[ChannelResult], factor: f64, devia
     let reaches: Vec<f64> =
         (shown.iter()).filter_map(|channel| Some(model_of(channel)?.reaches(channel.octaves()))).flatten().collect();
     let (x, y) = axes(&shown, &reaches, deviation)?;
-    let mut legend = vec![(LegendSample::Both(solid(0, 1.0), Marker::Disc), "measured".to_owned())];
+    let mut legend = vec![(LegendSample::Both(solid(0, 1.0), Shape::Disc.filled()), "measured".to_owned())];
     if let Some(model) = &model {
         model.legend(&mut legend);
     }
@@ -95,7 +77,8 @@ pub(crate) fn allan_of_axes(
     verdicts: &[FigureVerdict],
     deviation: Deviation,
 ) -> Option<Figure> {
-    let (unit, factor) = *curve_units(axes.first()?.quantity).first()?;
+    let first = axes.first()?;
+    let (unit, factor) = curve_units(first.quantity).first().copied().unwrap_or((&first.unit, 1.0));
     let axes: Vec<ChannelResult> = axes.iter().map(|channel| channel.in_unit(unit, factor)).collect();
     let named: Vec<_> = axes.iter().map(|channel| (channel.name.clone(), channel)).collect();
     let sheet: Vec<SheetLine> = (verdicts.iter().filter(|_| deviation == Deviation::Allan))
@@ -194,7 +177,7 @@ fn together(
         .map(|(index, ((name, _), model))| {
             let values = model.as_ref().map_or_else(Vec::new, FittedModel::values);
             let values = if values.is_empty() { String::new() } else { format!(": {}", values.join(", ")) };
-            (LegendSample::Both(connecting(index), Marker::of_series(index)), short_name(name) + &values)
+            (LegendSample::Both(connecting(index), Shape::of_series(index).filled()), short_name(name) + &values)
         })
         .collect();
     let title = format!("{title}: {}", deviation_name(deviation));
@@ -259,7 +242,7 @@ pub(super) fn curve(plot: &Plot, index: usize, points: &[Point]) -> Vec<Primitiv
     let known: Vec<(f64, f64)> = places(true).collect();
     let mut marks = vec![plot.line(known.iter().copied(), connecting(index))];
     // of so few degrees of freedom that a line to them would show a rise or a fall that is none
-    let hollow = Marker::of_series(index).hollow();
+    let hollow = Shape::of_series(index).hollow();
     marks.extend(places(false).map(|(tau_s, deviation)| plot.symbol(tau_s, deviation, hollow, Colour::Quiet)));
     if points.len() > MOST_MARKED {
         let bounds = || points.iter().filter_map(|point| Some((point.tau_s, interval(point)?)));
@@ -276,7 +259,7 @@ pub(super) fn curve(plot: &Plot, index: usize, points: &[Point]) -> Vec<Primitiv
             marks.push(Primitive::Line { points, stroke: solid(index, 1.1) });
         }
     }
-    let symbol = |(x, y): &(f64, f64)| plot.symbol(*x, *y, Marker::of_series(index), Colour::Series(index));
+    let symbol = |(x, y): &(f64, f64)| plot.symbol(*x, *y, Shape::of_series(index).filled(), Colour::Series(index));
     marks.extend(known.iter().map(symbol));
     marks
 }

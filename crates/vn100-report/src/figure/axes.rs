@@ -14,11 +14,13 @@ pub struct Scale {
     pub log: bool,
 }
 
+/// A tick of an axis.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Tick {
-    pub(crate) value: f64,
-    /// `None` for the fine ones.
-    pub(crate) label: Option<String>,
+pub struct Tick {
+    /// Its place, in the unit of the axis.
+    pub value: f64,
+    /// Its number as a figure writes it; `None` for the fine ones.
+    pub label: Option<String>,
 }
 
 impl Scale {
@@ -61,7 +63,9 @@ impl Scale {
         3 * (largest.log10() / 3.0).floor() as i32
     }
 
-    pub(crate) fn ticks(&self) -> Vec<Tick> {
+    /// The ticks between both ends, in rising order.
+    #[must_use]
+    pub fn ticks(&self) -> Vec<Tick> {
         let Self { from, to, log } = *self;
         if log { log_ticks(from, to) } else { linear_ticks(from, to, self.exponent()) }
     }

@@ -1,6 +1,7 @@
 //! What a figure consists of, before it becomes SVG.
 
-pub(crate) type At = (f64, f64);
+/// A place in a drawing: from the left and from the top.
+pub type At = (f64, f64);
 
 /// A drawing of a fixed size, in layers from the bottom up.
 #[derive(Debug, Clone, Default)]
@@ -49,12 +50,47 @@ impl Rectangle {
     }
 }
 
+/// A mark of a drawing.
 #[derive(Debug, Clone)]
-pub(crate) enum Primitive {
-    Line { points: Vec<At>, stroke: Stroke },
-    Area { points: Vec<At>, colour: Colour, opacity: f64 },
-    Symbol { at: At, shape: Marker, colour: Colour },
-    Text { at: At, text: String, size: f64, anchor: Anchor, upwards: bool },
+pub enum Primitive {
+    /// A line.
+    Line {
+        /// The points that it goes through.
+        points: Vec<At>,
+        /// How it is drawn.
+        stroke: Stroke,
+    },
+    /// A tinted area.
+    Area {
+        /// Its corners.
+        points: Vec<At>,
+        /// Its colour.
+        colour: Colour,
+        /// Its opacity, 0 to 1.
+        opacity: f64,
+    },
+    /// A symbol.
+    Symbol {
+        /// Its middle.
+        at: At,
+        /// What it is.
+        shape: Marker,
+        /// Its colour.
+        colour: Colour,
+    },
+    /// A line of text.
+    Text {
+        /// The place of its anchor on its baseline.
+        at: At,
+        /// The text.
+        text: String,
+        /// Height of its letters.
+        size: f64,
+        /// The part of the text at that place.
+        anchor: Anchor,
+        /// Whether it reads upwards.
+        upwards: bool,
+    },
 }
 
 /// Of the letters of a figure, but for its title.
@@ -67,10 +103,13 @@ impl Primitive {
     }
 }
 
+/// How a line is drawn.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Stroke {
-    pub(crate) colour: Colour,
-    pub(crate) width: f64,
+pub struct Stroke {
+    /// Its colour.
+    pub colour: Colour,
+    /// Its width; below 1 for what lies behind the measurement.
+    pub width: f64,
     pub(crate) dash: Dash,
 }
 
@@ -93,36 +132,49 @@ impl Dash {
     }
 }
 
-/// Distinct without colour, too.
+/// A symbol, distinct from others without colour, too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Marker {
+pub struct Marker {
+    pub(crate) shape: Shape,
+    /// Whether only its outline is drawn: it is no result of the fit, or hardly known.
+    pub is_hollow: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Shape {
     Disc,
     Square,
     Triangle,
     Diamond,
-    /// Hollow, for what is no result of the fit, or hardly known.
-    Ring,
-    HollowSquare,
-    HollowTriangle,
-    HollowDiamond,
 }
 
+/// The part of a text that stands at its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Anchor {
+pub enum Anchor {
+    /// Its beginning.
     Start,
+    /// Its middle.
     Middle,
+    /// Its end.
     End,
 }
 
 /// Colours by what they are for. A page replaces them by its own, by their class.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Colour {
+pub enum Colour {
+    /// Of letters, and of what is read off a curve.
     Ink,
+    /// Of the background.
     Paper,
+    /// Of the frame.
     Axis,
+    /// Of the lines of a grid.
     Grid,
+    /// Of the lines between them.
     FineGrid,
+    /// Of what is no measurement.
     Quiet,
+    /// Of a series, by its number.
     Series(usize),
 }
 
@@ -159,7 +211,15 @@ impl Colour {
     }
 }
 
-impl Marker {
+impl Shape {
+    pub(crate) const fn filled(self) -> Marker {
+        Marker { shape: self, is_hollow: false }
+    }
+
+    pub(crate) const fn hollow(self) -> Marker {
+        Marker { shape: self, is_hollow: true }
+    }
+
     pub(crate) const fn of_series(series: usize) -> Self {
         match series % 4 {
             0 => Self::Disc,
@@ -169,26 +229,13 @@ impl Marker {
         }
     }
 
-    pub(crate) const fn hollow(self) -> Self {
-        match self {
-            Self::Disc | Self::Ring => Self::Ring,
-            Self::Square | Self::HollowSquare => Self::HollowSquare,
-            Self::Triangle | Self::HollowTriangle => Self::HollowTriangle,
-            Self::Diamond | Self::HollowDiamond => Self::HollowDiamond,
-        }
-    }
-
-    pub(crate) const fn is_hollow(self) -> bool {
-        matches!(self, Self::Ring | Self::HollowSquare | Self::HollowTriangle | Self::HollowDiamond)
-    }
-
     /// The corners about its middle; none for a circle of radius [`RADIUS`](Self::RADIUS).
     pub(crate) const fn corners(self) -> &'static [At] {
         match self {
-            Self::Disc | Self::Ring => &[],
-            Self::Square | Self::HollowSquare => &[(-2.8, -2.8), (2.8, -2.8), (2.8, 2.8), (-2.8, 2.8)],
-            Self::Triangle | Self::HollowTriangle => &[(0.0, -3.7), (3.4, 2.6), (-3.4, 2.6)],
-            Self::Diamond | Self::HollowDiamond => &[(0.0, -4.0), (4.0, 0.0), (0.0, 4.0), (-4.0, 0.0)],
+            Self::Disc => &[],
+            Self::Square => &[(-2.8, -2.8), (2.8, -2.8), (2.8, 2.8), (-2.8, 2.8)],
+            Self::Triangle => &[(0.0, -3.7), (3.4, 2.6), (-3.4, 2.6)],
+            Self::Diamond => &[(0.0, -4.0), (4.0, 0.0), (0.0, 4.0), (-4.0, 0.0)],
         }
     }
 

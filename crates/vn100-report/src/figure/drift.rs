@@ -2,7 +2,7 @@
 
 use vn100_analysis::{ChannelResult, angle_drift};
 
-use super::{Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, axes::Scale, solid};
+use super::{Figure, LegendSample, Plot, PlotAxis, PlottedSeries, Shape, axes::Scale, solid};
 
 /// Half the width of the interval of one drift, at the level of the curves, at each octave. `None` if no
 /// axis has a drift.
@@ -17,7 +17,9 @@ pub(crate) fn drift(axes: &[&ChannelResult]) -> Option<Figure> {
     let x = PlotAxis::new("coast, after a rest as long", "s", Scale::around(all().map(|(coast_s, _)| *coast_s), true));
     let y = PlotAxis::new("angle", "deg", Scale::around(all().map(|(_, within)| *within), true));
     let legend: Vec<_> = (curves.iter().enumerate())
-        .map(|(index, (axis, _))| (LegendSample::Both(solid(index, 1.1), Marker::of_series(index)), axis.name.clone()))
+        .map(|(index, (axis, _))| {
+            (LegendSample::Both(solid(index, 1.1), Shape::of_series(index).filled()), axis.name.clone())
+        })
         .collect();
     let title = format!("Drift of the angle while coasting, {} % of drifts", 100.0 * first.allan.confidence);
     let mut plot = Plot::new("drift-gyro".into(), title, x, y, &legend);

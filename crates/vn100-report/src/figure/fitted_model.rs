@@ -6,7 +6,7 @@ use vn100_analysis::noise::{
 };
 use vn100_analysis::{ChannelResult, NoiseResult, Point, letter};
 
-use super::{Colour, Dash, LegendSample, Marker, Plot, Primitive, Stroke, axes::Scale, quiet, solid};
+use super::{Colour, Dash, LegendSample, Plot, Primitive, Shape, Stroke, axes::Scale, quiet, solid};
 use crate::{
     numbers::digits,
     units::{parameter_unit, pretty_unit},
@@ -72,7 +72,7 @@ impl<'a> FittedModel<'a> {
             legend.push((LegendSample::Line(MODEL), "fitted model".into()));
         }
         if [White, BiasInstability, RateRandomWalk].iter().any(|term| self.noise.classical.of(*term).is_ok()) {
-            legend.push((LegendSample::Symbol(Marker::Ring, Colour::Ink), "graphical method".into()));
+            legend.push((LegendSample::Symbol(Shape::Disc.hollow(), Colour::Ink), "graphical method".into()));
         }
         legend.extend(Term::ALL.into_iter().filter_map(|term| {
             let Parameter { value, upper, .. } = self.noise.parameter(term)?;
@@ -107,16 +107,18 @@ impl<'a> FittedModel<'a> {
             marks.push(plot.line(fitted, MODEL));
         }
         let lines = self.lines(plot);
-        let read = |line: &Reference| plot.symbol(line.tau_s, line.deviation, Marker::Diamond, Colour::Ink);
+        let read = |line: &Reference| plot.symbol(line.tau_s, line.deviation, Shape::Diamond.filled(), Colour::Ink);
         marks.extend(lines.iter().map(read));
         let classical = &self.noise.classical;
-        let read =
-            [(Marker::Ring, 1.0, classical.of(White)), (Marker::HollowTriangle, 3.0, classical.of(RateRandomWalk))];
+        let read = [
+            (Shape::Disc.hollow(), 1.0, classical.of(White)),
+            (Shape::Triangle.hollow(), 3.0, classical.of(RateRandomWalk)),
+        ];
         marks.extend((read.into_iter()).filter_map(|(shape, tau_s, value)| {
             Some(plot.symbol(tau_s, value.ok()?.value * self.factor, shape, Colour::Ink))
         }));
         if let Ok(flat) = classical.of(BiasInstability) {
-            marks.push(plot.symbol(flat.tau_s, FLAT * flat.value * self.factor, Marker::HollowSquare, Colour::Ink));
+            marks.push(plot.symbol(flat.tau_s, FLAT * flat.value * self.factor, Shape::Square.hollow(), Colour::Ink));
         }
         plot.draw(1, marks);
         for line in &lines {
@@ -133,7 +135,7 @@ impl<'a> FittedModel<'a> {
         let lines = self.lines(plot);
         let Scale { from, to, .. } = plot.place.x;
         let mark = |line: &Reference| match line.term {
-            White => plot.symbol(line.tau_s, line.deviation, Marker::HollowDiamond, Colour::Ink),
+            White => plot.symbol(line.tau_s, line.deviation, Shape::Diamond.hollow(), Colour::Ink),
             _ => plot.line(
                 [from, to].map(|tau_s| (tau_s, line.at(tau_s))),
                 Stroke { dash: line.dash, ..solid(series, 0.8) },

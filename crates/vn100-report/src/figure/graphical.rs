@@ -6,7 +6,7 @@ use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelResult, NoiseResult, letter};
 
 use super::{
-    Colour, Dash, Figure, LegendSample, Marker, Plot,
+    Colour, Dash, Figure, LegendSample, Plot, Shape,
     allan::{axes, curve, id_of, series},
     fitted_model::FLAT,
     quiet, solid,
@@ -36,7 +36,7 @@ pub(crate) fn graphical(channel: &ChannelResult, deviation: Deviation) -> Option
     // with room for the text below
     let reaches: Vec<f64> = lines.iter().flatten().flat_map(|line| [line.deviation, 0.4 * line.deviation]).collect();
     let (x, y) = axes(&[&channel], &reaches, deviation)?;
-    let mut legend = vec![(LegendSample::Both(solid(0, 1.0), Marker::Disc), "measured".to_owned())];
+    let mut legend = vec![(LegendSample::Both(solid(0, 1.0), Shape::Disc.filled()), "measured".to_owned())];
     legend.extend(lines.iter().map(|line| match line {
         Ok(line) => (LegendSample::Line(quiet(1.3, line.dash)), line.text(noise)),
         Err((term, why)) => (LegendSample::Nothing, format!("{} {}", letter(*term), not_read(*term, *why))),
@@ -51,7 +51,7 @@ pub(crate) fn graphical(channel: &ChannelResult, deviation: Deviation) -> Option
     plot.draw(1, marks);
     let marks = curve(&plot, 0, &channel.allan.points);
     plot.draw(0, marks);
-    let read = |line: &Line| plot.symbol(line.tau_s, line.deviation, Marker::Diamond, Colour::Ink);
+    let read = |line: &Line| plot.symbol(line.tau_s, line.deviation, Shape::Diamond.filled(), Colour::Ink);
     let marks = lines.iter().flatten().map(read).collect();
     plot.draw(1, marks);
     for line in lines.iter().flatten() {

@@ -1,6 +1,6 @@
 //! Labels keep clear of what is drawn: of lines, symbols and other labels.
 
-use super::drawing::{Anchor, At, Drawing, LETTERS, LayerKind, Marker, Primitive, Rectangle};
+use super::drawing::{Anchor, At, Drawing, LETTERS, LayerKind, Primitive, Rectangle, Shape};
 
 /// Letters are as high as this share of their size above their baseline, and reach below it.
 const ABOVE: f64 = 0.8;
@@ -72,7 +72,7 @@ fn touches(mark: &Primitive, part: &Rectangle, width_of: &impl Fn(&str) -> f64) 
     match mark {
         Primitive::Line { points, .. } => points.windows(2).any(|ends| crosses(part, ends[0], ends[1])),
         Primitive::Symbol { at: (x, y), .. } => {
-            let reach = Marker::RADIUS + 1.0;
+            let reach = Shape::RADIUS + 1.0;
             part.overlaps(&Rectangle { left: x - reach, top: y - reach, width: 2.0 * reach, height: 2.0 * reach })
         }
         Primitive::Text { at, text, anchor, .. } => part.overlaps(&room(*at, *anchor, width_of(text))),

@@ -2,33 +2,63 @@
 //! deviation on either side; and the standard deviation alone of all axes of a sensor.
 
 use super::{
-    Colour, Dash, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, Stroke,
+    Colour, Dash, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, Shape, Stroke,
     allan::id_of, axes::Scale, solid,
 };
 use crate::units::pretty_unit;
-use vn100_analysis::{BlockValues, ChannelResult};
+use vn100_analysis::{BlockValues, ChannelResult, History, HistoryColumn};
 
-/// `None` without blocks.
+/// A channel over the time of its record. `None` without blocks.
 pub(crate) fn envelope(channel: &ChannelResult) -> Option<Figure> {
     let blocks = channel.blocks();
     let last = blocks.last()?;
-    let (unit, unit_s) = time_unit(last.start_s + last.duration_s);
+    let time = time_unit(last.start_s + last.duration_s);
+    let id = format!("time-{}", id_of(&channel.name));
+    Some(bands(id, format!("{}: time plot", channel.name), ("time", time), (&channel.name, &channel.unit), blocks))
+}
+
+/// The range and the mean of the recent samples of the channel `name`, in its `unit`, over the time
+/// until the last one. `None` without a sample in these minutes.
+#[must_use]
+pub fn last_minutes(name: &str, unit: &str, history: &History) -> Option<Figure> {
+    let duration_s = history.column_s;
+    let length_s = history.columns.len() as f64 * duration_s;
+    let block = |(place, column): (usize, &Option<HistoryColumn>)| {
+        let HistoryColumn { min, max, mean } = (*column)?;
+        let start_s = place as f64 * duration_s - length_s;
+        Some(BlockValues { start_s, duration_s, count: 1, mean, std: None, min, max })
+    };
+    let blocks: Vec<BlockValues> = history.columns.iter().enumerate().filter_map(block).collect();
+    let (id, title) = (format!("signal-{}", id_of(name)), format!("{name}: the last minutes"));
+    let along = ("time until the last sample", ("s", 1.0));
+    (!blocks.is_empty()).then(|| bands(id, title, along, (name, unit), &blocks))
+}
+
+/// The range of the samples of each block, their mean, and one standard deviation on either side where
+/// it is known; `along` names the axis along, with its unit and the seconds of one.
+fn bands(
+    id: String,
+    title: String,
+    along: (&str, (&'static str, f64)),
+    (name, unit): (&str, &str),
+    blocks: &[BlockValues],
+) -> Figure {
+    let (along, (time, unit_s)) = along;
     let start = |block: &BlockValues| block.start_s / unit_s;
     let end = |block: &BlockValues| (block.start_s + block.duration_s) / unit_s;
     let x =
-        PlotAxis::new("time", unit, Scale::around(blocks.iter().flat_map(|block| [start(block), end(block)]), false));
+        PlotAxis::new(along, time, Scale::around(blocks.iter().flat_map(|block| [start(block), end(block)]), false));
     let y = PlotAxis::new(
-        &channel.name,
-        pretty_unit(&channel.unit),
+        name,
+        pretty_unit(unit),
         Scale::around(blocks.iter().flat_map(|block| [block.min, block.max]), false),
     );
-    let legend = [
-        (LegendSample::Area(Colour::Series(0), 0.25), "min to max".to_owned()),
-        (LegendSample::Area(Colour::Series(0), 0.6), "mean ± std".to_owned()),
-        (LegendSample::Line(solid(1, 1.6)), "mean".to_owned()),
-    ];
-    let id = format!("time-{}", id_of(&channel.name));
-    let mut plot = Plot::new(id, format!("{}: time plot", channel.name), x, y, &legend);
+    let mut legend = vec![(LegendSample::Area(Colour::Series(0), 0.25), "min to max".to_owned())];
+    if blocks.iter().any(|block| block.std.is_some()) {
+        legend.push((LegendSample::Area(Colour::Series(0), 0.6), "mean ± std".to_owned()));
+    }
+    legend.push((LegendSample::Line(solid(1, 1.6)), "mean".to_owned()));
+    let mut plot = Plot::new(id, title, x, y, &legend);
     let band = |run: &[BlockValues], opacity, range: &dyn Fn(&BlockValues) -> (f64, f64)| {
         let upper = run.iter().flat_map(|block| [start(block), end(block)].map(|x| (x, range(block).1)));
         let lower = run.iter().rev().flat_map(|block| [end(block), start(block)].map(|x| (x, range(block).0)));
@@ -39,7 +69,9 @@ pub(crate) fn envelope(channel: &ChannelResult) -> Option<Figure> {
     for run in without_gaps(blocks) {
         let std = |block: &BlockValues| block.std.unwrap_or(0.0);
         marks.push(band(run, 0.25, &|block| (block.min, block.max)));
-        marks.push(band(run, 0.35, &|block| (block.mean - std(block), block.mean + std(block))));
+        if run.iter().any(|block| block.std.is_some()) {
+            marks.push(band(run, 0.35, &|block| (block.mean - std(block), block.mean + std(block))));
+        }
         let steps = run.iter().flat_map(|block| [(start(block), block.mean), (end(block), block.mean)]);
         marks.push(plot.line(steps, solid(1, 1.6)));
     }
@@ -49,8 +81,7 @@ pub(crate) fn envelope(channel: &ChannelResult) -> Option<Figure> {
         y: block.mean,
         reach: Some((block.min, block.max)),
     };
-    let values = blocks.iter().map(value).collect();
-    Some(plot.done(vec![PlottedSeries { name: "mean, min to max".into(), values }]))
+    plot.done(vec![PlottedSeries { name: "mean, min to max".into(), values: blocks.iter().map(value).collect() }])
 }
 
 /// The runs of blocks without a gap: nothing is drawn across one.
@@ -87,7 +118,9 @@ pub(crate) fn segments(id: &str, title: &str, channels: &[&ChannelResult]) -> Op
     );
     let stroke = |index| Stroke { colour: Colour::Series(index), width: 1.2, dash: Dash::of_series(index) };
     let legend: Vec<_> = (channels.iter().enumerate())
-        .map(|(index, channel)| (LegendSample::Both(stroke(index), Marker::of_series(index)), channel.name.clone()))
+        .map(|(index, channel)| {
+            (LegendSample::Both(stroke(index), Shape::of_series(index).filled()), channel.name.clone())
+        })
         .collect();
     let mut plot = Plot::new(format!("segments-{id}"), format!("{title}: deviation per segment"), x, y, &legend);
     for (index, blocks) in of_channels.iter().enumerate() {

@@ -3,7 +3,9 @@
 use super::{
     Figure, PlotAxis, PlottedSeries,
     axes::{Place, frame, square_decades},
-    drawing::{self, Anchor, Colour, Dash, Drawing, LETTERS, Layer, LayerKind, Marker, Primitive, Rectangle, Stroke},
+    drawing::{
+        self, Anchor, Colour, Dash, Drawing, LETTERS, Layer, LayerKind, Marker, Primitive, Rectangle, Shape, Stroke,
+    },
     labels::free_place,
 };
 
@@ -111,7 +113,8 @@ impl Plot {
 
     /// A line through these places, with the symbol of the series at each.
     pub(super) fn marked_line(&self, series: usize, values: &[(f64, f64)], stroke: Stroke) -> Vec<Primitive> {
-        let symbol = |(x, y): &(f64, f64)| self.symbol(*x, *y, Marker::of_series(series), Colour::Series(series));
+        let symbol =
+            |(x, y): &(f64, f64)| self.symbol(*x, *y, Shape::of_series(series).filled(), Colour::Series(series));
         let line = self.line(values.iter().copied(), stroke);
         [line].into_iter().chain(values.iter().map(symbol)).collect()
     }

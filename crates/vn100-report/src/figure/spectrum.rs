@@ -1,6 +1,6 @@
 //! The amplitude spectral density of the axes of one sensor, and its peaks.
 
-use super::{Colour, Figure, LegendSample, Marker, Plot, PlotAxis, PlottedSeries, axes::Scale, solid};
+use super::{Colour, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, Shape, axes::Scale, solid};
 use crate::units::pretty_unit;
 use vn100_analysis::ChannelResult;
 
@@ -10,8 +10,10 @@ const SAME: f64 = 0.03;
 /// Peaks with a number beside them.
 const MOST_LABELS: usize = 6;
 
-/// `None` if the record is too short for one. The density is one-sided.
-pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelResult]) -> Option<Figure> {
+/// The one-sided amplitude densities of the axes of a sensor, which the title names. `None` if the record
+/// is too short for one.
+#[must_use]
+pub fn spectrum(id: &str, title: &str, channels: &[&ChannelResult]) -> Option<Figure> {
     let curves: Vec<(&ChannelResult, Vec<(f64, f64)>)> = (channels.iter())
         .filter_map(|channel| {
             // the first point lost part of its power with the mean of each segment
@@ -37,8 +39,9 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelResult]) -> Op
     peaks.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
     for (index, (_, points)) in curves.iter().enumerate() {
         let of_curve = peaks.iter().filter(|peak| peak.series == index);
-        let symbol =
-            |peak: &Peak| plot.symbol(peak.frequency, peak.amplitude, Marker::of_series(index), Colour::Series(index));
+        let symbol = |peak: &Peak| {
+            plot.symbol(peak.frequency, peak.amplitude, Shape::of_series(index).filled(), Colour::Series(index))
+        };
         let marks =
             [plot.line(points.iter().copied(), solid(index, 1.1))].into_iter().chain(of_curve.map(symbol)).collect();
         plot.draw(index, marks);

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write};
 
-use super::drawing::{Anchor, At, Colour, Drawing, Layer, LayerKind, Marker, Primitive};
+use super::drawing::{Anchor, At, Colour, Drawing, Layer, LayerKind, Marker, Primitive, Shape};
 
 /// As an element of a page. `id` is unique on it; the texts are read aloud: title and description.
 pub(crate) fn element(drawing: &Drawing, id: &str, texts: [&str; 2], attributes: &str) -> String {
@@ -108,14 +108,14 @@ fn write_mark(out: &mut String, mark: &Primitive) -> fmt::Result {
 
 fn write_symbol(out: &mut String, at: At, shape: Marker, colour: Colour) -> fmt::Result {
     let (class, rgb) = (colour.class(), hex(colour));
-    let paint = if shape.is_hollow() {
+    let paint = if shape.is_hollow {
         format!("class=\"h {class}\" fill=\"none\" stroke=\"{rgb}\" stroke-width=\"1.4\"")
     } else {
         format!("class=\"a {class}\" fill=\"{rgb}\"")
     };
     write!(out, "<g transform=\"translate({} {})\">", short(at.0), short(at.1))?;
-    match shape.corners() {
-        [] => write!(out, "<circle r=\"{}\" {paint}/>", Marker::RADIUS)?,
+    match shape.shape.corners() {
+        [] => write!(out, "<circle r=\"{}\" {paint}/>", Shape::RADIUS)?,
         corners => write!(out, "<path d=\"{}Z\" {paint}/>", path(corners))?,
     }
     out.write_str("</g>")
@@ -169,11 +169,11 @@ mod tests {
             out
         };
         assert_eq!(
-            svg(Marker::Disc),
+            svg(Shape::Disc.filled()),
             "<g transform=\"translate(12.3 5)\"><circle r=\"3.1\" class=\"a c1\" fill=\"#d55e00\"/></g>"
         );
         assert_eq!(
-            svg(Marker::HollowTriangle),
+            svg(Shape::Triangle.hollow()),
             "<g transform=\"translate(12.3 5)\"><path d=\"M0 -3.7L3.4 2.6L-3.4 2.6Z\" class=\"h c1\" fill=\"none\" stroke=\"#d55e00\" \
              stroke-width=\"1.4\"/></g>"
         );

@@ -10,7 +10,8 @@ pub(super) fn explanations() -> Vec<Explanation> {
 }
 
 fn entry(code: Code) -> Explanation {
-    let (group, why, advice, remedies, source) = words(&code);
+    let (group, source) = group(code.key);
+    let (why, advice, remedies) = words(&code);
     let mut letters = code.meaning.chars();
     let first: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();
     Explanation {
@@ -26,11 +27,9 @@ fn entry(code: Code) -> Explanation {
     }
 }
 
-/// Group, why it matters, what to do, remedies and source.
-fn words(code: &Code) -> (&'static str, &'static str, &'static str, &'static [Remedy], &'static str) {
-    const DECIDES: &str = "Without it the verdict stays open, however the rest is known.";
-    const MANUAL: &str = "VectorNav VN-100 User Manual, registers 7, 30, 80 and 85";
-    let (why, advice, remedies): (_, _, &'static [Remedy]) = match (code.key, code.code) {
+/// Why a code matters, what to do, and the remedies.
+fn words(code: &Code) -> (&'static str, &'static str, &'static [Remedy]) {
+    match (code.key, code.code) {
         ("status", "estimated") => ("The interval has the stated confidence.", "Use the value.", &[]),
         ("status", "moved" | "model-rejected") => (
             "The motion or the disturbance is larger than the noise at the averaging times that would show it.",
@@ -52,12 +51,12 @@ fn words(code: &Code) -> (&'static str, &'static str, &'static str, &'static [Re
             "Read the warnings before a unit is rejected: a disturbed record fails too.",
             &[Remedy::Plan, Remedy::TypicalIsLimit],
         ),
-        ("decided_by", "rate") => (DECIDES, "", &[Remedy::GiveRate(None)]),
-        ("decided_by", "window") => (DECIDES, "", &[Remedy::GiveWindow]),
-        ("decided_by", "longer-record") => (DECIDES, "", &[Remedy::Plan]),
-        ("decided_by", "unaliased") => (DECIDES, "Set the averaging window of a VN-100 to 800/rate.", &[]),
-        ("decided_by", "nothing") => (DECIDES, "Take the parameter as one that lies at the limit.", &[]),
-        ("decided_by", _) => (DECIDES, "Set the key density of the sheet.", &[]),
+        ("decided_by", _) => (
+            "Without it the verdict stays open, however the rest is known.",
+            "Say what is not known of the stream or the sheet, average 800/rate refreshes so that nothing aliases, or record longer. A parameter that nothing decides \
+             lies at the limit.",
+            &[Remedy::GiveRate(None), Remedy::GiveWindow, Remedy::Plan],
+        ),
         ("grade", _) => (
             "A rough class for choosing sensors: the worse of the classes by B and by N.",
             "Compare parameters with the needs of the application, not classes.",
@@ -99,8 +98,13 @@ fn words(code: &Code) -> (&'static str, &'static str, &'static str, &'static [Re
             "Check cable, adapter and supply of the sensor. After a restart set it again, and save the settings.",
             &[],
         ),
-    };
-    let (group, source) = match code.key {
+    }
+}
+
+/// The title of the codes under a key, and the standard or manual that defines them.
+fn group(key: &str) -> (&'static str, &'static str) {
+    const MANUAL: &str = "VectorNav VN-100 User Manual, registers 7, 30, 80 and 85";
+    match key {
         "status" => ("Statuses of a parameter", "IEEE Std 952-1997, annex C (model); NIST SP 1065 (intervals)"),
         "verdict" => ("Verdicts", "JCGM 106:2012 (decision rule: guarded by the whole interval)"),
         "decided_by" => ("What would decide a verdict (decided_by)", ""),
@@ -111,6 +115,5 @@ fn words(code: &Code) -> (&'static str, &'static str, &'static str, &'static [Re
         "withheld" => ("Why B, K and R are only bounded (withheld)", ""),
         "temperature.reason" => ("No temperature coefficient (temperature.reason)", ""),
         _ => ("Why a measurement ended (end_reason)", ""),
-    };
-    (group, why, advice, remedies, source)
+    }
 }

@@ -2,7 +2,7 @@
 
 use vn100_analysis::{Remedy, axes_name, letter};
 
-use super::{Explanation, entry};
+use super::{Entry, Explanation, entry};
 use crate::{Consumer, DATASHEETS, parse_datasheet};
 
 const PROGRAMS: &str = "Programs that take N and K";
@@ -10,12 +10,12 @@ const PROGRAMS: &str = "Programs that take N and K";
 pub(super) fn explanations() -> Vec<Explanation> {
     let programs = Consumer::ALL.iter().map(of_program);
     let sheets = DATASHEETS.iter().filter_map(|(name, text)| of_sheet(name, text));
-    [discrete(), drift(), inflation()].into_iter().chain(programs).chain(sheets).collect()
+    VALUES.into_iter().map(|value| entry(PROGRAMS, value)).chain(programs).chain(sheets).collect()
 }
 
-fn discrete() -> Explanation {
-    entry(
-        PROGRAMS,
+/// The forms of N and K, and what is made of them.
+const VALUES: [Entry; 3] = [
+    (
         ("discrete", &["continuous", "discrete noise", "sigma of a sample"]),
         "N and K in continuous time, and by sample",
         [
@@ -29,12 +29,8 @@ fn discrete() -> Explanation {
         ],
         &[],
         "",
-    )
-}
-
-fn drift() -> Explanation {
-    entry(
-        PROGRAMS,
+    ),
+    (
         ("drift", &["coasting", "dead reckoning"]),
         "drift while coasting",
         [
@@ -48,12 +44,8 @@ fn drift() -> Explanation {
         ],
         &[Remedy::Plan],
         "IEEE Std 952-1997, annex C; NIST SP 1065; Farrell et al., IEEE Control Systems Magazine 42(6), 2022",
-    )
-}
-
-fn inflation() -> Explanation {
-    entry(
-        PROGRAMS,
+    ),
+    (
         ("inflation", &["inflate", "lower bound of inflation"]),
         "lower bound of what a filter is given",
         [
@@ -65,8 +57,8 @@ fn inflation() -> Explanation {
         ],
         &[],
         "IEEE Std 952-1997, annex C, for the densities of the terms; NIST SP 1065 for the intervals",
-    )
-}
+    ),
+];
 
 fn of_program(consumer: &'static Consumer) -> Explanation {
     let white = format!(

@@ -3,11 +3,10 @@
 use vn100_analysis::Remedy;
 use vn100_analysis::noise::{Sensor, Term};
 
-use super::{Explanation, entry};
+use super::{Entry, Explanation, entry};
 use crate::names::{ParameterNames, parameter_names};
 
 const PARAMETERS: &str = "Parameters";
-const TERMS: &str = "Terms";
 const IEEE: &str = "IEEE Std 952-1997, annex C; IEEE Std 1293 for accelerometers";
 const SP_1065: &str = "NIST SP 1065";
 
@@ -15,7 +14,7 @@ pub(super) fn explanations() -> Vec<Explanation> {
     let sensors = [Sensor::Gyroscope, Sensor::Accelerometer, Sensor::Magnetometer];
     let parameters =
         Term::ALL.into_iter().map(|term| of_term(term, sensors.map(|sensor| parameter_names(sensor, term))));
-    parameters.chain([edf(), interval(), tau(), aliasing(), allan(), minimum()]).collect()
+    parameters.chain(TERMS.into_iter().map(|term| entry("Terms", term))).collect()
 }
 
 /// A parameter that has a name of its own for each sensor.
@@ -56,17 +55,15 @@ fn of_term(term: Term, names: [ParameterNames; 3]) -> Explanation {
         ),
     };
     let [gyro, accel, mag] = names;
-    let mut titles: Vec<&str> = vec![gyro.name, accel.name, mag.name];
+    let mut titles = vec![gyro.name, accel.name, mag.name];
     titles.dedup();
-    let mut aliases: Vec<&str> = titles.clone();
+    let mut aliases = titles.clone();
     aliases.extend(names.map(|names| names.short).into_iter().filter(|short| !short.is_empty()));
+    aliases.extend((term == Term::Quantization).then_some("quantisation"));
     aliases.sort_unstable();
     aliases.dedup();
-    if term == Term::Quantization {
-        aliases.push("quantisation");
-    }
-    let shorts: Vec<&str> = [gyro.short, accel.short].into_iter().filter(|short| !short.is_empty()).collect();
-    let mut shorts = shorts;
+    let mut shorts = [gyro.short, accel.short].to_vec();
+    shorts.retain(|short| !short.is_empty());
     shorts.dedup();
     Explanation {
         group: PARAMETERS,
@@ -81,9 +78,9 @@ fn of_term(term: Term, names: [ParameterNames; 3]) -> Explanation {
     }
 }
 
-fn edf() -> Explanation {
-    entry(
-        TERMS,
+/// The terms in which results are given.
+const TERMS: [Entry; 6] = [
+    (
         ("edf", &["degrees of freedom"]),
         "equivalent degrees of freedom",
         [
@@ -95,12 +92,8 @@ fn edf() -> Explanation {
         ],
         &[Remedy::Plan],
         SP_1065,
-    )
-}
-
-fn interval() -> Explanation {
-    entry(
-        TERMS,
+    ),
+    (
         ("confidence interval", &["pointwise", "interval"]),
         "confidence interval",
         [
@@ -111,12 +104,8 @@ fn interval() -> Explanation {
         ],
         &[],
         SP_1065,
-    )
-}
-
-fn tau() -> Explanation {
-    entry(
-        TERMS,
+    ),
+    (
         ("tau", &["averaging time", "m", "averaging factor"]),
         "averaging time tau = m / rate",
         [
@@ -126,12 +115,8 @@ fn tau() -> Explanation {
         ],
         &[Remedy::Plan, Remedy::GiveRate(None)],
         "IEEE Std 952-1997, annex C; NIST SP 1065",
-    )
-}
-
-fn aliasing() -> Explanation {
-    entry(
-        TERMS,
+    ),
+    (
         ("aliasing", &["decimation", "averaging window", "register 85", "sensor's own N"]),
         "aliasing of the sensor's own sampling",
         [
@@ -143,12 +128,8 @@ fn aliasing() -> Explanation {
         ],
         &[Remedy::Configure(vn100_analysis::Setting::Window(20))],
         "VectorNav VN-100 User Manual, register 85 (IMU filtering configuration)",
-    )
-}
-
-fn allan() -> Explanation {
-    entry(
-        TERMS,
+    ),
+    (
         ("Allan deviation", &["ADEV", "OADEV", "allan", "hadamard"]),
         "Allan deviation",
         [
@@ -159,12 +140,8 @@ fn allan() -> Explanation {
         ],
         &[],
         "IEEE Std 952-1997, annex C; NIST SP 1065",
-    )
-}
-
-fn minimum() -> Explanation {
-    entry(
-        TERMS,
+    ),
+    (
         ("minimum of the curve", &["minimum", "lowest deviation", "in-run bias stability"]),
         "minimum of the Allan deviation, or in-run bias stability",
         [
@@ -174,5 +151,5 @@ fn minimum() -> Explanation {
         ],
         &[],
         IEEE,
-    )
-}
+    ),
+];

@@ -64,7 +64,7 @@ fn of_word(status: StatusWord) -> Explanation {
             &[],
         ),
     };
-    entry("Words of the summary", (status.word(), also), status.word(), [meaning, why, advice], remedies, "")
+    entry("Words of the summary", ((status.word(), also), status.word(), [meaning, why, advice], remedies, ""))
 }
 
 fn of_message(name: &'static str, form: &str, about: &str, compensated: Option<bool>) -> Explanation {

@@ -8,10 +8,7 @@ use crate::{
 };
 use maud::{Markup, html};
 use vn100_analysis::noise::{Deviation, Estimator};
-use vn100_analysis::protocol::{
-    AsyncRate, AsyncType, BaudRate, Calibration, ImuFilter, Quantity, ReferenceFrameRotation, Register,
-    RegisterContents, RegisterFields, RegisterValue, StartupGyroBias, VpeControl,
-};
+use vn100_analysis::protocol::{ImuFilter, Quantity, Register, RegisterContents, RegisterFields};
 use vn100_analysis::{ChannelResult, RateFrom, SourceResult};
 
 use crate::html::{
@@ -31,20 +28,6 @@ const CONDITIONS: [(&str, &str); 8] = [
     ("note", "Note"),
 ];
 
-/// The registers that decide what the noise looks like.
-const REGISTERS: [Register; 10] = [
-    Register::BAUD_RATE,
-    Register::ASYNC_TYPE,
-    Register::ASYNC_RATE,
-    Register::MAG_CALIBRATION,
-    Register::ACCEL_CALIBRATION,
-    Register::ROTATION,
-    Register::VPE_CONTROL,
-    Register::STARTUP_GYRO_BIAS,
-    Register::GYRO_CALIBRATION,
-    Register::IMU_FILTER,
-];
-
 pub(crate) fn facts(record: &SourceResult, options: PageOptions<'_>, captions: &Captions) -> Markup {
     let tables = [
         ("Capture", capture(record, options.program)),
@@ -53,7 +36,7 @@ pub(crate) fn facts(record: &SourceResult, options: PageOptions<'_>, captions: &
         ("Marks", marks(record)),
         ("Time base and losses", timing(record)),
         ("Method", method(record, options.asked)),
-        ("Uncertainty and traceability", traceability(record, options)),
+        ("Uncertainty and traceability", traceability(record)),
         ("Signatures", signatures(record)),
     ];
     html! {
@@ -115,101 +98,36 @@ fn listed(texts: impl Iterator<Item = String>) -> String {
     if texts.is_empty() { "none".into() } else { texts.join("; ") }
 }
 
+/// The identity of the sensor, and every other register that was read, as printed.
 fn sensor(record: &SourceResult) -> Vec<Row> {
-    let device = record.source.device.as_ref();
-    let text = |register: Register| {
-        device.and_then(|device| device.registers.get(&register.0)).map(|text| text.trim().to_owned())
-    };
-    let identity = [
+    const IDENTITY: [(&str, Register); 4] = [
         ("Model", Register::MODEL),
         ("Hardware revision", Register::HARDWARE_REVISION),
         ("Serial number", Register::SERIAL_NUMBER),
         ("Firmware", Register::FIRMWARE),
     ];
-    let mut rows: Vec<Row> =
-        identity.into_iter().map(|(name, register)| or_not_recorded(name, text(register))).collect();
-    rows.extend(REGISTERS.into_iter().map(|register| {
-        let name = format!("{} (register {})", register.name().unwrap_or("register"), register.0);
-        or_not_recorded(&capitalised(&name), text(register).map(|text| in_words(register, &text)))
-    }));
-    rows
-}
-
-/// The register's contents with their meaning; as printed where they are not what they should be.
-fn in_words(register: Register, text: &str) -> String {
-    let known = match register {
-        Register::BAUD_RATE => value::<BaudRate>(register, text).map(|speed| format!("{} baud", speed.bits_per_s())),
-        Register::ASYNC_TYPE => {
-            value::<AsyncType>(register, text).and_then(|message| message.header().map(str::to_owned))
-        }
-        Register::ASYNC_RATE => value::<AsyncRate>(register, text).map(|rate| format!("{rate} Hz")),
-        Register::MAG_CALIBRATION | Register::ACCEL_CALIBRATION | Register::GYRO_CALIBRATION => {
-            value::<Calibration>(register, text).map(|calibration| calibrated(&calibration))
-        }
-        Register::ROTATION => value::<ReferenceFrameRotation>(register, text).map(|rotation| {
-            if rotation.matrix == IDENTITY {
-                "none (identity)".into()
-            } else {
-                format!("matrix {}", list(rotation.matrix.as_flattened()))
-            }
-        }),
-        Register::VPE_CONTROL => value::<VpeControl>(register, text).map(attitude_filter),
-        Register::STARTUP_GYRO_BIAS => {
-            value::<StartupGyroBias>(register, text).map(|bias| format!("{} rad/s", list(&bias.bias_rad_s)))
-        }
-        Register::IMU_FILTER => value::<ImuFilter>(register, text).map(averaging),
-        _ => None,
+    let registers = record.source.device.iter().flat_map(|device| &device.registers);
+    let text = |register: Register| {
+        registers.clone().find(|(number, _)| **number == register.0).map(|(_, text)| text.trim().to_owned())
     };
-    known.map_or_else(|| format!("as printed: {text}"), |known| format!("{known} [{text}]"))
+    let identity = IDENTITY.map(|(name, register)| or_not_recorded(name, text(register)));
+    let others = registers.clone().filter(|(number, _)| IDENTITY.iter().all(|(_, register)| register.0 != **number));
+    let others = others.map(|(number, text)| {
+        let name = Register(*number).name().unwrap_or("register");
+        let averaging = averaging(Register(*number), text).map(|words| format!("{words} [{}]", text.trim()));
+        fact(&capitalised(&format!("{name} (register {number})")), averaging.unwrap_or_else(|| text.trim().to_owned()))
+    });
+    identity.into_iter().chain(others).collect()
 }
 
-fn value<T: RegisterValue>(register: Register, text: &str) -> Option<T> {
-    let fields = RegisterFields::new(text).ok()?;
-    RegisterContents { register, fields }.value().ok()
-}
-
-const IDENTITY: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
-fn calibrated(calibration: &Calibration) -> String {
-    if calibration.matrix == IDENTITY && calibration.offset == [0.0; 3] {
-        return "none by the user (identity, no offset)".into();
-    }
-    format!("matrix {}, offset {}", list(calibration.matrix.as_flattened()), list(&calibration.offset))
-}
-
-fn list(values: &[f32]) -> String {
-    values.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
-}
-
-fn attitude_filter(control: VpeControl) -> String {
-    let of = |index: u8, names: &[&str]| {
-        names.get(usize::from(index)).map_or_else(|| format!("{index}"), |name| (*name).into())
-    };
-    format!(
-        "{}, heading {}, filtering {}, tuning {}",
-        of(control.enable, &["off", "on"]),
-        of(control.heading_mode, &["absolute", "relative", "indoor"]),
-        of(control.filtering_mode, &["none", "adaptive"]),
-        of(control.tuning_mode, &["fixed", "adaptive"])
-    )
-}
-
-fn averaging(filter: ImuFilter) -> String {
-    let which = |mode: u8| match mode {
-        0 => "none",
-        1 => "uncompensated",
-        2 => "compensated",
-        _ => "both",
-    };
-    format!(
-        "averages {} refreshes of the gyroscope ({}), {} of the accelerometer ({}), {} of the magnetometer ({})",
-        filter.gyro_window,
-        which(filter.gyro_mode),
-        filter.accel_window,
-        which(filter.accel_mode),
-        filter.mag_window,
-        which(filter.mag_mode)
-    )
+/// Register 85 in words; `None` for any other, and for one that is not what it should be.
+fn averaging(register: Register, text: &str) -> Option<String> {
+    let fields = RegisterFields::new(text).ok().filter(|_| register == Register::IMU_FILTER)?;
+    let filter: ImuFilter = RegisterContents { register, fields }.value().ok()?;
+    let ImuFilter { gyro_window, accel_window, mag_window, .. } = filter;
+    Some(format!(
+        "averages {gyro_window} refreshes of the gyroscope, {accel_window} of the accelerometer, {mag_window} of the magnetometer"
+    ))
 }
 
 fn conditions(record: &SourceResult) -> Vec<Row> {
@@ -253,8 +171,7 @@ pub(crate) fn facts_table(name: &str, rows: &[Row], captions: &Captions) -> Mark
 }
 
 /// What a signed report has to state; what a person fills in is left open.
-fn traceability(record: &SourceResult, options: PageOptions<'_>) -> Vec<Row> {
-    let facts = &record.source;
+fn traceability(record: &SourceResult) -> Vec<Row> {
     let level = trimmed(100.0 * record.confidence, 2);
     let detectable = record.streamed().filter_map(|channel| channel.stationarity.as_ref()?.detectable.noise_factor);
     let detectable = detectable.reduce(f64::max);
@@ -279,9 +196,7 @@ fn traceability(record: &SourceResult, options: PageOptions<'_>) -> Vec<Row> {
             "Not tested",
             "turn-on to turn-on bias, misalignment, sensitivity to supply and acceleration; slow motion that looks like noise",
         ),
-        fact("Method", "IEEE Std 952 and NIST SP 1065; the table above"),
-        fact("Program", format!("{}, commit {}", options.program.name, options.program.commit.unwrap_or(NOT_RECORDED))),
-        or_not_recorded("SHA-256 of the capture", facts.file.as_ref().map(|file| file.sha256.clone())),
+        fact("Method", "IEEE Std 952 and NIST SP 1065; the tables above have program and checksum of the capture"),
     ]
 }
 
@@ -370,20 +285,5 @@ mod tests {
         ] {
             assert_eq!(clock(Some(from), ppm), said);
         }
-    }
-
-    #[test]
-    fn registers_are_given_with_their_meaning_and_as_printed() {
-        for (register, text, expected) in [
-            (Register::BAUD_RATE, "115200", "115200 baud [115200]"),
-            (Register::ASYNC_RATE, "40", "40 Hz [40]"),
-            (Register::VPE_CONTROL, "1,0,1,1", "on, heading absolute, filtering adaptive, tuning adaptive [1,0,1,1]"),
-            (Register::ROTATION, "1,0,0,0,1,0,0,0,1", "none (identity) [1,0,0,0,1,0,0,0,1]"),
-            (Register::IMU_FILTER, "nonsense", "as printed: nonsense"),
-        ] {
-            assert_eq!(in_words(register, text), expected);
-        }
-        let filter = in_words(Register::IMU_FILTER, "0,20,20,4,0,0,3,3,3,0");
-        assert!(filter.starts_with("averages 20 refreshes of the gyroscope (both)"), "{filter}");
     }
 }

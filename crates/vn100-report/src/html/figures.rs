@@ -2,16 +2,14 @@
 
 use crate::{
     figure::{Figure, Figures, PlotAxis, PlottedSeries, PlottedValue, Rectangle, Scale},
-    names::{QUANTITIES, names_of},
-    numbers::{NOTHING, digits, four_digits, trimmed},
-    units::pretty_unit,
+    numbers::trimmed,
 };
 use maud::{Markup, PreEscaped, html};
 use serde_json::json;
+use vn100_analysis::SourceResult;
 use vn100_analysis::noise::Deviation;
-use vn100_analysis::{ChannelResult, Point, SourceResult};
 
-use crate::html::{caption::Captions, elements::table};
+use crate::html::caption::Captions;
 
 /// The curves of each sensor, the first one large.
 pub(crate) fn together(record: &SourceResult, figures: &Figures, captions: &Captions) -> Markup {
@@ -33,7 +31,7 @@ pub(crate) fn together(record: &SourceResult, figures: &Figures, captions: &Capt
     }
 }
 
-/// The curve of each axis with its model, and all numbers.
+/// The curve of each axis with its model.
 pub(crate) fn axes(record: &SourceResult, figures: &Figures, captions: &Captions) -> Markup {
     html! {
         p {
@@ -45,7 +43,6 @@ pub(crate) fn axes(record: &SourceResult, figures: &Figures, captions: &Captions
             }
         }
         (grid(&figures.allan_axes, captions))
-        (points(record, captions))
     }
 }
 
@@ -73,48 +70,6 @@ fn one(figure: &Figure, captions: &Captions) -> Markup {
             (captions.figure(&figure.title))
             script type="application/json" { (PreEscaped(readout(figure))) }
         }
-    }
-}
-
-fn points(record: &SourceResult, captions: &Captions) -> Markup {
-    html! {
-        details {
-            summary { "All deviations as numbers" }
-            @for quantity in QUANTITIES {
-                @let channels: Vec<&ChannelResult> = record.of(quantity).into_iter().filter(|channel| !channel.allan.points.is_empty()).collect();
-                @if let Some(first) = channels.first() {
-                    @let caption = format!("{}: deviations in {} with their intervals; edf: equivalent degrees of freedom", names_of(quantity).title, pretty_unit(&first.unit));
-                    @let axes = channels.iter().flat_map(|channel| [&*channel.name, "edf"]);
-                    (table(&captions.table(&caption), None, &["τ (s)", "m", "terms"].into_iter().chain(axes).collect::<Vec<_>>(), &octaves(&channels, first)))
-                }
-            }
-        }
-    }
-}
-
-/// A row for each octave of the `first` channel.
-fn octaves(channels: &[&ChannelResult], first: &ChannelResult) -> Markup {
-    html! {
-        @for (index, point) in first.allan.points.iter().enumerate() {
-            tr {
-                th scope="row" { (trimmed(point.tau_s, 6)) } td { (point.m) } td { (point.terms) }
-                @for channel in channels {
-                    @let point = channel.allan.points.get(index);
-                    td { (point.map_or_else(|| NOTHING.into(), value)) }
-                    td { (point.and_then(|point| point.edf).map_or_else(|| NOTHING.into(), |edf| digits(edf, 3))) }
-                }
-            }
-        }
-    }
-}
-
-fn value(point: &Point) -> String {
-    let Some(deviation) = point.deviation else { return NOTHING.into() };
-    match (point.lower, point.upper) {
-        (Some(lower), Some(upper)) => {
-            format!("{} ({} to {})", four_digits(deviation), digits(lower, 3), digits(upper, 3))
-        }
-        _ => four_digits(deviation),
     }
 }
 

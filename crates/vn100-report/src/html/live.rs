@@ -7,7 +7,7 @@ use crate::{
     facts::{NOT_RECORDED, Row, timing as timing_rows},
     figure::Figures,
     goals::{Goals, warm_up},
-    health::{FaultKind, line_load, link_word, next_octave, playback_word, up_word},
+    health::{FaultKind, line_load, next_octave, state},
     names::{missing_text, pending_text},
     numbers::{
         plain::{grouped, tau, time},
@@ -16,7 +16,7 @@ use crate::{
     summary::mean_temperature,
 };
 use maud::{Markup, PreEscaped, html};
-use vn100_analysis::{LinkStatus, Severity, SourceResult};
+use vn100_analysis::SourceResult;
 
 use crate::html::{
     caption::Captions,
@@ -41,24 +41,8 @@ pub struct PageSource<'a> {
     pub silent: Option<Duration>,
 }
 
-/// What one word says of a source, and how grave it is.
-fn state(source: &PageSource<'_>) -> (String, Option<Severity>) {
-    let facts = &source.result.source;
-    match &facts.link {
-        _ if source.is_preparing => ("preparing".into(), Some(Severity::Note)),
-        _ if facts.ended && facts.error.is_some() => ("ENDED".into(), Some(Severity::Problem)),
-        _ if facts.ended => ("ended".into(), Some(Severity::Note)),
-        Some(link) if link.status == LinkStatus::Connected => (up_word(link.baud), None),
-        Some(link) => (link_word(link), Some(Severity::Problem)),
-        None => {
-            let playback = facts.playback.unwrap_or_default();
-            (playback_word(playback).into(), (playback.paused || playback.at_end).then_some(Severity::Note))
-        }
-    }
-}
-
 fn badge(source: &PageSource<'_>) -> Markup {
-    let (word, severity) = state(source);
+    let (word, severity) = state(&source.result.source, source.is_preparing);
     html! { b class={ "badge " (glance::severity_class(severity)) } { (word) } }
 }
 

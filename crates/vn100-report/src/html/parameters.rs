@@ -193,6 +193,9 @@ fn cell(parameter: Option<Parameter>, factor: f64, first: bool) -> String {
             with_interval(value * factor, lower * factor, upper * factor)
         }
         (Some(value), ..) => four_digits(value * factor),
+        (None, Some(lower), Some(upper)) => {
+            format!("{} to {}", four_digits(lower * factor), four_digits(upper * factor))
+        }
         (None, _, Some(upper)) => format!("≤ {}", four_digits(upper * factor)),
         (None, ..) if first => in_words(parameter.status),
         (None, ..) => NOTHING.into(),
@@ -243,7 +246,7 @@ pub(crate) fn verdicts(record: &SourceResult, words: RemedyWords, captions: &Cap
                     td.unit { (pretty_unit(unit)) }
                     td { (pretty_unit(&verdict.figure.printed)) @if let Some(same) = in_shown_unit(&verdict.figure, unit, factor) { br; (same) } }
                     td { (range(verdict.expected, factor)) }
-                    td { (measured(verdict, factor)) }
+                    td { (cell(Some(verdict.measured), factor, true)) }
                     td {
                         b { (verdict_name(verdict)) }
                         @if verdict.decided_by.is_some() { br; (decided_by(verdict)) " would decide" }
@@ -284,24 +287,5 @@ fn range((low, high): (f64, f64), factor: f64) -> String {
         digits(low * factor, 3)
     } else {
         format!("{} to {}", digits(low * factor, 3), digits(high * factor, 3))
-    }
-}
-
-fn measured(verdict: &FigureVerdict, factor: f64) -> String {
-    let found = verdict.measured;
-    match (found.value, found.lower, found.upper) {
-        (Some(value), Some(lower), Some(upper)) => {
-            format!(
-                "{} ({} to {})",
-                four_digits(value * factor),
-                four_digits(lower * factor),
-                four_digits(upper * factor)
-            )
-        }
-        (None, Some(lower), Some(upper)) => {
-            format!("{} to {}", four_digits(lower * factor), four_digits(upper * factor))
-        }
-        (None, _, Some(upper)) => format!("≤ {}", four_digits(upper * factor)),
-        _ => NOTHING.into(),
     }
 }

@@ -3,7 +3,7 @@
 use crate::{
     caveats::caveat_in_words,
     figure::Figures,
-    names::{folding, names_of, recommendation},
+    names::{folding, names_of},
     numbers::{NOTHING, digits, duration, four_digits, grouped, trimmed, with_interval},
     run_name,
     units::pretty_unit,
@@ -32,7 +32,6 @@ pub(crate) fn several(
         section id="comparison" {
             h2 { "Comparison" }
             (list(records, captions))
-            p { b { "Which record to use" } ": " (recommendation(comparison.recommended)) "." }
             @for caveat in &comparison.caveats { p.warning { (with_code(caveat_in_words(caveat, records, &comparison, options.words).trim_end_matches('.'))) "." } }
             h3 { "Allan deviation" }
             (grid(&together.allan_axes, captions))

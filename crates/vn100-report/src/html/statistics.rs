@@ -1,7 +1,5 @@
 //! Means and standard deviations, one table for each sensor, each with its meaning for this record.
 
-use std::cmp::Ordering;
-
 use crate::html::glance;
 use crate::{
     figure::{Figure, Figures, id_of},
@@ -121,17 +119,16 @@ fn sentences(quantity: Quantity, channels: &[&ChannelResult], norm: Option<&Norm
         Quantity::Acceleration => of_mean.map(|length| {
             format!(
                 "Mean specific force: |a| = {length:.4} m/s², {} m/s² from standard gravity ({} %): bias and scale factor error if the sensor was at rest; \
-                 local gravity is between 9.764 and 9.834 m/s².{}",
+                 local gravity is between 9.764 and 9.834 m/s².",
                 signed(length - STANDARD_GRAVITY_M_S2, 4),
-                signed(100.0 * (length / STANDARD_GRAVITY_M_S2 - 1.0), 2),
-                upright(channels)
+                signed(100.0 * (length / STANDARD_GRAVITY_M_S2 - 1.0), 2)
             )
         }),
         Quantity::MagneticField => of_mean.map(|length| {
             let verdict = if (0.22..=0.67).contains(&length) { "within the range of the Earth's field (0.22 to 0.67 gauss)" } else { "outside the range of the Earth's field (0.22 to 0.67 gauss): iron or currents are near, or the calibration is off" };
             format!("Mean field: {length:.4} gauss, {verdict}.")
         }),
-        Quantity::Angle => orientation(channels),
+        Quantity::Angle => Some("The attitude is the output of the sensor's own filter: its deviations are no sensor noise.".into()),
         Quantity::Temperature => channels[0].statistics.min.zip(channels[0].statistics.max).map(|(min, max)| {
             format!("The sensor's temperature went from {min:.1} to {max:.1} °C. Bias depends on temperature: a range of more than a few degrees raises the deviation at long averaging times.")
         }),
@@ -151,37 +148,6 @@ fn sentences(quantity: Quantity, channels: &[&ChannelResult], norm: Option<&Norm
         ));
     }
     sentences
-}
-
-fn upright(channels: &[&ChannelResult]) -> String {
-    let means = channels.iter().filter_map(|channel| Some((channel, channel.statistics.mean?)));
-    let strongest = means.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-    strongest.map_or_else(String::new, |(channel, mean)| {
-        // at rest an accelerometer reads the force that holds it, upwards
-        let axis = channel.name.rsplit('_').next().unwrap_or(&channel.name);
-        let way = if mean > 0.0 { "up" } else { "down" };
-        format!(" Largest component: {}, so the {axis} axis pointed {way}.", channel.name)
-    })
-}
-
-fn orientation(channels: &[&ChannelResult]) -> Option<String> {
-    let std =
-        |name: &str| channels.iter().find(|channel| channel.name == name).and_then(|channel| channel.statistics.std);
-    let (yaw, pitch, roll) = (std("yaw")?, std("pitch")?, std("roll")?);
-    let level = pitch.max(roll);
-    let compared = match yaw.partial_cmp(&(2.0 * level)) {
-        Some(Ordering::Greater) if level > 0.0 => format!(
-            "Yaw varied {} times as much as the worse of pitch and roll: yaw rests on the magnetic field, pitch and roll on gravity.",
-            digits(yaw / level, 2)
-        ),
-        _ => "Yaw varied no more than twice as much as pitch and roll.".into(),
-    };
-    Some(format!(
-        "The attitude is the output of the sensor's own filter: its deviations (yaw {}°, pitch {}°, roll {}°) are no sensor noise. {compared}",
-        digits(yaw, 3),
-        digits(pitch, 3),
-        digits(roll, 3)
-    ))
 }
 
 #[cfg(test)]

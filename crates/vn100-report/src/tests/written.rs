@@ -8,9 +8,7 @@ use vn100_analysis::{
 
 use super::fixture::at_rest;
 use crate::remedies::page_words;
-use crate::{
-    Asked, Consumer, Document, Evaluation, FilterNoise, MeasuredSource, MetricsForm, metrics_text, summary::Summary,
-};
+use crate::{Asked, Consumer, Document, Evaluation, FilterNoise, MeasuredSource, metrics_text, summary::Summary};
 
 fn document(result: &SourceResult) -> Value {
     serde_json::to_value(Document::new(result, page_words)).unwrap()
@@ -58,7 +56,7 @@ fn the_file_for_kalibr_says_of_each_value_what_it_is() {
 fn metrics_have_the_parameters_of_a_sensor_at_rest_alone() {
     let metrics = |vibrations: &[(f64, f64)]| {
         let source = MeasuredSource { result: &at_rest(4096, vibrations), last_sample_age: None };
-        metrics_text(&[source], MetricsForm::Prometheus)
+        metrics_text(&[source])
     };
     let (rest, moved) = (metrics(&[]), metrics(&[(1.0, 5000.0)]));
     for name in ["vn100_white_noise{", "vn100_bias_instability{", "vn100_rate_random_walk{"] {

@@ -1,6 +1,8 @@
 //! The health of a source: where it is, how regularly its lines come, what was lost. In three lines
 //! above the panels, with the goals below.
 
+use std::path::Path;
+
 use indicatif::HumanBytes;
 use ratatui::{
     Frame,
@@ -9,16 +11,15 @@ use ratatui::{
     text::{Line, Span},
     widgets::Paragraph,
 };
-use vn100_analysis::{Plan, PlaybackFacts, RateFrom, SourceResult};
-use vn100_driver::{LinkState, Up};
+use vn100_analysis::{Plan, RateFrom, Severity, SourceResult};
 use vn100_protocol::Quantity;
 use vn100_report::{
-    health::{self, playback_word, rate_from_word, up_word},
+    health::{self, rate_from_word},
     names::{missing_text, outages, pending_text, rejected_lines},
     numbers::plain::{clock, digits, digits_trimmed, grouped, ppm, time},
     printable,
 };
-use vn100_session::{Playback, Speed, link_facts, playback_facts};
+use vn100_session::{Playback, Speed};
 
 use crate::{
     panels::warnings::{in_gaps, shortened},
@@ -100,30 +101,19 @@ fn fitting(width: usize, line: impl Fn(Detail) -> Line<'static>) -> Line<'static
     DETAILS.into_iter().map(&line).find(|line| line.width() <= width).unwrap_or_else(|| line(Detail::Least))
 }
 
-pub(crate) fn link_word(source: &SourceView, theme: Theme) -> (String, Style) {
-    let speed = |up: &Up| up.baud.map_or(String::new(), |baud| format!(" {baud} baud"));
-    match (&source.phase, &source.link) {
-        (SourcePhase::Preparing, _) => ("preparing".into(), theme.warning()),
-        (SourcePhase::Ended(Some(_)), _) => ("ENDED".into(), theme.error()),
-        (SourcePhase::Ended(None), _) => ("ended".into(), Style::new()),
-        (SourcePhase::Measuring, None) => {
-            let playback = source.playback.map(playback_facts).unwrap_or_default();
-            let style = match playback {
-                PlaybackFacts { at_end: true, .. } => Style::new(),
-                PlaybackFacts { paused: true, .. } => theme.warning(),
-                PlaybackFacts { .. } => theme.good(),
-            };
-            (playback_word(playback).into(), style)
-        }
-        (SourcePhase::Measuring, Some(link)) => match link {
-            LinkState::Up(up) => (format!("● {}", up_word(up.baud)), theme.good()),
-            LinkState::Silent(up) => (format!("SILENT{}", speed(up)), theme.error()),
-            LinkState::Down { was_up: true, .. } => (health::link_word(&link_facts(link)), theme.error()),
-            LinkState::Opening | LinkState::Probing { .. } | LinkState::Down { .. } => {
-                (health::link_word(&link_facts(link)), theme.warning())
-            }
-            _ => (health::link_word(&link_facts(link)), Style::new()),
-        },
+/// What a source does, in a word.
+pub(crate) fn state_word(source: &SourceView, theme: Theme) -> (String, Style) {
+    let (word, severity) = match &source.phase {
+        SourcePhase::Ended(Some(_)) => ("ENDED".into(), Some(Severity::Problem)),
+        SourcePhase::Ended(None) => ("ended".into(), Some(Severity::Note)),
+        phase => health::state(&source.result.source, *phase == SourcePhase::Preparing),
+    };
+    match severity {
+        None if source.link().is_some() => (format!("● {word}"), theme.good()),
+        None => (word, theme.good()),
+        Some(Severity::Note) => (word, Style::new()),
+        Some(Severity::Caution) => (word, theme.warning()),
+        Some(Severity::Problem) => (word, theme.error()),
     }
 }
 
@@ -136,7 +126,7 @@ fn first(scene: Scene<'_>, width: usize) -> Line<'static> {
             parts.add(format!("{}/{}", scene.state.source + 1, scene.sources.len()), theme.chosen());
         }
         parts.add(name, Style::new().bold());
-        let (word, style) = link_word(source, theme);
+        let (word, style) = state_word(source, theme);
         let word = if detail <= Detail::Little { word.trim_end_matches(" baud").to_owned() } else { word };
         parts.add(word, style);
         if let Some(message) = &source.result.source.message {
@@ -207,7 +197,8 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     let SourceResult { timing, link, .. } = &source.result;
     let mut parts = Parts::new();
     let counted = |count: u64| if count > 0 { theme.warning() } else { Style::new() };
-    let has_failed = source.recording.as_ref().is_some_and(|recording| recording.error.is_some());
+    let recorder = source.result.source.recorder.as_ref();
+    let has_failed = recorder.is_some_and(|recorder| recorder.error.is_some());
     if has_failed {
         // first: what stands behind it may have no room
         parts.add("RECORDING FAILED", theme.error());
@@ -237,13 +228,12 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
             outages.map_or_else(|| format!("reconnected {}", link.reconnects), |outages| format!("link {outages}"));
         parts.add(text, theme.warning());
     }
-    match &source.recording {
+    match recorder {
         Some(_) if has_failed => {}
-        Some(recording) => {
-            let name = recording.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let name = printable(&name);
-            let name = if detail == Detail::All { format!("recorded {name}") } else { "rec".into() };
-            parts.add(format!("{name} {}", HumanBytes(recording.bytes)), theme.good());
+        Some(recorder) => {
+            let name = Path::new(&recorder.path).file_name().unwrap_or_default().to_string_lossy();
+            let name = if detail == Detail::All { format!("recorded {}", printable(&name)) } else { "rec".into() };
+            parts.add(format!("{name} {}", HumanBytes(recorder.bytes)), theme.good());
         }
         None if source.playback.is_none() => parts.add("not recorded", theme.faint()),
         None => {}

@@ -17,7 +17,7 @@ use vn100_report::{
 
 use crate::{
     panels::{
-        health::{LEAST_NAME, link_word},
+        health::{LEAST_NAME, state_word},
         warnings::shortened,
     },
     scene::Scene,
@@ -93,7 +93,7 @@ fn header(columns: &Columns) -> String {
 fn row(scene: Scene<'_>, place: usize, columns: &Columns) -> Line<'static> {
     let Scene { state, theme, .. } = scene;
     let source = &scene.sources[place];
-    let (word, style) = link_word(source, theme);
+    let (word, style) = state_word(source, theme);
     let noise = |quantity| {
         let unit = sensor_of(quantity).map(|sensor| parameter_unit(sensor, Term::White));
         let value = worst_white(source, quantity).zip(unit).map(|(value, (_, factor))| digits(value * factor, 2));

@@ -6,9 +6,8 @@ use ratatui::{
     text::Line,
     widgets::{Block, Borders, Padding, Paragraph, Wrap},
 };
-use vn100_analysis::{Remedy, Setting};
-use vn100_driver::LinkState;
-use vn100_report::{goals::warm_up, numbers::plain::grouped, remedies::remedy_words};
+use vn100_analysis::{LinkFacts, LinkStatus, Remedy, Setting};
+use vn100_report::{goals::warm_up, numbers::plain::grouped, printable, remedies::remedy_words};
 
 use crate::{
     scene::Scene,
@@ -18,8 +17,8 @@ use crate::{
 pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let source = scene.source;
     let warm_up = warm_up(&source.result.timing);
-    let (what, why) = match (&source.phase, &source.link, &warm_up) {
-        (SourcePhase::Measuring, None | Some(LinkState::Up(_)), Some(passed)) => {
+    let (what, why) = match (&source.phase, status(source), &warm_up) {
+        (SourcePhase::Measuring, None | Some(LinkStatus::Connected), Some(passed)) => {
             (format!("Warm-up excluded: {passed}."), vec!["The measurement begins after it; w begins it now.".into()])
         }
         _ => waiting_for(source),
@@ -43,14 +42,18 @@ pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) 
     frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: false }).block(block), area);
 }
 
+fn status(source: &SourceView) -> Option<LinkStatus> {
+    source.link().map(|link| link.status)
+}
+
 /// What comes next, and why it may not come.
 fn waiting_for(source: &SourceView) -> (String, Vec<String>) {
     let (what, why) = situation(source);
-    let cure = match (&source.phase, &source.link) {
-        (SourcePhase::Measuring, Some(LinkState::Up(_))) if !source.result.timing.awaits_rate() => {
+    let cure = match (&source.phase, status(source)) {
+        (SourcePhase::Measuring, Some(LinkStatus::Connected)) if !source.result.timing.awaits_rate() => {
             Some(("The sensor may send another message: ", Remedy::Configure(Setting::Message("VNYMR"))))
         }
-        (SourcePhase::Measuring, Some(LinkState::Silent(_))) => {
+        (SourcePhase::Measuring, Some(LinkStatus::Silent)) => {
             Some(("Its output may have been switched off: ", Remedy::Configure(Setting::Message("VNYMR"))))
         }
         _ => None,
@@ -60,14 +63,8 @@ fn waiting_for(source: &SourceView) -> (String, Vec<String>) {
 }
 
 fn situation(source: &SourceView) -> (String, Vec<&str>) {
-    let name = &source.name;
-    let timing = &source.result.timing;
-    if let (SourcePhase::Measuring, None | Some(LinkState::Up(_)), true) =
-        (&source.phase, &source.link, timing.awaits_rate())
-    {
-        return pending(name, timing.pending);
-    }
-    match (&source.phase, &source.link) {
+    let (name, timing) = (&source.name, &source.result.timing);
+    match (&source.phase, source.link()) {
         (SourcePhase::Preparing, _) => (
             format!("Preparing {name}: creating the recording and changing the settings of the sensor as requested."),
             vec!["A baud scan takes some seconds."],
@@ -75,64 +72,66 @@ fn situation(source: &SourceView) -> (String, Vec<&str>) {
         (SourcePhase::Ended(reason), _) => {
             (format!("{name} has ended without a measurement."), reason.iter().map(String::as_str).collect())
         }
+        (_, None | Some(LinkFacts { status: LinkStatus::Connected, .. })) if timing.awaits_rate() => {
+            pending(name, timing.pending)
+        }
         (SourcePhase::Measuring, None) => (
             format!("Reading {name}, waiting for the first measurement."),
             vec!["A stream may begin in the middle of a sentence: the first whole one counts."],
         ),
-        (SourcePhase::Measuring, Some(link)) => match link {
-            LinkState::Opening if source.result.source.kind == Some("tcp") => (
-                format!("Opening {name}."),
-                vec![
-                    "The server may be off, in another network, or behind a firewall.",
-                    "It may accept one connection at a time, and have one already.",
-                    "It may listen on another port: see its settings.",
-                ],
-            ),
-            LinkState::Opening => (
-                format!("Opening {name}."),
-                vec![
-                    "Another program may have it open.",
-                    "You may lack the permission: on Linux, add your user to the group dialout.",
-                    "It may have another name now: `vn100 ports` lists them.",
-                ],
-            ),
-            LinkState::Probing { port, baud } => (
-                match baud {
-                    Some(baud) => format!("Listening on {port} at {baud} baud; scanning all baud rates of the sensor."),
-                    None => format!("Connected to {port}; listening for a sensor."),
-                },
-                vec![
-                    "The sensor may be without power, or still starting.",
-                    "RX and TX may be swapped, or RS-232 levels connected to a TTL input.",
-                    "Its output may be off: the program asks it, unless --listen-only is set.",
-                ],
-            ),
-            LinkState::Up(up) => (
-                match up.baud {
-                    Some(baud) => {
-                        format!("{} is connected at {baud} baud; waiting for the first measurement.", up.port)
-                    }
-                    None => format!("{} is connected; waiting for the first measurement.", up.port),
-                },
-                vec![
-                    "At low rates a sentence takes up to a second.",
-                    "Sentences without a checksum are rejected, unless --accept-unchecked is set.",
-                ],
-            ),
-            LinkState::Silent(up) => (
-                format!("{} is open, but no data has arrived for several sample intervals.", up.port),
-                vec!["The sensor may have lost power.", "Another program may have changed its baud rate."],
-            ),
-            LinkState::Down { was_up, cause, retry_in, .. } => (
-                format!(
-                    "{}: {cause}. Trying again in {} ms.",
-                    if *was_up { "Disconnected" } else { "Not connected yet" },
-                    retry_in.as_millis()
-                ),
-                vec!["It reconnects automatically; the samples so far are kept."],
-            ),
-            _ => ("Ending.".to_owned(), Vec::new()),
-        },
+        (SourcePhase::Measuring, Some(link)) => of_link(source, link),
+    }
+}
+
+fn of_link<'a>(source: &'a SourceView, link: &'a LinkFacts) -> (String, Vec<&'a str>) {
+    let port = link.port.as_deref().unwrap_or(&source.name);
+    let at = link.baud.map_or(String::new(), |baud| format!(" at {baud} baud"));
+    match link.status {
+        LinkStatus::Opening if source.result.source.kind == Some("tcp") => (
+            format!("Opening {port}."),
+            vec![
+                "The server may be off, in another network, or behind a firewall.",
+                "It may accept one connection at a time, and have one already.",
+                "It may listen on another port: see its settings.",
+            ],
+        ),
+        LinkStatus::Opening => (
+            format!("Opening {port}."),
+            vec![
+                "Another program may have it open.",
+                "You may lack the permission: on Linux, add your user to the group dialout.",
+                "It may have another name now: `vn100 ports` lists them.",
+            ],
+        ),
+        LinkStatus::Scanning => (
+            match link.baud {
+                Some(_) => format!("Listening on {port}{at}; scanning all baud rates of the sensor."),
+                None => format!("Connected to {port}; listening for a sensor."),
+            },
+            vec![
+                "The sensor may be without power, or still starting.",
+                "RX and TX may be swapped, or RS-232 levels connected to a TTL input.",
+                "Its output may be off: the program asks it, unless --listen-only is set.",
+            ],
+        ),
+        LinkStatus::Connected => (
+            format!("{port} is connected{at}; waiting for the first measurement."),
+            vec![
+                "At low rates a sentence takes up to a second.",
+                "Sentences without a checksum are rejected, unless --accept-unchecked is set.",
+            ],
+        ),
+        LinkStatus::Silent => (
+            format!("{port} is open, but no data has arrived for several sample intervals."),
+            vec!["The sensor may have lost power.", "Another program may have changed its baud rate."],
+        ),
+        LinkStatus::Lost | LinkStatus::NotConnected => {
+            let word = if link.status == LinkStatus::Lost { "Disconnected" } else { "Not connected yet" };
+            let cause = link.cause.as_deref().unwrap_or_default();
+            let text = format!("{word}: {}. Another attempt follows.", printable(cause));
+            (text, vec!["It reconnects automatically; the samples so far are kept."])
+        }
+        LinkStatus::Closed => ("Ending.".to_owned(), Vec::new()),
     }
 }
 

@@ -6,9 +6,12 @@ use ratatui::{
     style::{Color, Modifier},
 };
 use vn100_analysis::Point;
-use vn100_driver::LinkState;
 
-use super::{damaged, drawn, measured, one};
+use super::{
+    damaged, drawn,
+    fixture::{linked, lost},
+    measured, one,
+};
 use crate::{
     source::SourceView,
     state::{Panel, ShownAxes, ViewState},
@@ -40,19 +43,12 @@ fn style_of(buffer: &Buffer, text: &str) -> (Color, Modifier) {
 fn good_is_green_and_broken_vermilion() {
     let state = one();
     let show = |mut source: SourceView| {
-        source.faults.watch(source.link.as_ref(), source.recording.as_ref(), source.now);
+        source.faults.watch(&source.result.source, source.now);
         drawn(&state, &[source], theme(Colours::Dark), SIZE)
     };
     let [good, warning, error] = [THEME.good(), THEME.warning(), THEME.error()].map(Theme::colour_of);
     assert_eq!(style_of(&show(measured()), "● up").0, good);
-    let down = LinkState::Down {
-        was_up: true,
-        cause: String::new(),
-        needs_help: false,
-        retry_in: std::time::Duration::ZERO,
-        attempts: 0,
-    };
-    assert_eq!(style_of(&show(SourceView { link: Some(down), ..measured() }), "DISCONNECTED").0, error);
+    assert_eq!(style_of(&show(linked(measured(), lost("", 0))), "DISCONNECTED").0, error);
     let damaged = show(damaged());
     assert_eq!(style_of(&damaged, "RECORDING FAILED").0, error);
     assert_eq!(style_of(&damaged, "rejected 4").0, warning);
@@ -106,23 +102,24 @@ fn curves_on_each_other_hide_no_sign() {
     let [first, others @ ..] = &mut source.result.channels[..] else { panic!("no channels") };
     // in the order of the stream the magnetometer and the accelerometer come before
     let curve = first.allan.points.clone();
-    let octaves = curve.len();
+    let (octaves, known) = (curve.len(), curve.iter().filter(|point| point.is_known()).count());
     others.iter_mut().for_each(|channel| channel.allan.points.clone_from(&curve));
     let buffer = drawn(&one(), std::slice::from_ref(&source), theme(Colours::None), SIZE);
     let signs = |sign: &str| buffer.content.iter().filter(|cell| cell.symbol() == sign).count();
     // once more in the legend, once where the cursor is read out, and the first in the head
     let [discs, triangles, diamonds] = ["●", "▲", "◆"].map(signs);
-    assert_eq!([discs - 3, triangles - 2, diamonds - 2], [octaves; 3], "side by side");
+    assert_eq!([discs - 3, triangles - 2, diamonds - 2], [known; 3], "side by side");
     // twice the octaves have no room for that
     for channel in &mut source.result.channels {
         let longest = channel.allan.points[octaves - 1];
-        let longer = (1..=octaves as i32).map(|octave| Point { tau_s: longest.tau_s * 2_f64.powi(octave), ..longest });
+        let at = |octave| Point { tau_s: longest.tau_s * 2_f64.powi(octave), edf: Some(9.0), ..longest };
+        let longer = (1..=octaves as i32).map(at);
         channel.allan.points.extend(longer);
     }
     let crowded = drawn(&one(), &[source], theme(Colours::None), SIZE);
     let signs = |sign: &str| crowded.content.iter().filter(|cell| cell.symbol() == sign).count();
     let shown = ["●", "▲", "◆"].map(signs);
-    assert!(shown.iter().all(|count| (2 * octaves / 3..2 * octaves).contains(count)), "in turn, {shown:?}");
+    assert!(shown.iter().all(|count| ((octaves + known) / 3..octaves + known).contains(count)), "in turn, {shown:?}");
 }
 
 #[test]

@@ -1,18 +1,15 @@
 //! Sources made of fixed numbers.
 
 use std::{
-    path::PathBuf,
     sync::{Arc, OnceLock},
     time::Duration,
 };
 
 use vn100_analysis::timebase::{Arrivals, NominalRate, TimebaseSummary};
 use vn100_analysis::{
-    Analysis, Assessment, LinkFacts, LinkStatus, MissingFrom, Parts, RateFrom, Settings, Snapshot, SourceFacts,
-    SourceResult,
+    Analysis, Assessment, LinkFacts, LinkStatus, MissingFrom, Parts, RateFrom, RecorderFacts, Settings, Snapshot,
+    SourceFacts, SourceResult,
 };
-use vn100_capture::RecordingState;
-use vn100_driver::{LinkState, Up};
 use vn100_protocol::stream::{Batch, Mark, MarkKind, StreamCounts};
 use vn100_protocol::{Layout, Register, RegisterContents, RegisterFields, VNIMU, VNYMR};
 use vn100_report::{Asked, Evaluation};
@@ -37,16 +34,19 @@ pub(super) fn result(facts: SourceFacts, snapshot: Snapshot, confidence: f64) ->
 }
 
 /// A link at 115200 baud.
-pub(super) fn up() -> LinkState {
-    let port = "/dev/ttyUSB0".to_owned();
-    LinkState::Up(Up {
-        port,
-        baud: Some(115_200),
-        since_ns: 0,
-        latency_timer: None,
-        restarted: None,
-        output_resumed: false,
-    })
+pub(super) fn link(status: LinkStatus) -> LinkFacts {
+    LinkFacts { status, port: Some("/dev/ttyUSB0".into()), baud: Some(115_200), ..LinkFacts::default() }
+}
+
+/// A link that was lost, after so many attempts.
+pub(super) fn lost(cause: &str, attempts: u32) -> LinkFacts {
+    LinkFacts { status: LinkStatus::Lost, cause: Some(cause.into()), attempts, ..LinkFacts::default() }
+}
+
+/// The source with another link.
+pub(super) fn linked(mut source: SourceView, link: LinkFacts) -> SourceView {
+    source.result.source.link = Some(link);
+    source
 }
 
 /// Five hundred seconds of white noise from a sensor without its filter, recorded.
@@ -81,12 +81,11 @@ pub(crate) fn damaged() -> SourceView {
             fields: RegisterFields::new("0,4,4,4,0,0,3,3,3,0").unwrap(),
         });
         analysis.absorb(&batch);
-        let error = Some(Arc::new(std::io::Error::other("no space left on the device")));
-        let damaged = source(analysis.snapshot());
-        let recording = damaged.recording.clone().map(|recording| RecordingState { error, ..recording });
         let now = Duration::from_secs(503);
-        let mut damaged = SourceView { recording, name: "/dev/ttyUSB1".into(), now, ..damaged };
-        damaged.faults.watch(damaged.link.as_ref(), damaged.recording.as_ref(), Duration::from_secs(440));
+        let mut damaged = SourceView { name: "/dev/ttyUSB1".into(), now, ..source(analysis.snapshot()) };
+        let facts = &mut damaged.result.source;
+        facts.recorder.as_mut().unwrap().error = Some("no space left on the device".into());
+        damaged.faults.watch(facts, Duration::from_secs(440));
         damaged
     })
     .clone()
@@ -117,25 +116,15 @@ fn source(mut snapshot: Snapshot) -> SourceView {
             samples_together: 1.0,
         }),
     });
-    let recording = RecordingState {
-        path: PathBuf::from("bench/flight.mcap"),
-        bytes: 2_512_345,
-        low_space: None,
-        error: None,
-        ended: false,
-    };
+    let path = "bench/flight.mcap".to_owned();
+    let recorder = Some(RecorderFacts { path, bytes: 2_512_345, ..RecorderFacts::default() });
     let mut source = nothing();
-    let link = Some(LinkFacts { status: LinkStatus::Connected, baud: Some(115_200), ..LinkFacts::default() });
-    let mut result = result(SourceFacts { link, ..source.result.source.clone() }, snapshot, 0.95);
+    let link = Some(link(LinkStatus::Connected));
+    let facts = SourceFacts { link, recorder, ..source.result.source.clone() };
+    let mut result = result(facts, snapshot, 0.95);
     Evaluation::new(None, Asked::default()).unwrap().judge(&mut result);
     source.show(result);
-    SourceView {
-        phase: SourcePhase::Measuring,
-        link: Some(up()),
-        recording: Some(recording),
-        elapsed: Duration::from_secs(503),
-        ..source
-    }
+    SourceView { phase: SourcePhase::Measuring, elapsed: Duration::from_secs(503), ..source }
 }
 
 /// White noise in every channel, with rejected sentences before these rows.

@@ -27,32 +27,22 @@ fn with_reference() -> SourceView {
     for channel in &mut earlier.result.channels {
         channel.allan.points.iter_mut().for_each(|point| *point = point.times(1.5));
     }
-    let reference = Reference::of("bench-monday.mcap".into(), &earlier.result);
+    let reference = Reference { name: "bench-monday.mcap".into(), result: earlier.result };
     SourceView { reference: Some(Arc::new(reference)), ..measured() }
 }
 
 #[test]
 fn the_curve_of_an_earlier_record_lies_in_the_plot() {
     let source = with_reference();
-    let screen = |state: &ViewState| text(&drawn(state, std::slice::from_ref(&source), PLAIN, (120, 40)));
-    assert!(screen(&one()).contains("R bench-"), "{}", screen(&one()));
-    let group = one().group(&source).unwrap();
-    let plot = crate::panels::curve::AllanPlot::new(&one(), &source, &group);
-    for curve in &plot.curves {
-        let (own, earlier) = (curve.points[0].deviation.unwrap(), curve.reference.as_ref().unwrap().points[0].1);
-        assert!((earlier / own - 1.5).abs() < 1e-9, "{own} {earlier}");
-    }
-}
-
-#[test]
-fn no_reference_where_another_deviation_was_measured() {
-    let source = with_reference();
-    let mut reference = (**source.reference.as_ref().unwrap()).clone();
-    reference.deviation = imu_noise::Deviation::Hadamard;
-    let source = SourceView { reference: Some(Arc::new(reference)), ..source };
-    let group = one().group(&source).unwrap();
-    let plot = crate::panels::curve::AllanPlot::new(&one(), &source, &group);
-    assert!(plot.curves.iter().all(|curve| curve.reference.is_none()));
+    let screen = |source: &SourceView| text(&drawn(&one(), std::slice::from_ref(source), PLAIN, (120, 40)));
+    let with = screen(&source);
+    assert!(with.contains("┈ bench-"), "{with}");
+    let dots = |screen: &str| screen.chars().filter(|sign| ('\u{2801}'..='\u{28ff}').contains(sign)).count();
+    assert!(dots(&with) > dots(&screen(&measured())), "{with}");
+    let gyro = source.result.channels.iter().find(|channel| channel.name == "gyro_x").unwrap();
+    let earlier = source.reference.as_ref().unwrap();
+    assert!(earlier.curve(gyro, imu_noise::Deviation::Allan).is_some());
+    assert_eq!(earlier.curve(gyro, imu_noise::Deviation::Hadamard), None, "another deviation was measured");
 }
 
 #[tokio::test]
@@ -68,7 +58,7 @@ async fn a_reference_is_measured_from_its_file() {
     let reference = Reference::measure(file, settings.clone(), &stop).await.unwrap().unwrap();
     assert_eq!(reference.name, "still.vnymr");
     let gyro = measured().result.channels.into_iter().find(|channel| channel.name == "gyro_y").unwrap();
-    assert!(reference.curve(&gyro).unwrap().len() > 8);
+    assert!(reference.curve(&gyro, imu_noise::Deviation::Allan).unwrap().len() > 8);
     std::fs::write(folder.path().join("empty"), "nothing\n").unwrap();
     let refused = Reference::measure(folder.path().join("empty"), settings, &stop).await.unwrap();
     assert!(refused.unwrap_err().starts_with("no reference: "));

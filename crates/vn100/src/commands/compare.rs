@@ -16,7 +16,7 @@ use vn100_protocol::Quantity;
 use vn100_report::{
     ComparisonDocument,
     caveats::caveat_in_words,
-    names::{folding, names_of, recommendation},
+    names::{folding, names_of},
     numbers::plain::{counted, four_digits, short},
     printable,
     remedies::remedy_words,
@@ -74,9 +74,6 @@ fn units(inputs: &[FileStream], all: &[SourceResult], given: &[String]) -> Vec<S
 }
 
 fn write_comparison(out: &mut String, all: &[SourceResult], comparison: &Comparison) -> fmt::Result {
-    if all.len() > 1 {
-        writeln!(out, "{}\n", fill(&sentence(&recommendation(comparison.recommended)), "", "  "))?;
-    }
     writeln!(out, "{}, {} % confidence", counted(all.len() as u64, "run"), short(100.0 * comparison.confidence))?;
     for (number, measured) in all.iter().enumerate() {
         let timing = &measured.timing;
@@ -98,12 +95,6 @@ fn write_comparison(out: &mut String, all: &[SourceResult], comparison: &Compari
     write_octaves(out, comparison)?;
     write_disturbances(out, comparison)?;
     write_means(out, comparison)
-}
-
-/// With a capital and a full stop.
-fn sentence(part: &str) -> String {
-    let mut letters = part.chars();
-    letters.next().into_iter().flat_map(char::to_uppercase).chain(letters).chain(['.']).collect()
 }
 
 /// `Angle Random Walk (ARW) N`.

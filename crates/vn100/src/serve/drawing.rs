@@ -14,7 +14,7 @@ use axum::body::Bytes;
 use tokio::{sync::watch, time::Instant};
 use vn100_analysis::{Assessment, Parts, SourceFacts, SourceResult};
 use vn100_report::{
-    Document, Evaluation, MeasuredSource, MetricsForm,
+    Document, Evaluation, MeasuredSource,
     figure::Figures,
     goals::Goals,
     html::{
@@ -210,15 +210,15 @@ impl Drawer {
     }
 
     /// The metrics of all sources.
-    pub(crate) fn metrics(&mut self, now: Instant, form: MetricsForm) -> Bytes {
+    pub(crate) fn metrics(&mut self, now: Instant) -> Bytes {
         self.look(now);
-        self.kept(form.content_type(), now, KEPT, |drawer| {
+        self.kept("metrics", now, KEPT, |drawer| {
             let result = |source: &SourceDrawer| result_of(&source.state.borrow().clone(), Parts::WithoutSignals);
             let results: Vec<SourceResult> = drawer.sources.iter().map(result).collect();
             let sources: Vec<MeasuredSource<'_>> = (results.iter().zip(&drawer.sources))
                 .map(|(result, source)| MeasuredSource { result, last_sample_age: source.last_sample_age(now) })
                 .collect();
-            metrics_text(&sources, form)
+            metrics_text(&sources)
         })
     }
 

@@ -12,7 +12,7 @@ use axum::{
     routing::get,
 };
 use sha2::{Digest, Sha256};
-use vn100_report::MetricsForm;
+use vn100_report::METRICS_TYPE;
 use vn100_report::html::LIVE_ICON;
 
 use crate::serve::{
@@ -66,15 +66,8 @@ async fn report(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
     Ok(html(app.ask(Drawer::report).await?))
 }
 
-async fn metrics(State(app): State<Arc<App>>, headers: HeaderMap) -> Result<Response, StatusCode> {
-    let accepts = |form: &str| {
-        let accepted = headers.get_all(header::ACCEPT).iter().filter_map(|accepted| accepted.to_str().ok());
-        accepted.flat_map(|accepted| accepted.split(',')).any(|accepted| accepted.trim().starts_with(form))
-    };
-    let is_open = accepts("application/openmetrics-text");
-    let form = if is_open { MetricsForm::OpenMetrics } else { MetricsForm::Prometheus };
-    let metrics = app.ask(move |drawer, now| drawer.metrics(now, form)).await?;
-    Ok(text(form.content_type(), metrics))
+async fn metrics(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
+    Ok(text(METRICS_TYPE, app.ask(Drawer::metrics).await?))
 }
 
 async fn health(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {

@@ -2,11 +2,8 @@
 
 use std::time::Duration;
 
-use imu_noise::{Sensor, Term};
-use vn100_analysis::{
-    Assessment, CaveatKind, ComparedRecord, Comparison, OctaveTest, Recommendation, Settings, Snapshot, WhyUse,
-};
-use vn100_protocol::{Channel, PACKET_MESSAGES, Quantity, VNYMR};
+use vn100_analysis::{Assessment, CaveatKind, ComparedRecord, Comparison, OctaveTest, Settings, Snapshot};
+use vn100_protocol::{Channel, Quantity, VNYMR};
 
 use super::simulated::{LOUDER, Simulated, WINDOWS_OF_4, still};
 
@@ -80,7 +77,6 @@ fn means_spread_by_more_than_noise_where_a_bias_moved() {
     let other = compared(&[of("0100011981", 1), of("0100011982", 2)]);
     assert_eq!(kinds(&other), [CaveatKind::SeveralSensors]);
     assert!(other.means.iter().all(|means| means.spread.is_none()));
-    assert_eq!(other.recommended, Recommendation { record: None, why: WhyUse::SeveralSensors });
 }
 
 #[test]
@@ -95,7 +91,6 @@ fn records_of_the_same_samples_are_told_so_and_not_tested() {
     assert!(same.rankings.iter().all(|ranking| ranking.tests.is_empty() && ranking.lead().is_none()));
     let shared = same.same_samples[0];
     assert_eq!((shared.records, shared.shared.of_first, shared.shared.of_second), ([0, 1], 1.0, 1.0));
-    assert_eq!(same.recommended, Recommendation { record: Some(0), why: WhyUse::LongestOfQuiet });
     // the second half of the first
     let part = compared(&[record(8000, 0), record(8000, 100)]);
     let shared = part.same_samples[0].shared;
@@ -113,43 +108,6 @@ fn records_of_the_same_samples_are_told_so_and_not_tested() {
 fn record_end(duration_s: u64) -> Settings {
     let duration = Some(Duration::from_secs(duration_s));
     Settings { rate_hz: Some(40.0), duration, ..Settings::default() }
-}
-
-#[test]
-fn the_record_to_use_is_undisturbed_quiet_and_long() {
-    let quiet = |seed, samples| Simulated { seed, samples, ..Simulated::default() }.record();
-    let louder = Simulated { level: LOUDER, seed: 9, ..Simulated::default() }.record();
-    let stepped: fn(&Channel, u64) -> f64 =
-        |channel, sample| if channel.name == "gyro_z" && sample >= 12_000 { 3000.0 } else { 0.0 };
-    let disturbed = |seed| Simulated { added: stepped, seed, ..Simulated::default() }.record();
-    let recommended = |records: &[(Snapshot, Assessment)]| compared(records).recommended;
-    let used = |record, why| Recommendation { record: Some(record), why };
-    let none = |why| Recommendation { record: None, why };
-    assert_eq!(recommended(&[disturbed(1), louder.clone()]), used(1, WhyUse::OnlyUndisturbed));
-    assert_eq!(recommended(&[disturbed(1), disturbed(2)]), none(WhyUse::AllDisturbed));
-    assert_eq!(recommended(&[louder, quiet(2, 8000)]), used(1, WhyUse::Quietest));
-    assert_eq!(recommended(&[quiet(2, 8000), quiet(3, 24_000)]), used(1, WhyUse::LongestOfQuiet));
-    let [a, b] = [quiet(2, 8000), quiet(3, 8000)];
-    let size = |(_, assessment): &(Snapshot, Assessment)| -> f64 {
-        let white = |sensor: Sensor| -> f64 {
-            let of = |noise: &vn100_analysis::ChannelNoise| noise.parameter(Term::White).unwrap().value.unwrap();
-            let noise = assessment.channels.iter().filter_map(|channel| channel.noise.as_ref());
-            noise.filter(|noise| noise.sensor == sensor).map(|noise| of(noise).powi(2)).sum()
-        };
-        [Sensor::Gyroscope, Sensor::Accelerometer, Sensor::Magnetometer].map(white).iter().product()
-    };
-    let smaller = usize::from(size(&b) < size(&a));
-    assert_eq!(recommended(&[a, b]), used(smaller, WhyUse::SmallestOfQuiet));
-    assert_eq!(recommended(&[quiet(2, 3), quiet(3, 3)]), none(WhyUse::NotRanked));
-    // a longer one is disturbed, or aliases differently
-    assert_eq!(recommended(&[quiet(2, 8000), disturbed(1), quiet(3, 4000)]).record, Some(0));
-    let settings = Settings { rate_hz: Some(20.0), ..Settings::default() };
-    let slower = Simulated { seed: 4, samples: 8000, settings, ..Simulated::default() }.record();
-    assert_eq!(recommended(&[quiet(2, 8000), slower]), used(1, WhyUse::LongestOfQuiet));
-    // without a magnetometer, and longer
-    let packets = PACKET_MESSAGES[0].layout().unwrap();
-    let without = Simulated { seed: 4, layout: (*packets).clone(), ..Simulated::default() }.record();
-    assert_eq!(recommended(&[quiet(2, 8000), without]).record, Some(1));
 }
 
 #[test]

@@ -90,12 +90,7 @@ fn a_day_of_data_is_drawn_without_growing() {
         drawer.look(now);
         let page = drawer.draw(now);
         let bytes: usize = page.parts.iter().map(|drawn| drawn.part.html.len()).sum();
-        kept.push((
-            page.parts.len(),
-            bytes,
-            drawer.documents(now).len(),
-            drawer.metrics(now, MetricsForm::Prometheus).len(),
-        ));
+        kept.push((page.parts.len(), bytes, drawer.documents(now).len(), drawer.metrics(now).len()));
     }
     assert_eq!(analysis.snapshot().timing.samples, 86_400);
     let (parts, bytes, document, metrics) = kept[23];
