@@ -221,7 +221,6 @@ fn no_face_gives_a_parameter_of_a_moved_sensor() {
         |row: &&str| ["white", "bias_instability", "rate_random_walk"].contains(&row.split(',').nth(1).unwrap());
     let rows: Vec<&str> = table.lines().filter(is_fitted).collect();
     assert!(rows.len() > 20 && rows.iter().all(|row| row.contains(",moved,,,,")), "{table}");
-    assert_eq!(fs::read_to_string(folder.path().join("r.fit.csv")).unwrap().lines().count(), 1);
     let archive = vn100().args(["archive", "-q"]).arg(&moved).args(RATE).output().unwrap();
     let rows = String::from_utf8(archive.stdout).unwrap();
     for row in rows.lines().map(|line| serde_json::from_str::<Value>(line).unwrap()) {

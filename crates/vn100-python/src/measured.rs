@@ -105,10 +105,10 @@ impl Measured {
         })?;
         let mut noise = FilterNoise::of(&self.0, checked_span(span)?);
         noise.scale_factor_ppm = scale_factor;
-        consumer.file(&noise, false).map_err(|error| {
+        consumer.file(&noise).map_err(|error| {
             let advice = match &error {
                 NotWritten::Moved => "record it at rest".into(),
-                NotWritten::NotEstimated(_) | NotWritten::Lacks(_) => error.advice(python_words).join(", or "),
+                NotWritten::Lacks(_) => error.advice(python_words).join(", or "),
             };
             PyValueError::new_err(format!("no file for {}: {error}. To get it: {advice}", consumer.title))
         })

@@ -12,7 +12,7 @@ use vn100_analysis::{RemedyWords, Severity, SourceResult};
 
 use crate::{remedies::RemedyDocument, warnings::in_words};
 
-use crate::summary::status::{StatusWord, statuses};
+use crate::summary::{AspectStatus, status::statuses};
 
 /// The JSON document of one source.
 #[derive(Debug, JsonSchema, Serialize)]
@@ -27,20 +27,9 @@ pub struct Document<'a> {
     #[serde(flatten)]
     result: &'a SourceResult,
     /// How far the record can be trusted, aspect by aspect.
-    statuses: Vec<StatusDocument>,
+    statuses: Vec<AspectStatus>,
     /// Limits of the result, the gravest first.
     warnings: Vec<WarningDocument>,
-}
-
-/// How far one aspect of the record can be trusted.
-#[derive(Debug, JsonSchema, Serialize)]
-struct StatusDocument {
-    /// Aspect of the record.
-    aspect: &'static str,
-    /// Status of the aspect.
-    status: StatusWord,
-    /// What was found, the gravest first.
-    findings: Vec<String>,
 }
 
 /// One warning.
@@ -62,11 +51,6 @@ impl<'a> Document<'a> {
     /// The document of a result; remedies are put into `words`.
     #[must_use]
     pub fn new(result: &'a SourceResult, words: RemedyWords) -> Self {
-        let statuses = statuses(result).into_iter().map(|status| StatusDocument {
-            aspect: status.aspect,
-            status: status.word,
-            findings: status.findings.into_iter().map(|(text, _)| text).collect(),
-        });
         let warnings = result.warnings.iter().map(|warning| WarningDocument {
             kind: warning.kind.name(),
             severity: Severity::name(warning.severity),
@@ -74,7 +58,7 @@ impl<'a> Document<'a> {
             text: in_words(warning, words),
             remedies: warning.remedies.iter().map(RemedyDocument::new).collect(),
         });
-        Self { schema: "vn100.analysis/2", result, statuses: statuses.collect(), warnings: warnings.collect() }
+        Self { schema: "vn100.analysis/2", result, statuses: statuses(result, |_| 0), warnings: warnings.collect() }
     }
 }
 

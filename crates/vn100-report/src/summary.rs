@@ -5,6 +5,8 @@ pub(crate) mod parameters;
 mod statistics;
 pub(crate) mod status;
 
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
 use vn100_analysis::{RemedyWords, Severity, SourceFacts, SourceResult, TimeBase};
 
 use crate::{
@@ -35,17 +37,25 @@ pub struct Summary {
     pub notes: Vec<String>,
 }
 
-/// The status of one aspect of the record.
-#[derive(Debug, Clone, PartialEq)]
+/// How far one aspect of the record can be trusted.
+#[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
 pub struct AspectStatus {
-    /// The aspect, such as `at rest`.
+    /// Aspect of the record.
     pub aspect: &'static str,
     /// The gravest severity among its warnings; `None` without a warning.
+    #[serde(skip)]
     pub severity: Option<Severity>,
-    /// The status.
+    /// Status of the aspect.
+    #[serde(rename = "status")]
     pub word: StatusWord,
     /// What was found, the gravest first; each with the places of its notes, from 0.
+    #[serde(serialize_with = "texts")]
+    #[schemars(with = "Vec<String>")]
     pub findings: Vec<(String, Vec<usize>)>,
+}
+
+fn texts<S: Serializer>(findings: &[(String, Vec<usize>)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(findings.iter().map(|(text, _)| text))
 }
 
 /// The parameters of up to three axes of one sensor.
@@ -111,18 +121,7 @@ impl Summary {
     pub fn new(result: &SourceResult, words: RemedyWords) -> Self {
         let mut notes = Notes { words, texts: Vec::new() };
         // what to do about the record before what the data sheet cannot decide
-        let statuses = status::statuses(result).into_iter().map(|status| AspectStatus {
-            aspect: status.aspect,
-            severity: status.severity,
-            word: status.word,
-            findings: (status.findings.into_iter())
-                .map(|(text, warning)| {
-                    let remedies = warning.map_or(&[][..], |warning| &warning.remedies);
-                    (text, remedies.iter().map(|remedy| notes.place(words(remedy))).collect())
-                })
-                .collect(),
-        });
-        let statuses = statuses.collect();
+        let statuses = status::statuses(result, |remedy| notes.place(words(remedy)));
         let sensors = match result.motion {
             Some(_) => Vec::new(),
             None => parameters::tables(result, &mut notes),

@@ -126,7 +126,7 @@ impl Tab {
         if let Some(evaluation) = self.evaluation.as_ref().filter(|_| self.fills_from_datasheet) {
             Evaluation::fill(evaluation, &mut noise, record);
         }
-        consumer.file(&noise, false).map_err(|error| {
+        consumer.file(&noise).map_err(|error| {
             let advice = match &error {
                 NotWritten::Moved => "record it at rest".into(),
                 error => error.advice(page_words).join(", or "),

@@ -205,11 +205,10 @@ impl Consumer {
     /// The file for this program.
     ///
     /// # Errors
-    /// [`NotWritten`] if the program needs a value that is not known, or, with `only_estimates`, one
-    /// that is not estimated from the record.
-    pub fn file(&self, noise: &FilterNoise, only_estimates: bool) -> Result<String, NotWritten> {
+    /// [`NotWritten`] if the program needs a value that is not known.
+    pub fn file(&self, noise: &FilterNoise) -> Result<String, NotWritten> {
         let terms: &[Term] = if self.walk.is_some() { &[Term::White, Term::RateRandomWalk] } else { &[Term::White] };
-        let mut missing = noise.check(terms, only_estimates)?;
+        let mut missing = noise.missing(terms)?;
         if self.needs_rate && noise.rate_hz.is_none() {
             missing.push(Missing {
                 value: "the sample rate".into(),

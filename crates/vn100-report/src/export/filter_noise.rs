@@ -47,14 +47,6 @@ pub(super) struct KnownValue {
     pub(super) value: f64,
     /// What it is, with its axis.
     pub(super) label: String,
-    origin: Origin,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Origin {
-    Estimate,
-    UpperBound,
-    Datasheet,
 }
 
 /// What the file of a filter needs and a source does not show.
@@ -77,9 +69,6 @@ pub enum NotWritten {
     /// The values that the filter needs and that are not known.
     #[error("{}", words_of(.0))]
     Lacks(Vec<Missing>),
-    /// Only estimates were asked for; the values that are not estimated.
-    #[error("not every value is estimated: {}", .0.join("; "))]
-    NotEstimated(Vec<String>),
 }
 
 fn words_of(missing: &[Missing]) -> String {
@@ -212,23 +201,13 @@ impl FilterNoise {
         Some(self.get(sensor, term)?.as_ref().ok()?.value)
     }
 
-    /// Whether the values of these terms can be written; with `only_estimates` only if all are
-    /// estimated from the record.
-    pub(super) fn check(&self, terms: &[Term], only_estimates: bool) -> Result<Vec<Missing>, NotWritten> {
+    /// The values of these terms that are missing.
+    pub(super) fn missing(&self, terms: &[Term]) -> Result<Vec<Missing>, NotWritten> {
         if self.was_moved {
             return Err(NotWritten::Moved);
         }
         let values = QUANTITIES.iter().flat_map(|(_, sensor)| terms.iter().map(|term| (*sensor, *term)));
-        let values = values.filter_map(|(sensor, term)| Some((sensor, term, self.get(sensor, term)?)));
-        let doubtful = |(sensor, term, value): (Sensor, Term, &FilterValue)| {
-            let known = value.as_ref().ok().filter(|known| known.origin != Origin::Estimate)?;
-            Some(format!("{} is {}", name_of(sensor, term), known.label))
-        };
-        let doubtful: Vec<String> = values.clone().filter_map(doubtful).collect();
-        if only_estimates && !doubtful.is_empty() {
-            return Err(NotWritten::NotEstimated(doubtful));
-        }
-        Ok(values.filter_map(|(.., value)| value.as_ref().err().cloned()).collect())
+        Ok(values.filter_map(|(sensor, term)| self.get(sensor, term)?.as_ref().err().cloned()).collect())
     }
 
     /// What each value of N and K is.
@@ -292,39 +271,38 @@ fn noisiest(axes: &[&ChannelResult], of: impl Fn(&ChannelResult) -> Option<Known
     Some(KnownValue { label: known.label + &except, ..known })
 }
 
-/// The estimate of a parameter, or else its upper bound.
-fn known(axis: &ChannelResult, term: Term) -> Option<(f64, Origin)> {
+/// The estimate of a parameter, or else its upper bound; and whether it is an estimate.
+fn known(axis: &ChannelResult, term: Term) -> Option<(f64, bool)> {
     let parameter = axis.noise.as_ref()?.parameter(term)?;
     let estimate = parameter.value.filter(|_| parameter.status == Status::Estimated);
-    estimate.map(|value| (value, Origin::Estimate)).or_else(|| Some((parameter.upper?, Origin::UpperBound)))
+    estimate.map(|value| (value, true)).or_else(|| Some((parameter.upper?, false)))
 }
 
 fn density(axis: &ChannelResult) -> Option<KnownValue> {
-    let (value, origin) = known(axis, Term::White)?;
-    let status = if origin == Origin::Estimate { "estimated" } else { "upper bound, N is not estimated" };
-    Some(KnownValue { value, origin, label: format!("{}, {status}", printable(&axis.name)) })
+    let (value, is_estimate) = known(axis, Term::White)?;
+    let status = if is_estimate { "estimated" } else { "upper bound, N is not estimated" };
+    Some(KnownValue { value, label: format!("{}, {status}", printable(&axis.name)) })
 }
 
 /// Bias instability that was not detected says nothing beside a K that was.
 fn random_walk(axis: &ChannelResult, span_s: f64) -> Option<KnownValue> {
-    let is_estimated = |(_, origin): &(f64, Origin)| *origin == Origin::Estimate;
     let walk = known(axis, Term::RateRandomWalk);
     let flicker = known(axis, Term::BiasInstability);
-    let flicker = flicker.map(|(b, origin)| (WALK_OF_FLICKER * b / span_s.sqrt(), origin));
-    let flicker = flicker.filter(|flicker| is_estimated(flicker) || !walk.as_ref().is_some_and(is_estimated));
+    let flicker = flicker.map(|(b, is_estimate)| (WALK_OF_FLICKER * b / span_s.sqrt(), is_estimate));
+    let flicker = flicker.filter(|(_, is_estimate)| *is_estimate || !walk.is_some_and(|(_, is_estimate)| is_estimate));
     let by_flicker = match (walk, flicker) {
         (Some((walk, _)), Some((flicker, _))) => flicker > walk,
         (walk, _) => walk.is_none(),
     };
-    let (value, origin) = if by_flicker { flicker? } else { walk? };
+    let (value, is_estimate) = if by_flicker { flicker? } else { walk? };
     let axis = printable(&axis.name);
-    let label = match (by_flicker, origin) {
-        (false, Origin::Estimate) => format!("{axis}, estimated"),
-        (false, _) => format!("{axis}, random walk not detected, upper bound"),
-        (true, Origin::Estimate) => format!("{axis}, by its bias instability over {span_s} s, B estimated"),
-        (true, _) => format!("{axis}, by its bias instability over {span_s} s, B not detected, upper bound"),
+    let label = match (by_flicker, is_estimate) {
+        (false, true) => format!("{axis}, estimated"),
+        (false, false) => format!("{axis}, random walk not detected, upper bound"),
+        (true, true) => format!("{axis}, by its bias instability over {span_s} s, B estimated"),
+        (true, false) => format!("{axis}, by its bias instability over {span_s} s, B not detected, upper bound"),
     };
-    Some(KnownValue { value, origin, label })
+    Some(KnownValue { value, label })
 }
 
 /// N or K by a data sheet.
@@ -349,7 +327,7 @@ fn printed(sheet: &Datasheet, sensor: Sensor, term: Term, aliasing: f64) -> Filt
         let [high, low] = [SHEET_WALK_S.0, SHEET_WALK_S.1].map(|time_s| largest / time_s.sqrt());
         (high, format!("data sheet, upper end of {low:.2e} to {high:.2e}, B {figures}"))
     };
-    Ok(KnownValue { value, label, origin: Origin::Datasheet })
+    Ok(KnownValue { value, label })
 }
 
 /// The figure of a term that says the most: a typical value of one meaning before any other.

@@ -21,7 +21,7 @@ mod tests {
 
     #[test]
     fn exports_are_known_by_their_beginning() {
-        let header = "channel,tau_min_s,tau_max_s,chi2,dof,p";
+        let header = "channel,unit,frequency_hz,psd_one_sided";
         assert!(is_export(format!("{header}\nrow").as_bytes()) && !is_export(format!("{header},more\nrow").as_bytes()));
         assert!(is_export(b"name,value\ncapture,a.bin\n") && !is_export(b"name,value\n1,2\n"));
         for captured in [&b""[..], b"$VNYMR,1,2,3", b"time,gyro_x\n1,2\n"] {

@@ -4,8 +4,7 @@ use std::fmt::Write;
 
 use vn100_analysis::noise::{Claim, Parameter, Term, conventions};
 use vn100_analysis::{
-    BlockValues, Completion, Device, InUnit, ParameterResult, Point, RemedyWords, SourceResult, Statistics,
-    TemperatureResult,
+    Completion, Device, InUnit, ParameterResult, Point, RemedyWords, SourceResult, Statistics, TemperatureResult,
 };
 
 use crate::warnings::{details, headline};
@@ -27,17 +26,14 @@ pub struct CsvTable {
 
 impl CsvTable {
     /// All tables.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 7] = [
         Self { ending: ".metadata.csv", header: METADATA, rows: |table, record, _| metadata(table, record) },
         Self { ending: ".allan.csv", header: ALLAN, rows: |table, record, _| allan(table, record) },
         Self { ending: ".statistics.csv", header: STATISTICS, rows: |table, record, _| statistics(table, record) },
         Self { ending: ".parameters.csv", header: PARAMETERS, rows: |table, record, _| parameters(table, record) },
-        Self { ending: ".fit.csv", header: FIT, rows: |table, record, _| fit(table, record) },
         Self { ending: ".verdicts.csv", header: VERDICTS, rows: |table, record, _| verdicts(table, record) },
         Self { ending: ".warnings.csv", header: WARNINGS, rows: warnings },
         Self { ending: ".spectrum.csv", header: SPECTRUM, rows: |table, record, _| spectrum(table, record) },
-        Self { ending: ".segments.csv", header: SEGMENTS, rows: |table, record, _| segments(table, record) },
-        Self { ending: ".histogram.csv", header: HISTOGRAM, rows: |table, record, _| histogram(table, record) },
     ];
 
     /// The table: a header, and a row for each channel and point. Remedies are put into the given
@@ -58,15 +54,12 @@ pub(super) fn is_header(line: &str) -> bool {
 const ALLAN: &str = "channel,unit,m,tau_s,deviation,lower,upper,edf,terms,alpha,fitted";
 const STATISTICS: &str = "channel,unit,count,mean,std,min,max,skewness,excess_kurtosis,resolution";
 const PARAMETERS: &str = "channel,parameter,status,value,lower,upper,unit,p,sides,is_si";
-const FIT: &str = "channel,tau_min_s,tau_max_s,chi2,dof,p";
 const VERDICTS: &str = "channel,parameter,verdict,datasheet,figure,claim,measured,measured_lower,measured_upper,expected_low,expected_high,unit,text";
 const WARNINGS: &str = "kind,severity,channels,headline,details";
 pub(super) const METADATA: &str = "name,value";
 /// The beginning of its first row.
 pub(super) const METADATA_ROW: &str = "capture,";
 const SPECTRUM: &str = "channel,unit,frequency_hz,psd_one_sided";
-const SEGMENTS: &str = "channel,unit,start_s,duration_s,count,mean,std,min,max";
-const HISTOGRAM: &str = "channel,unit,from,to,count";
 
 struct Table(String);
 
@@ -169,16 +162,6 @@ fn in_units(table: &mut Table, channel: &str, name: &str, found: Option<&Paramet
     }
 }
 
-fn fit(table: &mut Table, record: &SourceResult) {
-    for channel in &record.channels {
-        let Some(quality) = channel.noise.as_ref().and_then(|noise| noise.fit) else { continue };
-        let values = [quality.tau_min_s, quality.tau_max_s, quality.chi2, quality.dof as f64, quality.p];
-        let values = values.map(|value| number(Some(value)));
-        let cells: Vec<&str> = [&channel.name].into_iter().chain(&values).map(String::as_str).collect();
-        table.row(&cells);
-    }
-}
-
 fn verdicts(table: &mut Table, record: &SourceResult) {
     let datasheet = record.datasheet.as_ref().map_or("", |sheet| &sheet.name);
     for channel in &record.channels {
@@ -253,28 +236,6 @@ fn spectrum(table: &mut Table, record: &SourceResult) {
         let unit = format!("({})^2/Hz", channel.unit);
         for (frequency_hz, density) in channel.spectrum.iter().flat_map(|spectrum| spectrum.points()) {
             table.numbers(&channel.name, &unit, &[Some(frequency_hz), Some(density)]);
-        }
-    }
-}
-
-fn segments(table: &mut Table, record: &SourceResult) {
-    for channel in &record.channels {
-        for block in channel.blocks() {
-            let BlockValues { start_s, duration_s, count, mean, std, min, max } = *block;
-            let [start_s, duration_s, count, mean, min, max] =
-                [start_s, duration_s, count as f64, mean, min, max].map(Some);
-            let values = [start_s, duration_s, count, mean, std, min, max];
-            table.numbers(&channel.name, &channel.unit, &values);
-        }
-    }
-}
-
-fn histogram(table: &mut Table, record: &SourceResult) {
-    for channel in &record.channels {
-        let Some(bars) = &channel.statistics.histogram else { continue };
-        for (index, count) in bars.counts.iter().enumerate() {
-            let edge = |index: usize| Some(bars.first + bars.width * index as f64);
-            table.numbers(&channel.name, &channel.unit, &[edge(index), edge(index + 1), Some(*count as f64)]);
         }
     }
 }

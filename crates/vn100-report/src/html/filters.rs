@@ -69,7 +69,7 @@ fn inflation(record: &SourceResult) -> Markup {
 /// What to type into each program.
 pub(super) fn filters(record: &SourceResult, span_s: f64) -> Markup {
     let noise = FilterNoise::of(record, span_s);
-    if let Err(NotWritten::Moved) = Consumer::ALL[0].file(&noise, false) {
+    if let Err(NotWritten::Moved) = Consumer::ALL[0].file(&noise) {
         return html! { p { "Not given: the sensor was moved." } };
     }
     let cell = |value: Option<f64>| value.map_or_else(|| "–".into(), |value| format!("{value:.3e}"));

@@ -4,8 +4,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::protocol::stream::BagReport;
-use vn100_analysis::{ChannelResult, RateFrom, Severity, SourceFacts, SourceResult, Warning, WarningKind};
+use vn100_analysis::{ChannelResult, RateFrom, Remedy, Severity, SourceFacts, SourceResult, Warning, WarningKind};
 
+use super::AspectStatus;
 use crate::{
     codes::word_of,
     goals::warm_up,
@@ -112,30 +113,25 @@ impl StatusWord {
     }
 }
 
-/// The status of one aspect, with the warning that each finding comes from.
-pub(crate) struct Found<'a> {
-    pub(crate) aspect: &'static str,
-    pub(crate) severity: Option<Severity>,
-    pub(crate) word: StatusWord,
-    pub(crate) findings: Vec<(String, Option<&'a Warning>)>,
+/// In the order of a measurement; aspects without anything to say are omitted. `place` is that of the
+/// note for a remedy.
+pub(crate) fn statuses(result: &SourceResult, mut place: impl FnMut(&Remedy) -> usize) -> Vec<AspectStatus> {
+    let all = Aspect::ALL.into_iter().map(|aspect| found(aspect, result, &mut place));
+    all.filter(|found| !found.findings.is_empty()).collect()
 }
 
-/// In the order of a measurement; aspects without anything to say are omitted.
-pub(crate) fn statuses(result: &SourceResult) -> Vec<Found<'_>> {
-    Aspect::ALL.into_iter().map(|aspect| found(aspect, result)).filter(|found| !found.findings.is_empty()).collect()
-}
-
-fn found(aspect: Aspect, result: &SourceResult) -> Found<'_> {
+fn found(aspect: Aspect, result: &SourceResult, mut place: impl FnMut(&Remedy) -> usize) -> AspectStatus {
     let of_aspect = |warning: &&Warning| Aspect::of(warning.kind) == aspect;
     let warnings: Vec<&Warning> = result.warnings.iter().filter(of_aspect).collect();
     // a note stands beside graver ones in full results alone
     let is_shown = |warning: &&&Warning| {
         aspect == Aspect::Message || warning.kind == WarningKind::Incomplete || warning.severity < Severity::Note
     };
-    let mut findings: Vec<(String, Option<&Warning>)> =
-        warnings.iter().filter(is_shown).map(|warning| (headline(warning), Some(*warning))).collect();
+    let mut findings: Vec<(String, Vec<usize>)> = (warnings.iter().filter(is_shown))
+        .map(|warning| (headline(warning), warning.remedies.iter().map(&mut place).collect()))
+        .collect();
     if aspect == Aspect::Data {
-        findings.splice(0..0, source(&result.source).map(|text| (text, None)));
+        findings.splice(0..0, source(&result.source).map(|text| (text, Vec::new())));
     }
     let severity = warnings.iter().map(|warning| warning.severity).min();
     let severity = severity.filter(|severity| *severity < Severity::Note || aspect == Aspect::Message);
@@ -146,8 +142,8 @@ fn found(aspect: Aspect, result: &SourceResult) -> Found<'_> {
         None => (severity, StatusWord::of(severity, is_moved)),
     };
     let undisturbed = || undisturbed(aspect, result).filter(|_| severity.is_none());
-    findings.extend(untested.or_else(undisturbed).map(|text| (text, None)));
-    Found { aspect: aspect.name(), severity, word, findings }
+    findings.extend(untested.or_else(undisturbed).map(|text| (text, Vec::new())));
+    AspectStatus { aspect: aspect.name(), severity, word, findings }
 }
 
 /// The numbers of a bag or a table that are used, and their times.

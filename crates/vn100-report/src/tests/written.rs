@@ -37,7 +37,7 @@ fn statistics_have_as_many_decimals_as_their_quantity_needs() {
 fn the_file_for_kalibr_says_of_each_value_what_it_is() {
     let measured = at_rest(32_768, &[]);
     let kalibr = Consumer::named("kalibr").unwrap();
-    let text = kalibr.file(&FilterNoise::of(&measured, 60.0), false).unwrap();
+    let text = kalibr.file(&FilterNoise::of(&measured, 60.0)).unwrap();
     for lines in [
         "m/s^2/sqrt(Hz): accel_z, estimated\n",
         "\naccelerometer_noise_density: 0.0063428\n",

@@ -23,7 +23,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Completion> {
     let mut noise = FilterNoise::of_datasheet(&sheet, stream);
     noise.scale_factor_ppm = args.scale_factor;
     let name = args.output.as_deref().unwrap_or_else(|| Path::new(args.to.title));
-    let text = args.to.file(&noise, false).map_err(|error| not_written(name, &error))?;
+    let text = args.to.file(&noise).map_err(|error| not_written(name, &error))?;
     match &args.output {
         None => print(&text)?,
         Some(path) => {

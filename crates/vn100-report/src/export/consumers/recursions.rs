@@ -200,19 +200,18 @@ fn of_sheet() -> FilterNoise {
 #[test]
 fn a_file_without_a_required_value_is_not_written() {
     let mut noise = of_sheet();
-    assert!(Consumer::ALL.iter().all(|consumer| consumer.file(&noise, false).is_ok()));
-    assert!(Consumer::ALL.iter().all(|consumer| consumer.file(&noise, true).is_err()), "nothing is estimated");
+    assert!(Consumer::ALL.iter().all(|consumer| consumer.file(&noise).is_ok()));
     noise.rate_hz = None;
     noise.scale_factor_ppm = None;
     for consumer in &Consumer::ALL {
         let needs = consumer.needs_rate || consumer.name == "kf-gins";
-        assert_eq!(consumer.file(&noise, false).is_err(), needs, "{}", consumer.name);
+        assert_eq!(consumer.file(&noise).is_err(), needs, "{}", consumer.name);
     }
     // no bias instability, and no walk of it
     let bmi088 = crate::built_in_datasheet("bmi088").unwrap().unwrap();
     let noise = FilterNoise::of_datasheet(&bmi088, crate::SheetStream { rate_hz: 200.0, aliasing: 1.0 });
     for consumer in &Consumer::ALL {
-        assert_eq!(consumer.file(&noise, false).is_err(), consumer.walk.is_some(), "{}", consumer.name);
+        assert_eq!(consumer.file(&noise).is_err(), consumer.walk.is_some(), "{}", consumer.name);
     }
 }
 
@@ -224,6 +223,6 @@ fn a_walk_of_a_data_sheet_is_the_upper_end_of_its_range() {
     assert!((found / expected - 1.0).abs() < 1e-9, "{found}, expected {expected}");
     let white = noise.value(Sensor::Gyroscope, Term::White).unwrap();
     assert!((white / (0.34_f64.to_radians() / 60.0) - 1.0).abs() < 1e-9, "the random walk, which has one meaning");
-    let text = Consumer::named("kalibr").unwrap().file(&noise, false).unwrap();
+    let text = Consumer::named("kalibr").unwrap().file(&noise).unwrap();
     assert!(text.contains("from a data sheet: Analog Devices ADIS16470") && text.contains("upper end of"), "{text}");
 }

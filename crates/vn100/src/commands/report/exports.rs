@@ -120,7 +120,7 @@ impl<'a> Exports<'a> {
             evaluation.fill(&mut noise, record);
         }
         let path = self.path(index, consumer.ending);
-        let text = consumer.file(&noise, false).map_err(|error| not_written(&path, &error))?;
+        let text = consumer.file(&noise).map_err(|error| not_written(&path, &error))?;
         self.text(&path, &text)
     }
 
@@ -165,7 +165,7 @@ fn endings(form: ExportForm) -> Vec<&'static str> {
 pub(crate) fn not_written(path: &Path, error: &NotWritten) -> Error {
     let advice = match error {
         NotWritten::Moved => "record it at rest".into(),
-        NotWritten::NotEstimated(_) | NotWritten::Lacks(_) => error.advice(remedy_words).join(", or "),
+        NotWritten::Lacks(_) => error.advice(remedy_words).join(", or "),
     };
     anyhow!("{} not written: {error}. To get it: {advice}", path.display())
 }
