@@ -11,15 +11,15 @@ use serde_json::Value;
 
 use crate::support::{capture, replay, vn100};
 
-/// Five recordings of one sensor, a damaged file and one that is no capture.
+/// Three recordings of one sensor, a damaged file and one that is no capture.
 fn archive(folder: &Path) {
     fs::create_dir_all(folder.join("in/deep")).unwrap();
-    for seed in ["1", "2", "3", "4", "5"] {
-        let place = if seed < "3" { "in/deep" } else { "in" };
+    for seed in ["1", "3", "4"] {
+        let place = if seed == "1" { "in/deep" } else { "in" };
         let path = capture(
             &folder.join(place),
             &format!("{seed}.vnimu"),
-            &["--message", "VNIMU", "--seed", seed, "--duration", "60s"],
+            &["--message", "VNIMU", "--seed", seed, "--duration", "20s"],
         );
         let mut text = fs::read_to_string(&path).unwrap();
         let body = "VNRRG,03,0100012345";
@@ -54,9 +54,9 @@ fn each_recording_and_channel_is_a_row_with_the_numbers_of_its_replay() {
     assert!(said.contains("vn100: in/broken.vnymr"), "the place of the file too: {said}");
     let rows = rows(&text);
     let mut names: Vec<&str> = rows.iter().map(|row| row["name"].as_str().unwrap()).collect();
-    assert_eq!(names.len(), 5 * CHANNELS + 1);
+    assert_eq!(names.len(), 3 * CHANNELS + 1);
     names.dedup();
-    let files = ["in/3.vnimu", "in/4.vnimu", "in/5.vnimu", "in/broken.vnymr", "in/deep/1.vnimu", "in/deep/2.vnimu"];
+    let files = ["in/3.vnimu", "in/4.vnimu", "in/broken.vnymr", "in/deep/1.vnimu"];
     assert_eq!(names, files);
     let broken = rows.iter().find(|row| row["name"] == "in/broken.vnymr").unwrap();
     assert!(broken["error"].as_str().unwrap().contains("is not a capture") && broken["channel"].is_null(), "{broken}");

@@ -198,7 +198,8 @@ fn a_recording_killed_at_any_moment_holds_the_beginning_of_its_stream_and_can_be
             goes_on += usize::from(!kept.is_empty() && now.len() > kept.len());
             kept = now;
         }
-        if !kept.is_empty() {
+        // the program reads every tenth of them, the library all
+        if round % 10 == 0 && !kept.is_empty() {
             let samples = replay(&path, &[]).0["timing"]["samples"].as_u64().unwrap();
             assert!(samples <= kept.len() as u64 / 122);
         }

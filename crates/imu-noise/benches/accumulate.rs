@@ -10,10 +10,7 @@ mod figures;
 use std::hint::black_box;
 
 use allan::{Allan, DataType, Style};
-use imu_noise::{
-    ChannelAccumulator, ChannelSignal, Deviation, Estimator, Histogram, Moments, Octaves, SpectrumPlan,
-    TemperatureBlocks,
-};
+use imu_noise::{ChannelSignal, Deviation, Estimator, Histogram, Moments, Octaves, SpectrumPlan, TemperatureBlocks};
 use rustix::time::{ClockId, clock_gettime};
 
 const CHANNELS: usize = 12;
@@ -25,7 +22,7 @@ const REFERENCE_ROUNDS: usize = 5;
 
 type Kernel = (&'static str, usize, fn(&[Vec<i32>]));
 
-const KERNELS: [Kernel; 9] = [
+const KERNELS: [Kernel; 8] = [
     ("octaves, strided", ROUNDS, |columns| {
         each_channel(columns, || Octaves::new(Estimator::Strided, Deviation::Allan), Octaves::push);
     }),
@@ -37,10 +34,6 @@ const KERNELS: [Kernel; 9] = [
     }),
     ("moments", ROUNDS, |columns| each_channel(columns, Moments::new, Moments::push)),
     ("histogram", ROUNDS, |columns| each_channel(columns, Histogram::new, Histogram::push)),
-    ("channel accumulator", ROUNDS, |columns| {
-        let new = || ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
-        each_channel(columns, new, ChannelAccumulator::push);
-    }),
     ("channel signal: spectrum, blocks, watch", ROUNDS, |columns| {
         let plan = SpectrumPlan::new();
         each_channel(columns, || ChannelSignal::new(&plan), ChannelSignal::push);
@@ -49,7 +42,6 @@ const KERNELS: [Kernel; 9] = [
         let mut blocks = TemperatureBlocks::new(6);
         for start in (0..columns[0].len()).step_by(BATCH) {
             let end = columns[0].len().min(start + BATCH);
-            blocks.push_samples(start as u64, end - start);
             for axis in 0..6 {
                 blocks.push_axis(axis, start as u64, &columns[6 + axis][start..end]);
             }

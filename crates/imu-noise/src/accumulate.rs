@@ -1,7 +1,6 @@
 //! From samples to exact sums, one channel at a time, in bounded memory.
 
 pub(crate) mod blocks;
-pub(crate) mod channel;
 pub(crate) mod counts;
 pub(crate) mod histogram;
 pub(crate) mod moments;

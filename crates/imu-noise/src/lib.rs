@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use imu_noise::{ChannelCurve,
-//!     ChannelAccumulator, Deviation, Estimator, NoiseModel, RecordShape, Term, Terms,
+//!     Deviation, Estimator, NoiseModel, Octaves, RecordShape, Term, Terms,
 //!     counts_to_unit,
 //! };
 //!
@@ -15,9 +15,9 @@
 //! let samples: Vec<i32> = states.map(|state| (state >> 16) as i32 % 1000).take(16_384).collect();
 //!
 //! let (estimator, deviation) = (Estimator::Strided, Deviation::Allan);
-//! let mut gyro = ChannelAccumulator::new(estimator, deviation);
+//! let mut gyro = Octaves::new(estimator, deviation);
 //! gyro.push(&samples); // and gyro.gap(Some(2)) where two were lost
-//! let sums = gyro.octaves().sums();
+//! let sums = gyro.sums();
 //! let variances = sums.filter_map(|sum| {
 //!     Some((sum.octave(), counts_to_unit(sum.variance_counts2()?, 12)))
 //! });
@@ -55,18 +55,19 @@
 //!
 //! - Windows of octaves, blocks, windows for disturbances and segments of the spectrum lie on the
 //!   grid of absolute indices.
-//! - What is kept are sums of integers. A window of an octave that lacks samples, a block of the
-//!   slope that does, and the power of a segment at each frequency are rounded once, by the samples
-//!   of that window alone: to 2^-16 counts², a whole count times half a sample, and 2^-12 counts².
+//! - What is kept are sums of integers. A window of an octave that lacks samples, and the power of a
+//!   segment at each frequency, are rounded once, by the samples of that window alone: to 2^-16 and to
+//!   2^-12 counts².
 //! - If the record outgrows its room, blocks of twice the length replace pairs of them, and
 //!   segments are taken twice as far apart, by the number of samples before. Of the high numbers
 //!   among windows those of the 16 highest cells are kept, whose order is that of their size, then
 //!   of time.
 //!
 //! Exact for any length of the record are the octaves (`None` beyond 128 bits), moments and
-//! histogram; all other sums are exact up to 2^32 samples of full scale. The transforms of the
-//! segments, in single precision, and the results read from the sums are not exact arithmetic, but
-//! the same numbers from the same sums, on processors with the same vector instructions.
+//! histogram; block sums are exact up to 2^32 samples of full scale, and powers up to a sum of 2^41
+//! counts², beyond which they are rounded as floats are. The transforms of the segments, in single
+//! precision, and the results read from the sums are not exact arithmetic, but the same numbers from
+//! the same sums, on processors with the same vector instructions.
 //!
 //! # References
 //!
@@ -87,7 +88,6 @@ mod oracle;
 pub mod timebase;
 
 pub use accumulate::blocks::{Block, MAX_BLOCKS};
-pub use accumulate::channel::ChannelAccumulator;
 pub use accumulate::counts::counts_to_unit;
 pub use accumulate::histogram::{Bars, Histogram, MAX_BINS};
 pub use accumulate::moments::Moments;

@@ -1,12 +1,7 @@
 //! Published and exact reference values, compared with those that this code computes from the same
 //! inputs, which are built in.
 
-use std::sync::Arc;
-
-use imu_noise::{Deviation, Estimator, Interval, Octave, PowerLaw, RecordShape, edf};
-use vn100_protocol::{Channel, Layout, Quantity, stream::Batch};
-
-use crate::{accumulate::analysis::Analysis, averaging_times::AveragingTimes, settings::Settings, snapshot::Snapshot};
+use imu_noise::{Deviation, Estimator, Interval, Octave, Octaves, PowerLaw, RecordShape, counts_to_unit, edf};
 
 /// Reference values of one source.
 #[derive(Debug, Clone, PartialEq)]
@@ -150,44 +145,18 @@ const fn statistic(estimator: Estimator, deviation: Deviation) -> &'static str {
     }
 }
 
-/// The deviation of the series, computed as for any record. The non-overlapping deviation at m is
-/// that at m = 1 of the sums of m samples, divided by m.
+/// The deviation of the series. The non-overlapping deviation at m is that at m = 1 of the sums of m
+/// samples, divided by m.
 fn deviation_of(counts: &[i32], decimals: u8, estimator: Estimator, deviation: Deviation, m: u64) -> Option<f64> {
-    let settings = Settings { estimator, deviation, rate_hz: Some(1.0), ..Settings::default() };
-    match estimator {
-        Estimator::Plain => {
-            let sums: Vec<i32> = counts.chunks_exact(m as usize).map(|block| block.iter().sum()).collect();
-            let snapshot = measured(&sums, decimals, settings);
-            Some(in_unit(&snapshot, snapshot.channels[0].octaves.first()?.deviation_counts()?)? / m as f64)
-        }
-        _ => {
-            let averaging_times = AveragingTimes::List(vec![m as f64]);
-            let snapshot = measured(counts, decimals, Settings { averaging_times, ..settings });
-            in_unit(&snapshot, snapshot.channels[0].points.first()?.deviation_counts()?)
-        }
-    }
-}
-
-fn measured(counts: &[i32], decimals: u8, settings: Settings) -> Snapshot {
-    let channel = Channel {
-        name: "value".into(),
-        quantity: Quantity::Value,
-        unit: "1".into(),
-        decimals,
-        scale: 1.0,
-        limit_counts: i32::MAX,
-        refresh_hz: None,
-        increment_step: None,
+    let mut octaves = Octaves::new(estimator, deviation);
+    let (sum, divisor) = if estimator == Estimator::Plain {
+        octaves.push(&counts.chunks_exact(m as usize).map(|block| block.iter().sum()).collect::<Vec<_>>());
+        (octaves.sums().next()?, m)
+    } else {
+        octaves.push(counts);
+        (octaves.sum_at(m)?, 1)
     };
-    let layout = Layout { message: "CSV".into(), compensated: None, channels: vec![channel].into(), columns: None };
-    let mut analysis = Analysis::new(settings);
-    analysis.absorb(&Batch { layout: Some(Arc::new(layout)), counts: counts.to_vec(), ..Batch::default() });
-    analysis.finish();
-    analysis.final_snapshot()
-}
-
-fn in_unit(snapshot: &Snapshot, counts: f64) -> Option<f64> {
-    Some(snapshot.layout_channels().first()?.in_unit(counts))
+    Some(counts_to_unit(sum.deviation_counts()?, decimals) / divisor as f64)
 }
 
 fn edf_check((deviation, law, m, reference): &(Deviation, PowerLaw, u64, &'static str)) -> SelfTestCheck {

@@ -63,11 +63,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn packets_have_an_uncompensated_message_of_packets() {
-        assert_eq!(["BINARY", "VNYMR", "rates"].map(uncompensated_message), ["BINARY", "VNIMU", "VNIMU"]);
-    }
-
-    #[test]
     fn every_axis_bears_the_name_of_its_sensor() {
         let axes = VNIMU.channels.iter().filter_map(|channel| Some((channel, sensor_of(channel.quantity)?)));
         assert_eq!(axes.clone().count(), 9);
@@ -76,12 +71,5 @@ mod tests {
             assert!(sensor_name(sensor).starts_with(axes_name(sensor)));
         }
         assert_eq!([Quantity::Angle, Quantity::Temperature, Quantity::Pressure].map(sensor_of), [None; 3]);
-    }
-
-    #[test]
-    fn every_parameter_has_a_letter_of_its_own() {
-        assert_eq!(Term::ALL.map(letter).concat().len(), 5);
-        let letters: std::collections::BTreeSet<_> = Term::ALL.map(letter).into();
-        assert_eq!(letters.into_iter().collect::<String>(), "BKNQR");
     }
 }

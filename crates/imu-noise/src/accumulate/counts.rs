@@ -7,6 +7,10 @@
 /// decrease, so a sum that ends below this was never rounded, in any order of additions.
 pub(crate) const EXACT_BELOW: f64 = (1_u64 << 53) as f64;
 
+/// 1.5 · 2^52: added to a float below 2^51 and subtracted again, it gives the nearest integer, which
+/// vector instructions of any processor can do.
+pub(crate) const ROUND: f64 = 6_755_399_441_055_744.0;
+
 /// Independent partial sums, so that additions are independent and can be vectorised.
 const LANES: usize = 8;
 

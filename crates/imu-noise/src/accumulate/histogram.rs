@@ -1,7 +1,5 @@
 //! Frequencies of the values of one channel.
 
-use std::collections::BTreeMap;
-
 /// The most bins of a histogram.
 pub const MAX_BINS: usize = 16_384;
 
@@ -12,7 +10,7 @@ const MIN_PLACES: usize = 64;
 ///
 /// The bin width is the smallest power of two, in counts, for which all samples are in at most
 /// [`MAX_BINS`] bins; bins are aligned at 0 (bin b holds b·width <= count < (b+1)·width). So the
-/// histogram depends only on the samples, not on their order or division. At most 64 KiB.
+/// histogram depends only on the samples, not on their order or division. At most 128 KiB.
 ///
 /// ```
 /// use imu_noise::Histogram;
@@ -27,11 +25,8 @@ pub struct Histogram {
     /// Binary logarithm of the bin width.
     width_log2: u32,
     first: i64,
-    /// Frequencies, modulo 2^32; places outside the span of the samples hold 0.
-    places: Vec<u32>,
-    /// The further multiples of 2^32, by the lowest count of the bin. Places of 32 bits halve the
-    /// memory.
-    carries: BTreeMap<i64, u64>,
+    /// Frequencies; places outside the span of the samples hold 0.
+    places: Vec<u64>,
 }
 
 /// A histogram as bars of equal width side by side, for a drawing.
@@ -49,7 +44,7 @@ impl Histogram {
     /// A histogram without samples: no bins.
     #[must_use]
     pub const fn new() -> Self {
-        Self { width_log2: 0, first: 0, places: Vec::new(), carries: BTreeMap::new() }
+        Self { width_log2: 0, first: 0, places: Vec::new() }
     }
 
     /// Adds samples.
@@ -57,11 +52,7 @@ impl Histogram {
         for &count in counts {
             let place = (i64::from(count) >> self.width_log2).wrapping_sub(self.first) as usize;
             match self.places.get_mut(place) {
-                Some(frequency) if *frequency < u32::MAX => *frequency += 1,
-                Some(frequency) => {
-                    *frequency = 0;
-                    *self.carries.entry(i64::from(count) >> self.width_log2 << self.width_log2).or_default() += 1;
-                }
+                Some(frequency) => *frequency += 1,
                 None => self.push_outside(count),
             }
         }
@@ -81,12 +72,8 @@ impl Histogram {
 
     /// The bins that have samples, in ascending order: lowest count of the bin, and number of samples.
     pub fn bins(&self) -> impl Iterator<Item = (i64, u64)> {
-        let bins = self.places.iter().enumerate().map(|(place, &frequency)| {
-            let lowest = (self.first + place as i64) << self.width_log2;
-            let carry = if self.carries.is_empty() { 0 } else { self.carries.get(&lowest).copied().unwrap_or(0) };
-            (lowest, (carry << 32) + u64::from(frequency))
-        });
-        bins.filter(|&(_, frequency)| frequency > 0)
+        let bins = (self.first..).zip(&self.places).filter(|(_, frequency)| **frequency > 0);
+        bins.map(|(bin, frequency)| (bin << self.width_log2, *frequency))
     }
 
     /// The actual step between neighbouring values in counts, which need not be an integer: the
@@ -201,15 +188,8 @@ impl Histogram {
         let len = (2 * span).clamp(MIN_PLACES, MAX_BINS);
         self.first = (lowest >> self.width_log2) - ((len - span) / 2) as i64;
         self.places = vec![0; len];
-        self.carries.clear();
         for (lower, frequency) in occupied {
-            let bin = lower >> self.width_log2;
-            let place = &mut self.places[(bin - self.first) as usize];
-            let sum = u64::from(*place) + frequency;
-            *place = sum as u32;
-            if sum >> 32 > 0 {
-                *self.carries.entry(bin << self.width_log2).or_default() += sum >> 32;
-            }
+            self.places[((lower >> self.width_log2) - self.first) as usize] += frequency;
         }
     }
 }
@@ -222,27 +202,3 @@ impl PartialEq for Histogram {
 }
 
 impl Eq for Histogram {}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn frequencies_beyond_a_place_are_carried() {
-        let mut histogram = Histogram::new();
-        histogram.push(&[5, 6, 7]);
-        let first = histogram.first;
-        histogram.places[(5 - first) as usize] = u32::MAX;
-        histogram.places[(6 - first) as usize] = u32::MAX - 1;
-        histogram.push(&[5, 5, 6]);
-        let full = 1 << 32;
-        assert_eq!(histogram.bins().collect::<Vec<_>>(), [(5, full + 1), (6, full - 1), (7, 1)]);
-        assert_eq!(histogram.total(), 2 * full + 1);
-        // bins of two counts: 4 and 5, 6 and 7
-        histogram.push(&[5 + MAX_BINS as i32]);
-        let wide = [(4, full + 1), (6, full), (4 + MAX_BINS as i64, 1)];
-        assert_eq!(histogram.bins().collect::<Vec<_>>(), wide);
-        histogram.push(&[6, 6]);
-        assert_eq!(histogram.bins().nth(1), Some((6, full + 2)));
-    }
-}

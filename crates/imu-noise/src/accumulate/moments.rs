@@ -216,7 +216,7 @@ fn of_far_values(d: &[f64]) -> Option<(i128, i128)> {
         let square = d * d;
         all_near &= square < FARTHEST * FARTHEST;
         // to the nearest: |l| is at most half of the split, and h 2^22
-        *high = (square / SPLIT + ROUND) - ROUND;
+        *high = (square / SPLIT + counts::ROUND) - counts::ROUND;
         *low = square - *high * SPLIT;
     }
     let (high, low): (&[f64], &[f64]) = (high, low);
@@ -233,9 +233,6 @@ fn of_far_values(d: &[f64]) -> Option<(i128, i128)> {
 fn exact_sum<const S: usize>(values: [&[f64]; S], term: impl Fn([f64; S]) -> f64) -> i128 {
     i128::from(counts::lane_sum(values, term) as i64)
 }
-
-/// Added to a float below 2^51 and subtracted again, it gives the nearest integer.
-const ROUND: f64 = 6_755_399_441_055_744.0;
 
 /// The sums about zero, from `sums` of powers of c - pivot.
 fn about_zero(count: u64, pivot: i32, sums: [i128; 4]) -> PowerSums {

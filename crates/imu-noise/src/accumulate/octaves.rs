@@ -1,6 +1,5 @@
 //! Streaming sums of the Allan and Hadamard variance at octave averaging factors.
 
-mod any_factor;
 mod cascade;
 mod gapped;
 mod overlapping;
@@ -69,17 +68,6 @@ impl Octaves {
         Self { deviation, windows }
     }
 
-    /// The accumulator with the sums that [`sum_at`](Self::sum_at) needs: with [`Estimator::Full`],
-    /// 8 bytes per sample of the record. No effect with the other estimators. Must be called before
-    /// any sample.
-    #[must_use]
-    pub fn keeping_runs(mut self) -> Self {
-        if let Windows::Full(overlapping) = &mut self.windows {
-            overlapping.keep_runs();
-        }
-        self
-    }
-
     /// Adds the next samples, in time order.
     pub fn push(&mut self, counts: &[i32]) {
         for counts in counts.chunks(Stretch::MOST) {
@@ -126,8 +114,8 @@ impl Octaves {
     }
 
     /// The sum at any averaging factor, over all overlapping windows. Each sample is visited, which
-    /// takes some nanoseconds. `None` without a window, beyond m = 2^30, and without
-    /// [`keeping_runs`](Self::keeping_runs).
+    /// takes some nanoseconds. `None` without a window, beyond m = 2^30, and with other estimators
+    /// than [`Estimator::Full`].
     #[must_use]
     pub fn sum_at(&self, m: u64) -> Option<OctaveSum> {
         match &self.windows {

@@ -33,11 +33,10 @@ const LEAST_WINDOWS: u64 = 24;
 pub struct ChannelSignal {
     spectrum: Spectrum,
     /// The spectrum of the sums of windows: up to 1/64 of the sampling rate, in finer steps.
-    slow_spectrum: Spectrum<i64>,
+    slow: SumSpectrum,
     /// The spectrum of the sums of as many windows as a window has samples, for still slower
-    /// changes. A sum that lacks a few windows is enlarged in proportion.
-    slowest_spectrum: Spectrum<i64>,
-    slowest_sum: SlowestSum,
+    /// changes.
+    slowest: SumSpectrum,
     blocks: Blocks,
     pub(crate) windows: WindowStatistics,
     /// Absolute index of the next place.
@@ -48,9 +47,14 @@ pub struct ChannelSignal {
     window: Vec<i32>,
 }
 
-/// The windows so far in a sum of the slowest spectrum.
-#[derive(Clone, Copy, Debug, Default)]
-struct SlowestSum {
+/// The spectrum of sums of this many windows. A sum that lacks a few of them is enlarged in proportion.
+#[derive(Clone, Debug)]
+struct SumSpectrum {
+    windows: u64,
+    /// The number of windows that a sum has at least.
+    least: u64,
+    spectrum: Spectrum<i64>,
+    /// The number of the present sum, and the windows in it so far.
     number: u64,
     sum: i64,
     present: u64,
@@ -62,9 +66,8 @@ impl ChannelSignal {
     pub fn new(plan: &SpectrumPlan) -> Self {
         Self {
             spectrum: Spectrum::new(plan, false),
-            slow_spectrum: Spectrum::new(plan, true),
-            slowest_spectrum: Spectrum::new(plan, true),
-            slowest_sum: SlowestSum::default(),
+            slow: SumSpectrum::new(plan, 1, 1),
+            slowest: SumSpectrum::new(plan, WINDOWS, LEAST_WINDOWS),
             blocks: Blocks::new(),
             windows: WindowStatistics::new(),
             end: 0,
@@ -73,12 +76,10 @@ impl ChannelSignal {
         }
     }
 
-    /// The accumulator with segments of the spectrum that are spaced by all places of the record,
-    /// including missing samples. Must be called before any sample.
-    #[must_use]
-    pub const fn counting_missing(mut self) -> Self {
-        self.spectrum.count_missing();
-        self
+    /// From here on the segments of the spectrum are spaced by all places of the record, including
+    /// missing samples. To be called before any sample.
+    pub const fn count_missing(&mut self) {
+        self.spectrum.counts_missing = true;
     }
 
     /// Adds the next samples, in time order.
@@ -121,10 +122,11 @@ impl ChannelSignal {
         self.spectrum.gap(missing);
         self.end += missing;
         if missing == 0 {
+            self.spectrum.part();
             self.is_parted = true;
             // The window of the break lacks samples, so the break comes after it, in any division.
-            self.miss_windows_up_to(self.end.div_ceil(WINDOW as u64));
-            self.slow_spectrum.gap(0);
+            self.slow.miss_up_to(self.end.div_ceil(WINDOW as u64));
+            self.slow.spectrum.part();
             // a sum of means from both sides of a break is a mean as well
             self.windows.part();
         }
@@ -138,8 +140,7 @@ impl ChannelSignal {
 
     /// The spectra of the sums of this many samples: 32, and 1024.
     pub(crate) fn slow_spectra(&self) -> [(&Spectrum<i64>, u64); 2] {
-        let window = WINDOW as u64;
-        [(&self.slow_spectrum, window), (&self.slowest_spectrum, WINDOWS * window)]
+        [&self.slow, &self.slowest].map(|slow| (&slow.spectrum, slow.windows * WINDOW as u64))
     }
 
     /// Mean, standard deviation and extremes of the blocks of the record, in time order: at most
@@ -180,40 +181,42 @@ impl ChannelSignal {
         if window.len() == WINDOW {
             let number = self.end / WINDOW as u64;
             self.windows.push(number, &sums, spread);
-            self.miss_windows_up_to(number);
-            self.slow_spectrum.push(&[sums.sum]);
-            self.add_to_slowest(number, sums.sum);
+            self.slow.push(number, sums.sum);
+            self.slowest.push(number, sums.sum);
+        }
+    }
+}
+
+impl SumSpectrum {
+    fn new(plan: &SpectrumPlan, windows: u64, least: u64) -> Self {
+        Self { windows, least, spectrum: Spectrum::new(plan, true), number: 0, sum: 0, present: 0 }
+    }
+
+    fn push(&mut self, window: u64, sum: i64) {
+        if self.number != window / self.windows {
+            self.end_sum();
+            self.number = window / self.windows;
+        }
+        self.sum += sum;
+        self.present += 1;
+        if (window + 1).is_multiple_of(self.windows) {
+            self.end_sum();
         }
     }
 
-    fn miss_windows_up_to(&mut self, number: u64) {
-        if let missing @ 1.. = number.saturating_sub(self.slow_spectrum.end()) {
-            self.slow_spectrum.gap(missing);
+    fn end_sum(&mut self) {
+        let (sum, present) = (mem::take(&mut self.sum), mem::take(&mut self.present));
+        if present >= self.least {
+            self.miss_up_to(self.number);
+            // rounded once; below 2^46
+            let whole = sum * self.windows as i64;
+            self.spectrum.push(&[whole / present as i64]);
         }
     }
 
-    fn add_to_slowest(&mut self, window: u64, sum: i64) {
-        if self.slowest_sum.number != window / WINDOWS {
-            self.end_slowest_sum();
-            self.slowest_sum.number = window / WINDOWS;
+    fn miss_up_to(&mut self, number: u64) {
+        if let missing @ 1.. = number.saturating_sub(self.spectrum.end) {
+            self.spectrum.gap(missing);
         }
-        self.slowest_sum.sum += sum;
-        self.slowest_sum.present += 1;
-        if (window + 1).is_multiple_of(WINDOWS) {
-            self.end_slowest_sum();
-        }
-    }
-
-    fn end_slowest_sum(&mut self) {
-        let SlowestSum { number, sum, present } = mem::take(&mut self.slowest_sum);
-        if present < LEAST_WINDOWS {
-            return;
-        }
-        if let missing @ 1.. = number.saturating_sub(self.slowest_spectrum.end()) {
-            self.slowest_spectrum.gap(missing);
-        }
-        // rounded once; below 2^46
-        let whole = sum * WINDOWS as i64;
-        self.slowest_spectrum.push(&[if present == WINDOWS { sum } else { whole / present as i64 }]);
     }
 }

@@ -1,7 +1,7 @@
 //! Streaming power spectral density by Welch's method.
 
+mod places;
 mod power_sums;
-mod segments;
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -10,13 +10,23 @@ use std::sync::Arc;
 use realfft::RealFftPlanner;
 
 use super::counts::counts_to_unit;
+use super::places::room_for;
+use places::Places;
 use power_sums::{SegmentPowerSums, Transform};
-use segments::{MIN_LONG_SEGMENTS, Places, Segment, Segments};
 
 pub(crate) const LONG: usize = 512;
 
 /// Samples of a segment of records that are too short to average over long segments.
 pub(crate) const SHORT: usize = 128;
+
+/// Segments begin at multiples of half their length.
+const STEP: u64 = LONG as u64 / 2;
+
+/// Up to this many samples every segment is taken.
+const DENSE_SAMPLES: u64 = 32_768;
+
+/// With this many complete long segments, the short ones are not used.
+const MIN_LONG_SEGMENTS: u64 = 8;
 
 /// Streaming power spectral density: Welch (1967), Hann window, segments of 512 samples without
 /// their mean, half overlapping, at multiples of 256 of the absolute index; of 128 samples for a
@@ -34,15 +44,27 @@ pub(crate) const SHORT: usize = 128;
 #[derive(Clone, Debug)]
 pub struct Spectrum<T = i32> {
     plan: SpectrumPlan,
-    segments: Segments<T>,
-    sums: SpectrumSums,
-}
-
-#[derive(Clone, Debug)]
-struct SpectrumSums {
+    /// Absolute index after the last place.
+    pub(crate) end: u64,
+    /// Samples of the record so far: they determine the spacing of segments.
+    samples: u64,
+    /// Whether missing samples count among these.
+    pub(crate) counts_missing: bool,
+    /// The places from the first open segment on.
+    recent: Places<T>,
+    open: Vec<Segment>,
     long: SegmentPowerSums<LONG>,
     /// The power sums of short segments, within segments with missing samples and at the beginning.
     short: SegmentPowerSums<SHORT>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    start: u64,
+    /// The number of segments that it represents.
+    stands_for: u64,
+    /// Whether short segments are taken from it as well, although none of its samples is missing.
+    is_early: bool,
 }
 
 /// An integer number of counts: a sample, or a sum of samples below 2^53.
@@ -64,56 +86,116 @@ impl Count for i64 {
 }
 
 impl<T: Count> Spectrum<T> {
-    /// `counts_missing`: missing samples count when segments are spread.
     pub(crate) fn new(plan: &SpectrumPlan, counts_missing: bool) -> Self {
-        let sums = SpectrumSums { long: SegmentPowerSums::new(), short: SegmentPowerSums::new() };
-        Self { plan: plan.clone(), segments: Segments::new(counts_missing), sums }
-    }
-
-    pub(crate) const fn count_missing(&mut self) {
-        self.segments.count_missing();
-    }
-
-    /// Absolute index after the last place.
-    pub(crate) const fn end(&self) -> u64 {
-        self.segments.end()
-    }
-
-    pub(crate) fn push(&mut self, counts: &[T]) {
-        let Self { plan, segments, sums } = self;
-        segments.push(counts, |places, segment| sums.add(plan, places, segment));
-    }
-
-    /// Samples are missing here; 0 for a break.
-    pub(crate) fn gap(&mut self, missing: u64) {
-        let Self { plan, segments, sums } = self;
-        match missing {
-            0 => segments.part(|places, segment| sums.add(plan, places, segment)),
-            _ => segments.gap(missing, |places, segment| sums.add(plan, places, segment)),
+        Self {
+            plan: plan.clone(),
+            end: 0,
+            samples: 0,
+            counts_missing,
+            recent: Places::new(),
+            open: Vec::new(),
+            long: SegmentPowerSums::new(),
+            short: SegmentPowerSums::new(),
         }
+    }
+
+    pub(crate) fn push(&mut self, mut counts: &[T]) {
+        while !counts.is_empty() {
+            self.begin_segment();
+            let (now, later) = counts.split_at(self.room(counts.len() as u64));
+            if !self.open.is_empty() {
+                self.recent.values.extend_from_slice(now);
+            }
+            self.samples += now.len() as u64;
+            self.continue_by(now.len() as u64);
+            counts = later;
+        }
+    }
+
+    /// Samples are missing here.
+    pub(crate) fn gap(&mut self, missing: u64) {
+        let end = self.end + room_for(self.end, missing);
+        // segments that begin and end in the gap have no sample
+        let ended_before = self.end + LONG as u64;
+        let resumed = end.saturating_sub(LONG as u64) / STEP * STEP;
+        while self.end < end {
+            if (ended_before..resumed).contains(&self.end) {
+                self.open.clear();
+                self.recent.clear();
+                self.miss(resumed - self.end);
+            }
+            self.begin_segment();
+            let places = self.room(end - self.end) as u64;
+            if !self.open.is_empty() {
+                self.recent.miss(places);
+            }
+            self.miss(places);
+        }
+    }
+
+    /// No segment reaches across this place.
+    pub(crate) fn part(&mut self) {
+        self.end_segments(usize::MAX);
+        self.recent.clear();
     }
 
     pub(crate) fn powers(&self) -> Option<Powers> {
-        if self.sums.long.segments >= MIN_LONG_SEGMENTS {
-            return Some(self.sums.long.powers());
+        if self.long.segments >= MIN_LONG_SEGMENTS {
+            return Some(self.long.powers());
         }
-        let mut sums = self.sums.clone();
-        let (open, places) = self.segments.open();
-        open.iter().for_each(|segment| sums.add(&self.plan, places, segment));
-        (sums.short.segments > 0).then(|| sums.short.powers())
+        let mut with_open = self.clone();
+        with_open.part();
+        (with_open.short.segments > 0).then(|| with_open.short.powers())
     }
-}
 
-impl SpectrumSums {
-    fn add<T: Count>(&mut self, plan: &SpectrumPlan, places: &Places<T>, segment: &Segment) {
-        let whole = places.whole(segment.start);
-        if let Some(values) = whole {
-            self.long.add(&plan.long, values, segment.stands_for);
+    /// The number of these places up to the next start of a segment.
+    fn room(&self, places: u64) -> usize {
+        (STEP - self.end % STEP).min(places) as usize
+    }
+
+    fn begin_segment(&mut self) {
+        let start = self.end;
+        // 1, 2, 4, ... from the number of samples on
+        let stands_for = (self.samples / DENSE_SAMPLES).checked_ilog2().map_or(1, |octave| 2 << octave);
+        if start.is_multiple_of(STEP * stands_for) {
+            if self.open.is_empty() {
+                self.recent.first = start;
+            }
+            let is_early = self.samples < MIN_LONG_SEGMENTS * STEP;
+            self.open.push(Segment { start, stands_for, is_early });
         }
-        if whole.is_none() || segment.is_early {
-            for start in (segment.start..).step_by(SHORT / 2).take(LONG / SHORT) {
-                if let Some(values) = places.whole(start) {
-                    self.short.add(&plan.short, values, segment.stands_for);
+    }
+
+    fn miss(&mut self, places: u64) {
+        self.samples += if self.counts_missing { places } else { 0 };
+        self.continue_by(places);
+    }
+
+    fn continue_by(&mut self, places: u64) {
+        self.end += places;
+        if self.end.is_multiple_of(STEP) {
+            let is_full = |segment: &&Segment| segment.start + LONG as u64 <= self.end;
+            self.end_segments(self.open.iter().take_while(is_full).count());
+            match self.open.first() {
+                Some(first) => self.recent.drop_before(first.start),
+                None => self.recent.clear(),
+            }
+        }
+    }
+
+    /// Adds the powers of the first open segments, at most so many.
+    fn end_segments(&mut self, most: usize) {
+        let Self { plan, recent, open, long, short, .. } = self;
+        for segment in open.drain(..most.min(open.len())) {
+            let whole = recent.whole(segment.start);
+            if let Some(values) = whole {
+                long.add(&plan.long, values, segment.stands_for);
+            }
+            if whole.is_none() || segment.is_early {
+                for start in (segment.start..).step_by(SHORT / 2).take(LONG / SHORT) {
+                    if let Some(values) = recent.whole(start) {
+                        short.add(&plan.short, values, segment.stands_for);
+                    }
                 }
             }
         }

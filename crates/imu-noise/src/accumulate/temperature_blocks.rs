@@ -9,106 +9,65 @@ const SHORTEST_LOG2: u32 = 5;
 /// Sums of the axes of a sensor and of its temperature: exact sums over at most 1024 blocks of
 /// equal length, the smallest power of two of at least 32 samples for which the record fits. The
 /// blocks lie on the grid of absolute indices. The result is the same, bit by bit, for any division
-/// of the samples over calls. At most 64 KiB for six axes.
+/// of the samples over calls. At most 113 KiB for six axes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TemperatureBlocks {
-    axes: usize,
     length_log2: u32,
-    /// The blocks from absolute index 0 on.
-    blocks: Vec<Presence>,
-    /// The sums of all axes for each block, in counts: exact for up to 2^32 samples in a block.
-    sums: Vec<i64>,
-    /// Like `sums`: the number of announced samples that each axis lacks. Empty while no axis lacks any.
-    absent: Vec<u64>,
+    /// For each axis, and last for the temperature, the blocks from absolute index 0 on.
+    columns: Vec<Vec<Sums>>,
+    /// For each block whether an unknown number of samples is missing in it or after it.
+    is_broken: Vec<bool>,
     /// Absolute index of the last sample.
     last: Option<u64>,
 }
 
-/// The samples and readings present in a block.
+/// The sum of the values in a block, in counts: exact for up to 2^32 values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Presence {
-    pub(crate) samples: u64,
-    /// Readings of the temperature, and their sum.
-    pub(crate) readings: u64,
-    pub(crate) temperature_counts: i64,
-    /// Whether an unknown number of samples is missing in the block or after it.
-    pub(crate) is_broken: bool,
+struct Sums {
+    values: u64,
+    sum: i64,
 }
 
 impl TemperatureBlocks {
     /// Blocks without samples, for this number of axes.
     #[must_use]
-    pub const fn new(axes: usize) -> Self {
-        Self { axes, length_log2: SHORTEST_LOG2, blocks: Vec::new(), sums: Vec::new(), absent: Vec::new(), last: None }
+    pub fn new(axes: usize) -> Self {
+        Self { length_log2: SHORTEST_LOG2, columns: vec![Vec::new(); axes + 1], is_broken: Vec::new(), last: None }
     }
 
-    /// Announces the next samples, the first with this absolute index; the samples of each axis are
-    /// added by [`push_axis`](Self::push_axis).
-    pub fn push_samples(&mut self, first: u64, samples: usize) {
-        let Some(last) = (first + samples as u64).checked_sub(1).filter(|_| samples > 0) else { return };
-        self.reach(last);
-        self.last = Some(last);
-        let mut at = first;
-        while at <= last {
-            let block = at >> self.length_log2;
-            let end = ((block + 1) << self.length_log2).min(last + 1);
-            self.blocks[block as usize].samples += end - at;
-            at = end;
-        }
-    }
-
-    /// Adds samples of one axis, numbered from 0, that [`push_samples`](Self::push_samples) has
-    /// announced.
+    /// Adds samples of one axis, numbered from 0, the first with this absolute index. There is no
+    /// effect for an axis that is not there.
     pub fn push_axis(&mut self, axis: usize, first: u64, counts: &[i32]) {
-        let (log2, axes) = (self.length_log2, self.axes);
-        in_blocks(log2, first, counts, |block, sum, _| {
-            if let Some(total) = self.sums.get_mut(block * axes + axis).filter(|_| axis < axes) {
-                *total += sum;
-            }
-        });
-    }
-
-    /// Notes that an axis lacks the sample with this index, which
-    /// [`push_samples`](Self::push_samples) has announced.
-    pub fn push_absent(&mut self, axis: usize, index: u64) {
-        self.absent.resize(self.sums.len(), 0);
-        let block = (index >> self.length_log2) as usize;
-        if let Some(absent) = self.absent.get_mut(block * self.axes + axis).filter(|_| axis < self.axes) {
-            *absent += 1;
+        if axis < self.axes() {
+            self.push(axis, first, counts);
+            self.last = self.last.max((first + counts.len() as u64).checked_sub(1));
         }
-    }
-
-    /// Number of announced samples that this axis lacks, and number of all announced samples.
-    #[must_use]
-    pub fn lacks(&self, axis: usize) -> (u64, u64) {
-        let absent = self.absent.iter().skip(axis).step_by(self.axes.max(1)).sum();
-        (absent, self.blocks.iter().map(|block| block.samples).sum())
     }
 
     /// Adds readings of the temperature at successive samples from this index on, or a single
     /// reading.
     pub fn push_temperature(&mut self, first: u64, counts: &[i32]) {
-        let Some(last) = (first + counts.len() as u64).checked_sub(1).filter(|_| !counts.is_empty()) else { return };
-        self.reach(last);
-        let log2 = self.length_log2;
-        in_blocks(log2, first, counts, |block, sum, readings| {
-            let presence = &mut self.blocks[block];
-            presence.readings += readings;
-            presence.temperature_counts += sum;
-        });
+        self.push(self.axes(), first, counts);
     }
 
     /// Marks that an unknown number of samples is missing here: no difference spans this place.
     pub fn part(&mut self) {
         if let Some(last) = self.last {
-            self.blocks[(last >> self.length_log2) as usize].is_broken = true;
+            self.is_broken[(last >> self.length_log2) as usize] = true;
         }
+    }
+
+    /// Number of samples that this axis lacks of those of the axes, and number of all of these.
+    #[must_use]
+    pub fn lacks(&self, axis: usize) -> (u64, u64) {
+        let samples = (0..self.blocks()).map(|block| self.samples(block)).sum::<u64>();
+        (samples - self.columns[axis].iter().map(|sums| sums.values).sum::<u64>(), samples)
     }
 
     /// Number of axes.
     #[must_use]
-    pub const fn axes(&self) -> usize {
-        self.axes
+    pub fn axes(&self) -> usize {
+        self.columns.len() - 1
     }
 
     /// The number of places of a block.
@@ -116,86 +75,73 @@ impl TemperatureBlocks {
         1 << self.length_log2
     }
 
-    /// The blocks from absolute index 0 on.
-    pub(crate) fn blocks(&self) -> &[Presence] {
-        &self.blocks
+    /// The number of blocks, from absolute index 0 on.
+    pub(crate) const fn blocks(&self) -> usize {
+        self.is_broken.len()
+    }
+
+    /// The samples in a block of the axis that has the most.
+    pub(crate) fn samples(&self, block: usize) -> u64 {
+        self.columns[..self.axes()].iter().map(|sums| sums[block].values).max().unwrap_or(0)
+    }
+
+    /// Whether an unknown number of samples is missing in a block or after it.
+    pub(crate) fn is_broken(&self, block: usize) -> bool {
+        self.is_broken[block]
     }
 
     /// The mean of an axis in a block, in counts; `None` if the axis lacks more than a quarter of
     /// the samples.
     pub(crate) fn mean_counts(&self, block: usize, axis: usize) -> Option<f64> {
-        let (place, samples) = (block * self.axes + axis, self.blocks[block].samples);
-        let absent = self.absent.get(place).copied().unwrap_or(0);
-        (4 * absent <= samples).then(|| self.sums[place] as f64 / (samples - absent) as f64)
+        let lacks = self.samples(block) - self.columns[axis][block].values;
+        self.columns[axis][block].mean().filter(|_| 4 * lacks <= self.samples(block))
+    }
+
+    /// The mean of the readings of the temperature in a block, in counts; `None` without one.
+    pub(crate) fn mean_temperature_counts(&self, block: usize) -> Option<f64> {
+        self.columns[self.axes()][block].mean()
     }
 
     /// Halves the number of blocks.
     pub(crate) fn merge_pairs(&mut self) {
-        let axes = self.axes;
-        for block in 0..self.blocks.len() {
-            let merged = block / 2;
-            let presence = self.blocks[block];
-            if block % 2 == 0 {
-                self.blocks[merged] = presence;
-                self.sums.copy_within(block * axes..(block + 1) * axes, merged * axes);
-                if !self.absent.is_empty() {
-                    self.absent.copy_within(block * axes..(block + 1) * axes, merged * axes);
-                }
-            } else {
-                self.blocks[merged].add(&presence);
-                for axis in 0..axes {
-                    self.sums[merged * axes + axis] += self.sums[block * axes + axis];
-                    if !self.absent.is_empty() {
-                        self.absent[merged * axes + axis] += self.absent[block * axes + axis];
-                    }
-                }
-            }
+        for column in &mut self.columns {
+            let merged = |pair: &[Sums]| Sums {
+                values: pair.iter().map(|sums| sums.values).sum(),
+                sum: pair.iter().map(|sums| sums.sum).sum(),
+            };
+            *column = column.chunks(2).map(merged).collect();
         }
-        let merged = self.blocks.len().div_ceil(2);
-        self.blocks.truncate(merged);
-        self.sums.truncate(merged * axes);
-        self.absent.truncate(merged * axes);
+        self.is_broken = self.is_broken.chunks(2).map(|pair| pair.contains(&true)).collect();
         self.length_log2 += 1;
     }
 
-    fn reach(&mut self, sample: u64) {
-        while sample >> self.length_log2 >= MOST_BLOCKS {
+    fn push(&mut self, column: usize, first: u64, mut counts: &[i32]) {
+        let Some(last) = (first + counts.len() as u64).checked_sub(1).filter(|_| !counts.is_empty()) else { return };
+        while last >> self.length_log2 >= MOST_BLOCKS {
             self.merge_pairs();
         }
-        let blocks = (sample >> self.length_log2) as usize + 1;
-        if self.blocks.len() < blocks {
-            self.resize(blocks);
+        let blocks = (last >> self.length_log2) as usize + 1;
+        if self.blocks() < blocks {
+            self.is_broken.resize(blocks, false);
+            self.columns.iter_mut().for_each(|column| column.resize(blocks, Sums::default()));
         }
-    }
-
-    fn resize(&mut self, blocks: usize) {
-        self.blocks.resize(blocks, Presence::default());
-        self.sums.resize(blocks * self.axes, 0);
-        if !self.absent.is_empty() {
-            self.absent.resize(self.sums.len(), 0);
+        let mut at = first;
+        while !counts.is_empty() {
+            let block = at >> self.length_log2;
+            let room = usize::try_from(((block + 1) << self.length_log2) - at).unwrap_or(usize::MAX);
+            let (here, later) = counts.split_at(room.min(counts.len()));
+            let sums = &mut self.columns[column][block as usize];
+            sums.values += here.len() as u64;
+            sums.sum += here.iter().map(|&count| i64::from(count)).sum::<i64>();
+            at += here.len() as u64;
+            counts = later;
         }
     }
 }
 
-impl Presence {
-    const fn add(&mut self, other: &Self) {
-        self.samples += other.samples;
-        self.readings += other.readings;
-        self.temperature_counts += other.temperature_counts;
-        self.is_broken |= other.is_broken;
-    }
-}
-
-/// The sum of the counts in each block, and their number.
-fn in_blocks(log2: u32, first: u64, mut counts: &[i32], mut add: impl FnMut(usize, i64, u64)) {
-    let mut at = first;
-    while !counts.is_empty() {
-        let block = at >> log2;
-        let room = usize::try_from(((block + 1) << log2) - at).unwrap_or(usize::MAX);
-        let (head, tail) = counts.split_at(room.min(counts.len()));
-        add(block as usize, head.iter().map(|&count| i64::from(count)).sum(), head.len() as u64);
-        at += head.len() as u64;
-        counts = tail;
+impl Sums {
+    fn mean(&self) -> Option<f64> {
+        (self.values > 0).then(|| self.sum as f64 / self.values as f64)
     }
 }
 
@@ -237,7 +183,6 @@ mod tests {
                 Step::Samples(samples) => {
                     let indices: Vec<u64> = (at..at + *samples as u64).collect();
                     for part in indices.chunks(cut.max(1)) {
-                        blocks.push_samples(part[0], part.len());
                         for axis in 0..3 {
                             let counts: Vec<i32> = part.iter().map(|index| value(axis, *index)).collect();
                             match axis {
@@ -264,7 +209,7 @@ mod tests {
             cut in 1_usize..400,
         ) {
             let (whole, _) = of(start, &steps.concat(), 10_000);
-            prop_assert!(whole.blocks.len() as u64 <= MOST_BLOCKS);
+            prop_assert!(whole.blocks() as u64 <= MOST_BLOCKS);
             prop_assert_eq!(of(start, &steps.concat(), cut).0, whole);
         }
     }
@@ -272,11 +217,22 @@ mod tests {
     #[test]
     fn sums_are_those_of_the_samples() {
         let (blocks, _) = of(40, &[Step::Samples(100), Step::Missing(4), Step::Break, Step::Samples(40)], 7);
-        let samples: Vec<u64> = blocks.blocks().iter().map(|block| block.samples).collect();
+        let samples: Vec<u64> = (0..blocks.blocks()).map(|block| blocks.samples(block)).collect();
         assert_eq!(samples, [0, 24, 32, 32, 28, 24]);
         let sum = (64..96).map(|index| i64::from(value(1, index))).sum::<i64>();
-        assert_eq!(blocks.mean_counts(2, 1), Some(sum as f64 / blocks.blocks()[2].samples as f64));
-        let broken: Vec<bool> = blocks.blocks().iter().map(|block| block.is_broken).collect();
-        assert_eq!(broken, [false, false, false, false, true, false]);
+        assert_eq!(blocks.mean_counts(2, 1), Some(sum as f64 / 32.0));
+        assert_eq!((blocks.mean_counts(0, 1), blocks.mean_temperature_counts(0)), (None, None));
+        assert_eq!(blocks.is_broken, [false, false, false, false, true, false]);
+    }
+
+    #[test]
+    fn an_axis_may_lack_samples_of_the_others() {
+        let mut blocks = TemperatureBlocks::new(2);
+        blocks.push_axis(0, 0, &[6; 64]);
+        blocks.push_axis(1, 0, &[9; 24]);
+        blocks.push_axis(1, 32, &[9; 23]);
+        blocks.push_axis(2, 0, &[1]);
+        assert_eq!([blocks.lacks(0), blocks.lacks(1)], [(0, 64), (17, 64)]);
+        assert_eq!([0, 1].map(|block| blocks.mean_counts(block, 1)), [Some(9.0), None]);
     }
 }

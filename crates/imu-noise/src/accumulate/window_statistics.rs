@@ -6,6 +6,9 @@ use super::blocks::BlockSums;
 /// Significant bits of the fraction of a float: 8 bins per octave.
 const FRACTION_BITS: u32 = 3;
 
+/// The bits of the lowest bin, which holds all numbers below 1: they come from integers, so they are 0.
+const LOWEST_BITS: u64 = 0.5_f64.to_bits() >> (f64::MANTISSA_DIGITS - 1 - FRACTION_BITS);
+
 /// Number of cells whose highest numbers are kept.
 const KEPT: usize = 16;
 
@@ -67,10 +70,10 @@ impl WindowStatistics {
 }
 
 /// Frequencies of positive numbers in bins of an eighth of an octave, and the highest peaks. At
-/// most 2.4 KiB for numbers below 2^75; half a KiB for those of most records.
+/// most 2.4 KiB for numbers below 2^75.
 #[derive(Clone, Debug)]
 pub(crate) struct Magnitudes {
-    first: u16,
+    /// From the lowest bin on.
     frequencies: Vec<u32>,
     pub(crate) total: u32,
     /// The cell of the last window.
@@ -99,13 +102,18 @@ pub(crate) struct PeakWindows {
 
 impl Magnitudes {
     pub(crate) const fn new() -> Self {
-        Self { first: 0, frequencies: Vec::new(), total: 0, last: None, highest: Vec::new(), least: 0.0 }
+        Self { frequencies: Vec::new(), total: 0, last: None, highest: Vec::new(), least: 0.0 }
     }
 
     /// Adds the number of one window: not negative, and finite. `peak`, at most as high, is its
     /// number among the highest.
     pub(crate) fn push(&mut self, window: u64, number: f64, peak: impl FnOnce() -> f64) {
-        self.count(bin_of(number), 1);
+        let bin = bin_of(number);
+        if self.frequencies.len() <= bin {
+            self.frequencies.resize(bin + 1, 0);
+        }
+        self.frequencies[bin] = self.frequencies[bin].saturating_add(1);
+        self.total = self.total.saturating_add(1);
         // A number below half of the lowest is not part of a higher one.
         if number >= self.least / 2.0 {
             let number = window / CELL;
@@ -123,21 +131,15 @@ impl Magnitudes {
     fn begin_cell(&mut self, number: u64) {
         let ended = self.last.replace(Cell { number, highest: 0.0, peaks: [0.0; CELL as usize] });
         if let Some(stretch) = ended.filter(|ended| ended.highest >= self.least).and_then(|ended| ended.stretch()) {
-            self.keep(stretch);
-        }
-    }
-
-    fn keep(&mut self, stretch: PeakWindows) {
-        keep(&mut self.highest, stretch);
-        if self.highest.len() == KEPT {
-            self.least = self.highest[0].peak;
+            keep(&mut self.highest, stretch);
+            self.least = if self.highest.len() == KEPT { self.highest[0].peak } else { 0.0 };
         }
     }
 
     /// The number that a fraction `p` of all does not exceed; `None` without numbers.
     pub(crate) fn quantile(&self, p: f64) -> Option<f64> {
         let mut missing = p * f64::from(self.total);
-        for (bin, &frequency) in (self.first..).zip(&self.frequencies) {
+        for (bin, &frequency) in self.frequencies.iter().enumerate() {
             let frequency = f64::from(frequency);
             if frequency > 0.0 && missing <= frequency {
                 let (lower, upper) = (lowest_of(bin), lowest_of(bin + 1));
@@ -153,23 +155,6 @@ impl Magnitudes {
         let mut highest = self.highest.clone();
         self.last.iter().filter_map(Cell::stretch).for_each(|stretch| keep(&mut highest, stretch));
         highest
-    }
-
-    fn count(&mut self, bin: u16, windows: u32) {
-        if self.frequencies.is_empty() {
-            self.first = bin;
-        }
-        if bin < self.first {
-            let lower = usize::from(self.first - bin);
-            self.frequencies.splice(..0, std::iter::repeat_n(0, lower));
-            self.first = bin;
-        }
-        let place = usize::from(bin - self.first);
-        if self.frequencies.len() <= place {
-            self.frequencies.resize(place + 1, 0);
-        }
-        self.frequencies[place] = self.frequencies[place].saturating_add(windows);
-        self.total = self.total.saturating_add(windows);
     }
 }
 
@@ -200,16 +185,15 @@ impl Cell {
     }
 }
 
-/// Numbers below 1 share the lowest bin: they come from integers, so they are 0.
-fn bin_of(number: f64) -> u16 {
-    let bits = number.max(0.5).to_bits() >> (f64::MANTISSA_DIGITS - 1 - FRACTION_BITS);
-    bits as u16
+fn bin_of(number: f64) -> usize {
+    ((number.max(0.5).to_bits() >> (f64::MANTISSA_DIGITS - 1 - FRACTION_BITS)) - LOWEST_BITS) as usize
 }
 
-fn lowest_of(bin: u16) -> f64 {
-    let lowest = f64::from_bits(u64::from(bin) << (f64::MANTISSA_DIGITS - 1 - FRACTION_BITS));
+fn lowest_of(bin: usize) -> f64 {
+    let lowest = f64::from_bits((bin as u64 + LOWEST_BITS) << (f64::MANTISSA_DIGITS - 1 - FRACTION_BITS));
     if lowest < 1.0 { 0.0 } else { lowest }
 }
+
 #[cfg(test)]
 mod tests {
     use proptest::{collection::vec, prelude::*};
@@ -256,10 +240,5 @@ mod tests {
         let magnitudes = of(&numbers);
         let highest = magnitudes.highest().pop().unwrap();
         assert_eq!(highest, PeakWindows { first_window: 43, last_window: 44, peak: 20.0 });
-    }
-
-    #[test]
-    fn without_numbers_there_is_no_quantile() {
-        assert_eq!(Magnitudes::new().quantile(0.5), None);
     }
 }

@@ -1,8 +1,7 @@
 //! The effect of missing samples on the variance of noise in windows that lack some.
 
 use imu_noise::{
-    ChannelAccumulator, ChannelCurve, Deviation, Estimator, NoiseModel, Octave, OctaveSum, Octaves, PowerLaw,
-    RecordShape, Term, Terms,
+    ChannelCurve, Deviation, Estimator, NoiseModel, Octave, OctaveSum, Octaves, PowerLaw, RecordShape, Term, Terms,
 };
 
 use crate::synthetic::Synthesis;
@@ -27,20 +26,20 @@ fn arrived(samples: usize, share: f64, run: f64, state: &mut u64) -> Vec<bool> {
     arrived.collect()
 }
 
+/// Of the values in counts of a thousandth.
 fn sums(values: &[f64], arrived: &[bool]) -> Vec<OctaveSum> {
     let mut octaves = Octaves::new(Estimator::Strided, Deviation::Allan);
-    feed(values, arrived, |step| match step {
-        Ok(count) => octaves.push(&[count]),
-        Err(missing) => octaves.gap(Some(missing)),
-    });
-    octaves.sums().collect()
-}
-
-/// Counts of a thousandth, or the number of missing samples.
-fn feed(values: &[f64], arrived: &[bool], mut take: impl FnMut(Result<i32, u64>)) {
-    for (value, arrived) in values.iter().zip(arrived) {
-        take(if *arrived { Ok((value * 1000.0).round() as i32) } else { Err(1) });
+    let mut rest = values;
+    for run in arrived.chunk_by(|a, b| a == b) {
+        let (now, later) = rest.split_at(run.len());
+        if run[0] {
+            octaves.push(&now.iter().map(|value| (value * 1000.0).round() as i32).collect::<Vec<_>>());
+        } else {
+            octaves.gap(Some(run.len() as u64));
+        }
+        rest = later;
     }
+    octaves.sums().collect()
 }
 
 fn mean_and_variance(values: &[f64]) -> (f64, f64) {
@@ -113,7 +112,7 @@ fn a_random_walk_agrees_with_its_distances_within_the_stated_bounds() {
     {
         let arrived = arrived(1 << 16, lost, run, &mut state);
         for m in [4, 16, 64] {
-            let windows: Vec<_> = arrived.windows(2 * m).step_by(5).filter_map(of_walk).collect();
+            let windows: Vec<_> = arrived.windows(2 * m).step_by(5 + m / 4).filter_map(of_walk).collect();
             let mean = |of: fn(&(f64, f64)) -> f64| windows.iter().map(of).sum::<f64>() / windows.len() as f64;
             let share_present = mean(|window| window.0);
             let octave = Octave { m: m as u64, terms: windows.len() as u64, share_present };
@@ -133,12 +132,7 @@ fn records_that_lack_three_of_ten_samples_are_fitted_all_the_same() {
     for _ in 0..RECORDS {
         let (white, _, walk) = synthesis.next_record();
         let values: Vec<f64> = white.iter().zip(&walk).map(|(white, walk)| white + 0.02 * walk).collect();
-        let mut channel = ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
-        feed(&values, &arrived(SAMPLES, 0.3, 1.0 / 0.7, &mut state), |step| match step {
-            Ok(count) => channel.push(&[count]),
-            Err(missing) => channel.gap(Some(missing)),
-        });
-        let sums: Vec<_> = channel.octaves().sums().collect();
+        let sums = sums(&values, &arrived(SAMPLES, 0.3, 1.0 / 0.7, &mut state));
         let octaves: Vec<_> = sums.iter().map(OctaveSum::octave).collect();
         let variances: Vec<_> = sums.iter().map(|sum| sum.variance_counts2().unwrap() / 1e6).collect();
         let shape = RecordShape {

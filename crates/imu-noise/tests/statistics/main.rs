@@ -1,7 +1,6 @@
 //! Accumulators and inference against definitions, published tables and records of known noise.
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a test fails by panicking, and says when it skips")]
 
-mod channel;
 #[path = "../synthetic/disturbed.rs"]
 mod disturbed;
 mod gaps;

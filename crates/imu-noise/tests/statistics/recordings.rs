@@ -6,8 +6,8 @@
 use std::{env, fs, path::Path};
 
 use imu_noise::{
-    ChannelAccumulator, ChannelCurve, ChannelSignal, Deviation, Estimator, FitQuality, LevelSearch, NoiseModel,
-    RecordShape, SpectrumPlan, Status, Term, Terms, counts_to_unit,
+    ChannelCurve, ChannelSignal, Deviation, Estimator, FitQuality, LevelSearch, NoiseModel, Octaves, RecordShape,
+    SpectrumPlan, Status, Term, Terms, counts_to_unit,
 };
 
 #[test]
@@ -17,17 +17,17 @@ fn white_noise_is_measured_with_a_vibration_line() {
     for (field, decimals, white) in [(11, 6, 1.21e-4), (8, 3, 2.0e-3)] {
         let counts = counts(&text, field);
         assert!(counts.len() > 13_000, "{} samples", counts.len());
-        let mut channel = ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
-        channel.push(&counts);
+        let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
+        sums.push(&counts);
         let shape = RecordShape {
             samples: counts.len() as u64,
             interval_s: 0.025,
             estimator: Estimator::Strided,
             deviation: Deviation::Allan,
         };
-        let octaves: Vec<_> = channel.octaves().sums().map(|sum| sum.octave()).collect();
+        let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
         let variances: Vec<_> =
-            channel.octaves().sums().map(|sum| counts_to_unit(sum.variance_counts2().unwrap(), 2 * decimals)).collect();
+            sums.sums().map(|sum| counts_to_unit(sum.variance_counts2().unwrap(), 2 * decimals)).collect();
         let signal = signal(&counts);
         let bands = signal.narrow_bands(counts_to_unit(1.0, decimals));
         let signal_and_unit = Some((&signal, counts_to_unit(1.0, decimals)));

@@ -102,26 +102,6 @@ proptest! {
 }
 
 #[test]
-fn a_block_of_one_sample_has_no_deviation() {
-    let mut signal = ChannelSignal::new(&SpectrumPlan::new());
-    assert_eq!(signal.blocks(), []);
-    signal.push(&[7]);
-    let blocks = signal.blocks();
-    assert_eq!((blocks.len(), blocks[0].count, blocks[0].std_counts), (1, 1, None));
-    signal.push(&[7]);
-    assert_eq!(signal.blocks()[0].std_counts, Some(0.0));
-}
-
-#[test]
-fn blocks_double_as_the_record_grows() {
-    let mut signal = ChannelSignal::new(&SpectrumPlan::new());
-    signal.push(&vec![0; 32 * MAX_BLOCKS]);
-    assert_eq!((signal.blocks().len(), signal.blocks()[1].length), (MAX_BLOCKS, 32));
-    signal.push(&[0]);
-    assert_eq!((signal.blocks().len(), signal.blocks()[1].length), (MAX_BLOCKS / 2 + 1, 64));
-}
-
-#[test]
 fn an_empty_record_has_no_findings() {
     let signal = ChannelSignal::new(&SpectrumPlan::new());
     assert!(signal.disturbances(0.025).is_empty());

@@ -56,8 +56,10 @@ fn segments_are_spaced_by_the_samples_or_by_all_places() {
         signal.push(&white(8192));
         signal.spectrum().density(Sides::One, INTERVAL_S, 0).unwrap().segments
     };
-    let empty = ChannelSignal::new(&SpectrumPlan::new());
-    assert_eq!((segments(empty.clone()), segments(empty.counting_missing())), (31, 8));
+    let by_samples = ChannelSignal::new(&SpectrumPlan::new());
+    let mut by_places = by_samples.clone();
+    by_places.count_missing();
+    assert_eq!((segments(by_samples), segments(by_places)), (31, 8));
 }
 
 #[test]

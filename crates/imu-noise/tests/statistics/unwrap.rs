@@ -24,13 +24,6 @@ fn wrapped(angle: i64) -> i32 {
 }
 
 #[test]
-fn the_first_sample_is_brought_to_the_principal_branch() {
-    for (count, expected) in [(180_000, 180_000), (-180_000, 180_000), (180_001, -179_999), (540_000, 180_000)] {
-        assert_eq!(pieces(&mut Unwrap::new(TURN), &[count]), [[expected]]);
-    }
-}
-
-#[test]
 fn steps_take_the_short_way_and_half_a_turn_is_positive() {
     assert_eq!(pieces(&mut Unwrap::new(TURN), &[0, 180_000, 0, -180_000]), [[0, 180_000, 360_000, 540_000]]);
     // Half an odd turn is no whole count.

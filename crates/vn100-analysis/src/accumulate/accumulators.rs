@@ -2,8 +2,8 @@
 
 use std::{borrow::Cow, mem, sync::Arc};
 
-use imu_noise::{OctaveSum, RecordShape, SpectrumPlan, Stretch, WindowPlans};
-use vn100_protocol::{Layout, stream::AbsentCell};
+use imu_noise::{Estimator, OctaveSum, RecordShape, SpectrumPlan, Stretch, WindowPlans};
+use vn100_protocol::{Channel, Layout, stream::AbsentCell};
 
 use super::{
     channel_state::ChannelState,
@@ -16,9 +16,7 @@ use super::{
     row_slice::RowSlice,
     temperature_record::TemperatureRecord,
 };
-use crate::{
-    averaging_times::AveragingTimes, settings::Settings, snapshot::ChannelSnapshot, warning::checks::StreamFindings,
-};
+use crate::{settings::Settings, snapshot::ChannelSnapshot, warning::checks::StreamFindings};
 
 /// Rows of this many channels never repeat while a sensor works; rows of a few coarse channels do
 /// by chance.
@@ -35,55 +33,44 @@ pub(crate) struct Accumulators {
     pub(super) temperature: Option<TemperatureRecord>,
     /// Absolute index after the last row; 0 before the first row.
     end: u64,
-    /// Whether any row is in the sums.
-    has_sums: bool,
     /// The recent samples; `None` where the settings do not ask for them.
     pub(super) recent: Option<Recent>,
-    /// Samples of one channel; kept to reuse the memory.
-    column: Vec<i32>,
+    keeps_recent: bool,
     repeats: Repeats,
     pub(super) fingerprint: Fingerprint,
     pub(super) printed: Printed,
     /// Every result is read from [`settled`](Self::settled) sums.
-    buffered: BufferedRows,
-    /// Whether rows are buffered; not where the whole record is kept, which each reading would
-    /// copy.
+    waiting: WaitingRows,
+    /// Whether rows wait; not where the whole record is kept, which each reading would copy.
     holds_rows: bool,
+    /// Whether any row is in the sums.
+    has_sums: bool,
 }
 
 /// Rows that are not in the sums yet: adding one row or one gap alone costs as much as adding many.
 #[derive(Debug, Clone, Default)]
-struct BufferedRows {
+struct WaitingRows {
     counts: Vec<i32>,
     absent: Vec<AbsentCell>,
     /// The places of the rows, and of missing rows between them.
     stretch: Stretch,
-    /// Of the first place.
-    place: RowPlace,
-}
-
-/// Index of the first row, and how rows are kept for a screen.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct RowPlace {
+    /// Absolute index of the first place.
     first_index: u64,
     rate_hz: f64,
-    keep_recent: bool,
 }
 
 /// A longer gap is added alone.
-const LONGEST_BUFFERED_GAP: u64 = Stretch::MOST as u64;
+const LONGEST_WAITING_GAP: u64 = Stretch::MOST as u64;
 
-const EACH_PLACE: [(); Stretch::MOST] = [(); _];
-
-impl BufferedRows {
+impl WaitingRows {
     /// The number of rows that have room.
     const fn room(&self) -> usize {
         Stretch::MOST - self.stretch.places()
     }
 
-    /// The place after the last one.
-    const fn end(&self) -> RowPlace {
-        RowPlace { first_index: self.place.first_index + self.stretch.places() as u64, ..self.place }
+    /// Absolute index after the last place.
+    const fn end(&self) -> u64 {
+        self.first_index + self.stretch.places() as u64
     }
 
     /// Adds rows that have room.
@@ -96,7 +83,7 @@ impl BufferedRows {
 
     /// Removes the rows.
     fn clear(&mut self) {
-        self.place = self.end();
+        self.first_index = self.end();
         self.stretch = Stretch::EMPTY;
         self.counts.clear();
         self.absent.clear();
@@ -108,15 +95,20 @@ impl Accumulators {
     pub(crate) fn begin(&mut self, layout: Arc<Layout>, settings: &Settings) {
         let plan = SpectrumPlan::new();
         let new = |channel| ChannelState::new(channel, settings, &plan);
-        self.channels = layout.channels.iter().map(new).collect();
-        self.magnitudes = Magnitude::all(&layout);
-        self.temperature = TemperatureRecord::of_stream(&layout);
-        self.quaternion = QuaternionSign::of(&layout);
-        (self.repeats, self.fingerprint) = (Repeats::default(), Fingerprint::default());
-        self.has_sums = false;
-        self.buffered = BufferedRows::default();
-        self.holds_rows = settings.averaging_times == AveragingTimes::Octave;
-        self.layout = Some(layout);
+        *self = Self {
+            channels: layout.channels.iter().map(new).collect(),
+            magnitudes: Magnitude::all(&layout),
+            temperature: TemperatureRecord::of_stream(&layout),
+            quaternion: QuaternionSign::of(&layout),
+            keeps_recent: settings.recent,
+            holds_rows: settings.estimator != Estimator::Full,
+            layout: Some(layout),
+            // what is shown and printed goes on, whatever is measured
+            recent: self.recent.take(),
+            printed: mem::take(&mut self.printed),
+            end: self.end,
+            ..Self::default()
+        };
     }
 
     /// Counts per row; 0 without a layout, in which case there are no rows.
@@ -125,112 +117,91 @@ impl Accumulators {
     }
 
     /// Adds rows without a gap between them; the first has this absolute index.
-    pub(crate) fn push(&mut self, rows: RowSlice<'_>, first_index: u64, rate_hz: f64, keep_recent: bool) {
-        let place = RowPlace { first_index, rate_hz, keep_recent };
+    pub(crate) fn push(&mut self, rows: RowSlice<'_>, first_index: u64, rate_hz: f64) {
         self.end = first_index + rows.len() as u64;
-        if self.buffered.end() != place {
+        if (self.waiting.end(), self.waiting.rate_hz) != (first_index, rate_hz) {
             self.settle();
-            self.buffered.place = place;
+            (self.waiting.first_index, self.waiting.rate_hz) = (first_index, rate_hz);
         }
         let mut from = 0;
         while from < rows.len() {
-            let next = rows.at(from..rows.len().min(from + self.buffered.room()));
-            from += next.len();
-            if next.len() == Stretch::MOST {
-                self.add(next, &Stretch::full(next.len()), self.buffered.place);
-                self.buffered.place.first_index += next.len() as u64;
-            } else {
-                self.buffered.push(next);
-                if self.buffered.room() == 0 {
-                    self.settle();
-                }
-            }
+            let to = rows.len().min(from + self.waiting.room());
+            self.waiting.push(rows.at(from..to));
+            self.settle_if(self.waiting.room() == 0);
+            from = to;
         }
-        if !self.holds_rows {
+        self.settle_if(!self.holds_rows);
+    }
+
+    fn settle_if(&mut self, is_time: bool) {
+        if is_time {
             self.settle();
         }
     }
 
-    /// Adds the buffered rows to the sums.
+    /// Adds the waiting rows to the sums.
     fn settle(&mut self) {
-        let mut buffered = mem::take(&mut self.buffered);
-        if buffered.stretch != Stretch::EMPTY {
-            self.add(
-                RowSlice::new(&buffered.counts, self.width(), &buffered.absent),
-                &buffered.stretch,
-                buffered.place,
-            );
-            buffered.clear();
+        let mut waiting = mem::take(&mut self.waiting);
+        if waiting.stretch != Stretch::EMPTY {
+            self.add(&waiting);
+            waiting.clear();
         }
-        self.buffered = buffered;
+        self.waiting = waiting;
     }
 
-    /// The sums, with the buffered rows added.
+    /// The sums, with the waiting rows added.
     pub(crate) fn settled(&self) -> Cow<'_, Self> {
-        if self.buffered.stretch == Stretch::EMPTY {
-            return Cow::Borrowed(self);
+        let mut settled = Cow::Borrowed(self);
+        if self.waiting.stretch != Stretch::EMPTY {
+            settled.to_mut().settle();
         }
-        let mut settled = self.clone();
-        settled.settle();
-        Cow::Owned(settled)
+        settled
     }
 
-    /// Adds the rows of a stretch; `place` is that of its first place.
-    fn add(&mut self, rows: RowSlice<'_>, stretch: &Stretch, place: RowPlace) {
-        let RowPlace { first_index, rate_hz, keep_recent } = place;
-        if !mem::replace(&mut self.has_sums, true) {
-            self.set_strides(rate_hz);
-        }
+    fn add(&mut self, waiting: &WaitingRows) {
+        let WaitingRows { counts, absent, stretch, first_index, rate_hz } = waiting;
         let width = self.width();
-        for row in rows.counts.chunks_exact(width) {
+        if !mem::replace(&mut self.has_sums, true) {
+            self.set_strides(*rate_hz);
+        }
+        for row in counts.chunks_exact(width) {
             let hash = repeats::hash(row);
             self.fingerprint.push(hash);
             if width >= MIN_CHANNELS_OF_REPEATS {
                 self.repeats.push(hash);
             }
         }
-        let absent = self.without_broken_quaternions(&rows);
-        let counts = match &mut self.quaternion {
-            Some(quaternion) => {
-                let lacking: Vec<_> = absent
-                    .iter()
-                    .filter(|cell| cell.channel == quaternion.elements().start)
-                    .map(|cell| cell.row)
-                    .collect();
-                quaternion.continued(rows.counts, width, &lacking)
-            }
-            None => rows.counts,
-        };
+        if self.keeps_recent && self.recent.as_ref().is_none_or(|recent| !recent.is_at(*rate_hz)) {
+            self.recent = Some(Recent::new(width, *rate_hz));
+        }
+        let Self { channels, magnitudes, quaternion, temperature, recent, .. } = self;
+        let (mut absent, mut counts) = (Cow::Borrowed(absent.as_slice()), counts.as_slice());
+        if let Some(quaternion) = quaternion {
+            quaternion.complete_absent(&mut absent);
+            counts = quaternion.continued(counts, width, &absent);
+        }
         let rows = RowSlice::new(counts, width, &absent);
-        if keep_recent && self.recent.as_ref().is_none_or(|recent| !recent.is_at(rate_hz)) {
-            self.recent = Some(Recent::new(width, rate_hz));
-        }
-        if let Some(temperature) = &mut self.temperature {
-            let runs = stretch.indexed_runs(first_index, &EACH_PLACE);
-            runs.for_each(|(first, run)| temperature.push_samples(first, run.len()));
-        }
-        let Self { channels, temperature, recent, column, .. } = self;
-        let mut plans = WindowPlans::new();
+        let (mut plans, mut column) = (WindowPlans::new(), Vec::with_capacity(rows.len()));
         for (index, channel) in channels.iter_mut().enumerate() {
             column.clear();
             column.extend(counts.get(index..).unwrap_or_default().iter().step_by(width));
             let lacking: Vec<usize> = rows.lacking(index).collect();
             let own = stretch.without(&lacking);
-            remove_at(column, &lacking);
-            if let Some(temperature) = temperature {
-                own.indexed_runs(first_index, column).for_each(|(first, run)| temperature.push(index, first, run));
-                let absent = lacking.iter().filter_map(|row| stretch.place_of(*row));
-                absent.for_each(|place| temperature.push_absent(index, first_index + place as u64));
+            if !lacking.is_empty() {
+                let mut row = 0;
+                column.retain(|_| {
+                    row += 1;
+                    lacking.binary_search(&(row - 1)).is_err()
+                });
             }
-            channel.push(column, &own, &mut plans);
-            if let Some(recent) = recent {
-                own.indexed_runs(first_index, column).for_each(|(first, run)| recent.push(index, first, run));
+            channel.push(&mut column, &own, &mut plans);
+            for (first, run) in own.indexed_runs(*first_index, &column) {
+                temperature.iter_mut().for_each(|temperature| temperature.push(index, first, run));
+                recent.iter_mut().for_each(|recent| recent.push(index, first, run));
             }
         }
-        for magnitude in &mut self.magnitudes {
-            for run in rows.with(magnitude.axes()) {
-                magnitude.push(run, width, column);
-            }
+        for magnitude in magnitudes {
+            rows.with(magnitude.axes()).for_each(|run| magnitude.push(run, width, &mut column));
         }
     }
 
@@ -243,33 +214,14 @@ impl Accumulators {
         }
     }
 
-    /// The absent cells of these rows, by place; where an element of a quaternion is absent, all of
-    /// its elements count as absent.
-    fn without_broken_quaternions(&self, rows: &RowSlice<'_>) -> Vec<AbsentCell> {
-        if rows.is_full() {
-            return Vec::new();
-        }
-        let elements = self.quaternion.as_ref().map_or(0..0, QuaternionSign::elements);
-        let mut absent = rows.absent();
-        let broken = absent.clone();
-        for cell in broken.iter().filter(|cell| elements.contains(&cell.channel)) {
-            absent.extend(elements.clone().map(|channel| AbsentCell { row: cell.row, channel }));
-        }
-        absent.sort_by_key(|cell| (cell.row, cell.channel));
-        absent.dedup();
-        absent
-    }
-
     /// Samples are missing at this place; `None` for an unknown number.
     pub(crate) fn gap(&mut self, missing: Option<u64>) {
         match missing {
-            Some(missing @ 1..=LONGEST_BUFFERED_GAP) if self.holds_rows => {
+            Some(missing @ 1..=LONGEST_WAITING_GAP) if self.holds_rows => {
                 let mut missing = missing as usize;
                 while missing > 0 {
-                    missing -= self.buffered.stretch.push(missing, false);
-                    if self.buffered.room() == 0 {
-                        self.settle();
-                    }
+                    missing -= self.waiting.stretch.push(missing, false);
+                    self.settle_if(self.waiting.room() == 0);
                 }
             }
             _ => {
@@ -324,25 +276,16 @@ impl Accumulators {
         }
     }
 
-    fn states(&self) -> impl Iterator<Item = (&ChannelState, &vn100_protocol::Channel)> {
+    fn states(&self) -> impl Iterator<Item = (&ChannelState, &Channel)> {
         self.channels.iter().zip(self.layout.iter().flat_map(|layout| layout.channels.iter()))
     }
-}
-
-/// Removes the values at these places, which are in rising order.
-fn remove_at(values: &mut Vec<i32>, places: &[usize]) {
-    let mut place = 0;
-    values.retain(|_| {
-        place += 1;
-        places.binary_search(&(place - 1)).is_err()
-    });
 }
 
 #[cfg(test)]
 mod tests {
     use imu_noise::{Deviation, Estimator};
     use proptest::{collection::vec, prelude::*};
-    use vn100_protocol::{Channel, PrintFormat, VNIMU, VNYMR};
+    use vn100_protocol::{Channel, VNIMU, VNYMR};
 
     use super::*;
 
@@ -358,59 +301,11 @@ mod tests {
         RecordShape { samples: 8, interval_s: 0.025, estimator: Estimator::Strided, deviation: Deviation::Allan }
     }
 
-    fn octaves(accumulators: &Accumulators) -> Vec<u64> {
-        accumulators.settled().snapshot(&shape()).iter().map(|channel| channel.octaves[0].terms).collect()
-    }
-
-    #[test]
-    fn columns_become_channels() {
-        assert_eq!(Accumulators::default().width(), 0);
-        let mut accumulators = of(3);
-        accumulators.push(RowSlice::new(&[1, 20, 300, 3, 40, 500], accumulators.width(), &[]), 0, 40.0, false);
-        assert_eq!(accumulators.width(), 3);
-        let channels = accumulators.settled().snapshot(&shape());
-        let means: Vec<_> = channels.iter().map(|channel| channel.moments.mean_counts()).collect();
-        assert_eq!(means, [Some(2.0), Some(30.0), Some(400.0)]);
-        assert!(accumulators.settled().recent(40.0).is_none(), "not asked for");
-    }
-
-    #[test]
-    fn rows_that_come_one_by_one_are_as_those_that_come_together() {
-        let counts: Vec<i32> = (0..500).map(|i: i32| i.wrapping_mul(7919) % 1000).collect();
-        let (mut together, mut alone) = (of(2), of(2));
-        together.push(RowSlice::new(&counts, together.width(), &[]), 0, 40.0, true);
-        for (row, index) in counts.chunks_exact(2).zip(0..) {
-            alone.push(RowSlice::new(row, alone.width(), &[]), index, 40.0, true);
-            let so_far = alone.settled().snapshot(&shape());
-            assert_eq!(so_far[0].moments.count(), index + 1);
-        }
-        let (one, other) = (together.settled(), alone.settled());
-        assert_eq!(format!("{:?}", one.snapshot(&shape())), format!("{:?}", other.snapshot(&shape())));
-        assert_eq!((&one.fingerprint, one.recent(40.0)), (&other.fingerprint, other.recent(40.0)));
-        // another place or another rate is no continuation
-        alone.push(RowSlice::new(&[1, 2], alone.width(), &[]), 300, 40.0, true);
-        alone.push(RowSlice::new(&[1, 2], alone.width(), &[]), 301, 20.0, true);
-        assert!(alone.settled().recent(40.0).is_none() && alone.settled().recent(20.0).is_some());
-    }
-
-    #[test]
-    fn no_window_spans_a_gap() {
-        let mut accumulators = of(2);
-        accumulators.push(RowSlice::new(&[1; 8], accumulators.width(), &[]), 0, 40.0, false);
-        assert_eq!(octaves(&accumulators), [3, 3]);
-        accumulators.gap(Some(5));
-        accumulators.push(RowSlice::new(&[1; 8], accumulators.width(), &[]), 9, 40.0, false);
-        assert_eq!(octaves(&accumulators), [6, 6]);
-        accumulators.gap(None);
-        accumulators.push(RowSlice::new(&[1; 8], accumulators.width(), &[]), 13, 40.0, false);
-        assert_eq!(octaves(&accumulators), [9, 9]);
-    }
-
     #[test]
     fn repeated_rows_count_from_nine_channels_on() {
         for (channels, expected) in [(8, 0), (9, 1), (12, 1)] {
             let mut accumulators = of(channels);
-            accumulators.push(RowSlice::new(&vec![7; 2 * channels], accumulators.width(), &[]), 0, 40.0, false);
+            accumulators.push(RowSlice::new(&vec![7; 2 * channels], accumulators.width(), &[]), 0, 40.0);
             assert_eq!(accumulators.settled().findings().repeated_lines, expected, "{channels}");
         }
     }
@@ -418,41 +313,19 @@ mod tests {
     #[test]
     fn the_last_minutes_are_those_at_the_present_rate() {
         let mut accumulators = of(2);
-        accumulators.push(RowSlice::new(&[1; 8], accumulators.width(), &[]), 0, 40.0, true);
-        accumulators.push(RowSlice::new(&[1; 8], accumulators.width(), &[]), 4, 40.0, true);
+        accumulators.keeps_recent = true;
+        accumulators.push(RowSlice::new(&[1; 8], accumulators.width(), &[]), 0, 40.0);
+        accumulators.push(RowSlice::new(&[1; 8], accumulators.width(), &[]), 4, 40.0);
         let count = |accumulators: &Accumulators, rate_hz| {
             let slots = accumulators.settled().recent(rate_hz)?.slots(1).flatten().map(|slot| slot.count).sum::<u32>();
             Some(slots)
         };
         assert_eq!((count(&accumulators, 40.0), count(&accumulators, 20.0)), (Some(8), None));
-        accumulators.push(RowSlice::new(&[1; 4], accumulators.width(), &[]), 8, 20.0, true);
+        accumulators.push(RowSlice::new(&[1; 4], accumulators.width(), &[]), 8, 20.0);
         assert_eq!((count(&accumulators, 40.0), count(&accumulators, 20.0)), (None, Some(2)));
         accumulators.settle();
         accumulators.recent = None;
         assert_eq!(count(&accumulators, 20.0), None);
-    }
-
-    #[test]
-    fn the_coarsest_print_format_is_that_of_the_channels() {
-        let mut accumulators = of(12);
-        let formats = [PrintFormat::Current, PrintFormat::Old, PrintFormat::Current];
-        assert_eq!(formats.map(|format| accumulators.printed.push(format)), [false, true, true]);
-        assert_eq!(accumulators.settled().findings().print_changes, 2);
-        assert_eq!(accumulators.settled().snapshot(&shape())[0].printed_step_counts, 10.0);
-    }
-
-    #[test]
-    fn a_channel_that_started_anew_is_named() {
-        let mut accumulators = of(4);
-        let turning = (0..18_000).flat_map(|row| [[0, 120_000, -120_000][row % 3], 0, 0, 0]);
-        accumulators.push(RowSlice::new(&turning.collect::<Vec<_>>(), accumulators.width(), &[]), 0, 40.0, false);
-        assert_eq!(accumulators.settled().findings().restarted, ["yaw"]);
-        let layout = accumulators.layout.clone().into_iter();
-        layout.for_each(|layout| accumulators.begin(layout, &Settings::default()));
-        assert_eq!(
-            (accumulators.settled().findings().restarted.len(), accumulators.settled().findings().repeated_lines),
-            (0, 0)
-        );
     }
 
     /// What comes: rows with their absent cells, or a gap.
@@ -485,7 +358,7 @@ mod tests {
             let layout = Arc::new(Layout { channels: channels.into(), ..VNIMU.clone() });
             let [mut waiting, mut at_once] = [true, false].map(|holds_rows| {
                 let mut accumulators = Accumulators::default();
-                accumulators.begin(Arc::clone(&layout), &Settings::default());
+                accumulators.begin(Arc::clone(&layout), &Settings { recent: true, ..Settings::default() });
                 accumulators.holds_rows = holds_rows;
                 accumulators
             });
@@ -504,7 +377,7 @@ mod tests {
                         };
                         let absent: Vec<_> = rows.iter().enumerate().filter_map(cell).collect();
                         for accumulators in [&mut waiting, &mut at_once] {
-                            accumulators.push(RowSlice::new(&counts, width, &absent), index, 800.0, true);
+                            accumulators.push(RowSlice::new(&counts, width, &absent), index, 800.0);
                         }
                         index += rows.len() as u64;
                     }
@@ -549,14 +422,14 @@ mod tests {
         let counts = packet_rows(401);
         let mut accumulators = of_packets();
         for (rows, index) in counts.chunks(2 * 37).zip((0..).step_by(37)) {
-            accumulators.push(RowSlice::new(rows, 2, &[]), index, 800.0, false);
+            accumulators.push(RowSlice::new(rows, 2, &[]), index, 800.0);
         }
         let channels = accumulators.settled().snapshot(&shape());
         let counted: Vec<_> = channels.iter().map(|channel| (channel.stride, channel.moments.count())).collect();
         assert_eq!(counted, [(4, 101), (1, 401)]);
         let mut alone = of(1);
         let every_fourth: Vec<i32> = counts.iter().copied().step_by(8).collect();
-        alone.push(RowSlice::new(&every_fourth, 1, &[]), 0, 200.0, false);
+        alone.push(RowSlice::new(&every_fourth, 1, &[]), 0, 200.0);
         let expected = &alone.settled().snapshot(&shape())[0];
         assert_eq!(channels[0].octaves, expected.octaves, "the numbers of a record at a quarter of the rate");
     }
@@ -564,20 +437,20 @@ mod tests {
     #[test]
     fn a_gap_takes_from_a_slower_channel_only_the_samples_in_it() {
         let mut accumulators = of_packets();
-        accumulators.push(RowSlice::new(&packet_rows(10), 2, &[]), 0, 800.0, false);
+        accumulators.push(RowSlice::new(&packet_rows(10), 2, &[]), 0, 800.0);
         // rows 10 and 11 hold no sample of every fourth, rows 12 to 20 three
         accumulators.gap(Some(2));
-        accumulators.push(RowSlice::new(&packet_rows(1), 2, &[]), 12, 800.0, false);
+        accumulators.push(RowSlice::new(&packet_rows(1), 2, &[]), 12, 800.0);
         let terms = |accumulators: &Accumulators| {
             let channels = accumulators.settled().snapshot(&shape());
             channels.iter().map(|channel| channel.octaves[0].terms).collect::<Vec<_>>()
         };
         assert_eq!(terms(&accumulators), [3, 9]);
         accumulators.gap(Some(8));
-        accumulators.push(RowSlice::new(&packet_rows(9), 2, &[]), 21, 800.0, false);
+        accumulators.push(RowSlice::new(&packet_rows(9), 2, &[]), 21, 800.0);
         assert_eq!(terms(&accumulators), [4, 17]);
         accumulators.gap(None);
-        accumulators.push(RowSlice::new(&packet_rows(8), 2, &[]), 30, 800.0, false);
+        accumulators.push(RowSlice::new(&packet_rows(8), 2, &[]), 30, 800.0);
         assert_eq!(terms(&accumulators), [5, 24]);
     }
 }

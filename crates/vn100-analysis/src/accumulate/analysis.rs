@@ -9,10 +9,7 @@ use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Layout, RegisterContents};
 
 use super::{
-    data_record::DataRecord,
-    pending_rows::PendingRows,
-    rate_authority::{Rate, RateEffect},
-    row_order::RowOrder,
+    data_record::DataRecord, pending_rows::PendingRows, rate_authority::RateEffect, row_order::RowOrder,
     row_slice::RowSlice,
 };
 use crate::{
@@ -35,16 +32,10 @@ pub struct Analysis {
     port_shared_with: Option<String>,
     /// Whether the link was lost and no row has arrived since.
     is_interrupted: bool,
-    finishing: Option<Finishing>,
+    /// Once the stream has ended, while pending rows are still to be taken: whether they were too few
+    /// for a certain rate.
+    finishing: Option<bool>,
     last_row_ns: Option<i64>,
-}
-
-/// The state after the end of the stream, while pending rows are still to be taken.
-#[derive(Debug, Clone, Copy)]
-struct Finishing {
-    /// The number of rows that were pending without a certain rate; `None` where none were.
-    few: Option<u64>,
-    rate_before: Rate,
 }
 
 /// Marks that are kept; further ones are not.
@@ -78,7 +69,7 @@ impl Analysis {
     /// Takes the batch of one read. Rows whose place is not decided yet are kept pending.
     pub fn absorb(&mut self, batch: &Batch) {
         self.push(batch);
-        self.push_resolved();
+        while self.continue_to_second() {}
     }
 
     /// Takes a batch like [`absorb`](Self::absorb), but of the rows that were pending only those up
@@ -198,38 +189,27 @@ impl Analysis {
 
     /// The stream has ended: the rows that are pending are decided.
     pub fn finish(&mut self) {
-        self.begin_finish();
-        self.push_resolved();
-        self.end_finish();
+        while self.finish_to_second() {}
     }
 
     /// As [`finish`](Self::finish), in steps up to the next whole second of data time each. Returns
     /// whether rows are left.
     #[must_use]
     pub fn finish_to_second(&mut self) -> bool {
-        self.begin_finish();
-        let has_more = self.continue_to_second();
-        if !has_more {
-            self.end_finish();
-        }
-        has_more
-    }
-
-    fn begin_finish(&mut self) {
-        let rate = &self.record.rate;
         if let (Some(pending), None) = (&mut self.pending, self.finishing) {
-            let few = pending.detector.summary().and_then(|summary| summary.samples_pending());
-            self.finishing = Some(Finishing { few: few.filter(|_| rate.is_open()), rate_before: rate.rate });
+            let are_few = pending.detector.summary().is_some_and(|summary| summary.samples_pending().is_some());
+            self.finishing = Some(are_few && self.record.rate.is_open());
             pending.finish();
         }
-    }
-
-    fn end_finish(&mut self) {
-        let Some(Finishing { few, rate_before }) = self.finishing.take() else { return };
-        self.record.end(self.arrivals());
-        if let Some(rows) = few {
-            self.record.rate.prefer_longer_evidence(rows, rate_before);
+        let has_more = self.continue_to_second();
+        if let (false, Some(are_few)) = (has_more, self.finishing) {
+            self.finishing = None;
+            self.record.end(self.arrivals());
+            if are_few {
+                self.record.rate.doubt();
+            }
         }
+        has_more
     }
 
     /// The settings of the analysis.
@@ -311,12 +291,5 @@ impl Analysis {
     fn push_marks(&mut self) {
         let marks = self.pending.as_mut().map(PendingRows::take_marks).unwrap_or_default();
         marks.into_iter().for_each(|mark| self.record.push_mark(mark));
-    }
-
-    fn push_resolved(&mut self) {
-        let Some(pending) = &mut self.pending else { return };
-        while let Some(resolved) = pending.next(u64::MAX) {
-            self.record.push(resolved);
-        }
     }
 }

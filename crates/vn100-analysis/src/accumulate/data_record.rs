@@ -98,7 +98,7 @@ impl DataRecord {
         self.push_gap(rejected, true);
         let rate_hz = self.rate.hz();
         if let Some((measured, first_index)) = self.span.push(rows.len(), rate_hz, self.rate.is_excluding()) {
-            self.accumulators.push(rows.at(measured), first_index, rate_hz, self.settings.recent);
+            self.accumulators.push(rows.at(measured), first_index, rate_hz);
         }
     }
 
@@ -229,7 +229,6 @@ impl DataRecord {
     pub(crate) fn apply(&mut self, effect: RateEffect) {
         match effect {
             RateEffect::None | RateEffect::Known(_) => {}
-            RateEffect::Rescale { from_hz, to_hz } => self.span.rescale(from_hz, to_hz),
             RateEffect::Exclude => self.replies.exclude(self.span.samples),
             RateEffect::Resume => self.push_unknown_gap(),
             RateEffect::Discard { from_hz, to_hz } => {
@@ -339,9 +338,8 @@ impl DataRecord {
 
 #[cfg(test)]
 mod tests {
-    use imu_noise::RecordShape;
     use imu_noise::timebase::{GapDetector, NominalRate, Refusal};
-    use vn100_protocol::{PrintFormat, VNYMR};
+    use vn100_protocol::VNYMR;
 
     use super::*;
     use crate::snapshot::{MissingFrom, RateFrom};
@@ -368,38 +366,6 @@ mod tests {
         (timing.samples, timing.missing, timing.gaps, timing.segments)
     }
 
-    /// Windows of the first octave.
-    fn terms(record: &DataRecord) -> u64 {
-        let (estimator, deviation) = (record.settings.estimator, record.settings.deviation);
-        let shape = RecordShape { samples: 10, interval_s: 0.025, estimator, deviation };
-        record.accumulators.settled().snapshot(&shape)[0].octaves.first().map_or(0, |octave| octave.terms)
-    }
-
-    #[test]
-    fn each_gap_parts_the_record_and_counts_as_it_is_known() {
-        let mut record = record(Settings::default());
-        record.push(Resolved::Mark(MarkKind::Rejected));
-        rows(&mut record, 3);
-        event(&mut record, GapEvent::Missing(5));
-        rows(&mut record, 3);
-        record.push(Resolved::Mark(MarkKind::Rejected));
-        record.push(Resolved::Mark(MarkKind::Rejected));
-        rows(&mut record, 3);
-        assert_eq!((counts(&record), terms(&record)), ((9, 7, 2, 3), 6));
-        record.push(Resolved::Mark(MarkKind::Rejected));
-        event(&mut record, GapEvent::UnknownGap);
-        rows(&mut record, 3);
-        for format in [PrintFormat::Current, PrintFormat::Old] {
-            record.push(Resolved::Mark(MarkKind::Printed(format)));
-            rows(&mut record, 2);
-        }
-        // the first format is no change
-        assert_eq!((counts(&record), terms(&record)), ((16, 7, 2, 5), 11));
-        assert_eq!(record.timing().missing_from, MissingFrom::Arrival);
-        rows(&mut record, 0);
-        assert_eq!(counts(&record).0, 16);
-    }
-
     #[test]
     fn a_detector_counts_what_rejected_rows_would() {
         let mut record = record(Settings::default());
@@ -419,23 +385,6 @@ mod tests {
     }
 
     #[test]
-    fn samples_at_another_rate_are_excluded() {
-        let mut record = record(Settings { rate_hz: Some(40.0), ..Settings::default() });
-        rows(&mut record, 4);
-        let changed = |from_hz, to_hz, record: &mut DataRecord| {
-            let effect = record.rate.take_change(from_hz, to_hz, None, &record.span);
-            record.apply(effect);
-        };
-        changed(40.0, 20.0, &mut record);
-        rows(&mut record, 5);
-        event(&mut record, GapEvent::Missing(3));
-        changed(20.0, 40.0, &mut record);
-        rows(&mut record, 6);
-        assert_eq!((counts(&record), record.timing().excluded), ((10, 0, 0, 2), 5));
-        assert_eq!(record.rate.other_rate_samples, 5);
-    }
-
-    #[test]
     fn a_connection_at_the_rate_of_the_record_ends_an_exclusion() {
         let mut record = record(Settings { rate_hz: Some(40.0), ..Settings::default() });
         rows(&mut record, 4);
@@ -447,21 +396,6 @@ mod tests {
         event(&mut record, GapEvent::Rate(NominalRate::Known(40.0)));
         rows(&mut record, 6);
         assert_eq!((counts(&record).0, record.timing().excluded, record.rate.other_rate_samples), (10, 5, 5));
-    }
-
-    #[test]
-    fn a_record_that_is_replaced_begins_anew_at_its_data_time() {
-        let mut record = record(Settings::default());
-        event(&mut record, GapEvent::Rate(NominalRate::Measured(37.0)));
-        rows(&mut record, 74);
-        record.apply(RateEffect::Replace(40.0));
-        assert_eq!((counts(&record), record.timing().excluded), ((0, 0, 0, 0), 74));
-        assert_eq!((record.span.seconds(40.0), record.timing().rate_from), (2, RateFrom::Device));
-        record.push(Resolved::Mark(MarkKind::Rejected));
-        rows(&mut record, 1);
-        assert_eq!(record.rate.false_rate.map(|rate| rate.samples), Some(74));
-        rows(&mut record, 1);
-        assert_eq!(terms(&record), 1, "of two samples");
     }
 
     #[test]
@@ -495,14 +429,5 @@ mod tests {
             rows(&mut record, 3);
             assert_eq!(record.timing().segments, segments, "{duration_ms} ms");
         }
-    }
-
-    #[test]
-    fn the_first_layout_is_that_of_the_record() {
-        let mut record = record(Settings::default());
-        rows(&mut record, 2);
-        record.set_layout(&Arc::new(vn100_protocol::VNIMU.clone()));
-        assert_eq!(record.accumulators.layout.as_ref().map(|layout| &*layout.message), Some(&*VNYMR.message));
-        assert_eq!(record.timing().samples, 2);
     }
 }

@@ -35,10 +35,6 @@ impl Fingerprint {
             return;
         }
         self.hashes.push(hash);
-        self.thin_out();
-    }
-
-    fn thin_out(&mut self) {
         while self.hashes.len() > MOST {
             self.zeros += 1;
             self.hashes.retain(|hash| hash.leading_zeros() >= self.zeros);

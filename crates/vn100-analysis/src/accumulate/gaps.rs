@@ -89,25 +89,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rejected_rows_count_unless_a_detector_sees_them() {
-        let mut gaps = Gaps::default();
-        gaps.push_rejected_row();
-        gaps.push_rejected_row();
-        assert_eq!((gaps.take_rejected(), gaps.take_rejected()), (2, 0));
-        gaps.push_rejected_row();
-        gaps.forget_rejected();
-        assert_eq!(gaps.take_rejected(), 0);
-        for from in [MissingFrom::Counter, MissingFrom::DeviceTime, MissingFrom::Arrival] {
-            gaps.use_evidence(from);
-            gaps.push_rejected_row();
-            assert_eq!(gaps.take_rejected(), 0);
-            gaps.end_detection();
-            gaps.push_rejected_row();
-            assert_eq!(gaps.take_rejected(), 1);
-        }
-    }
-
-    #[test]
     fn most_of_the_missing_name_the_evidence() {
         let mut gaps = Gaps::default();
         assert_eq!(gaps.missing_from(), MissingFrom::RejectedRows);

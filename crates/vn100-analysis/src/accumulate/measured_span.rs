@@ -204,27 +204,4 @@ mod tests {
             "no sample"
         );
     }
-
-    #[test]
-    fn data_time_counts_all_samples() {
-        let mut span = middle();
-        span.push(19, 10.0, false);
-        assert_eq!((span.data_time(10.0), span.seconds(10.0), span.seconds(1.0)), (seconds(1.9), 1, 19));
-        span.rescale(10.0, 5.0);
-        assert_eq!(span.data_time(5.0), seconds(2.0), "9.5 samples are 10");
-        assert_eq!(span.data_time(f64::MIN_POSITIVE), Duration::MAX);
-    }
-
-    #[test]
-    fn a_warm_up_that_ends_is_a_skip() {
-        let mut span = MeasuredSpan::new(Duration::ZERO, Some(seconds(1.0)));
-        span.push(4, 10.0, false);
-        span.end_warm_up(10.0);
-        assert_eq!((counts(&span), span.skip), ((0, 4, 0), seconds(0.4)));
-        assert_eq!(span.push(9, 10.0, false), Some((0..6, 4)));
-        assert_eq!(counts(&span), (6, 7, 1));
-        span.start_over(seconds(0.2));
-        assert_eq!((counts(&span), span.seconds(10.0)), ((0, 13, 0), 0));
-        assert_eq!(span.push(20, 10.0, false), Some((2..10, 2)));
-    }
 }

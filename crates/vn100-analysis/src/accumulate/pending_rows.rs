@@ -205,7 +205,7 @@ mod tests {
 
     use vn100_protocol::{
         VNYMR,
-        stream::{Arrival, Mark, RowCounter},
+        stream::{Arrival, Mark},
     };
 
     use super::*;
@@ -275,29 +275,6 @@ mod tests {
     }
 
     #[test]
-    fn a_row_without_a_stamp_came_with_the_one_before() {
-        let mut bunched = pending(Some(40.0));
-        let mut pairs = batch(0, &(0..400).map(|row| 25 * (row / 2 * 2)).collect::<Vec<_>>());
-        pairs.arrivals.retain(|arrival| arrival.from_row % 2 == 0);
-        bunched.push(&pairs);
-        bunched.finish();
-        assert_eq!(resolved(&mut bunched), (0..400).collect::<Vec<_>>());
-        assert_eq!(bunched.detector.summary().and_then(|summary| summary.arrivals).map(|all| all.max_us), Some(50_000));
-    }
-
-    #[test]
-    fn counters_belong_to_their_rows() {
-        let mut pending = PendingRows::new(WIDTH, GapDetector::without_stamps(), None);
-        let mut counted = batch(0, &[0; 4]);
-        counted.counters = [(0, 7), (1, 8), (2, 11), (3, 12)].map(|(row, count)| RowCounter { row, count }).into();
-        pending.push(&counted);
-        assert_eq!(resolved(&mut pending), [0]);
-        pending.finish();
-        assert_eq!(resolved(&mut pending), [1, -12, 2, 3]);
-        assert_eq!((pending.detector.summary(), held(&pending)), (None, None));
-    }
-
-    #[test]
     fn pending_rows_have_the_time_of_their_stamps() {
         let mut pending = pending(None);
         assert_eq!(pending.pending_duration(), Duration::ZERO);
@@ -313,15 +290,6 @@ mod tests {
         pending.finish();
         assert!(!resolved(&mut pending).is_empty());
         assert_eq!(pending.pending_duration(), Duration::ZERO);
-    }
-
-    #[test]
-    fn a_known_rate_reaches_the_detector() {
-        let mut pending = pending(None);
-        pending.push(&batch(0, &[0, 100, 200, 300]));
-        pending.detector.set_reported_rate(10.0);
-        pending.push(&batch(4, &(4..=10).map(|row| 100 * row).collect::<Vec<_>>()));
-        assert_eq!(resolved(&mut pending).len(), 11);
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! The sign of a quaternion, made continuous: q and -q are the same attitude.
 
-use std::ops::Range;
+use std::borrow::Cow;
 
-use vn100_protocol::{Layout, Quantity};
+use vn100_protocol::{Layout, Quantity, stream::AbsentCell};
 
 #[derive(Debug, Clone)]
 pub(crate) struct QuaternionSign {
@@ -21,14 +21,23 @@ impl QuaternionSign {
         Some(Self { first, previous: [0; 4], rows: Vec::new() })
     }
 
-    /// Places of the elements in a row.
-    pub(crate) fn elements(&self) -> Range<usize> {
-        self.first..self.first + 4
+    /// Where an element is absent, all elements count as absent.
+    pub(crate) fn complete_absent(&self, absent: &mut Cow<'_, [AbsentCell]>) {
+        let elements = self.first..self.first + 4;
+        let broken: Vec<_> = absent.iter().filter(|cell| elements.contains(&cell.channel)).copied().collect();
+        if broken.is_empty() {
+            return;
+        }
+        let all = absent.to_mut();
+        all.extend(broken.iter().flat_map(|cell| elements.clone().map(|channel| AbsentCell { channel, ..*cell })));
+        all.sort_by_key(|cell| (cell.row, cell.channel));
+        all.dedup();
     }
 
     /// Rows with each quaternion in the sign that is nearer to the quaternion before, however long
-    /// ago that was. Rows at the places `lacking` lack an element and stay as they are.
-    pub(crate) fn continued(&mut self, rows: &[i32], width: usize, lacking: &[usize]) -> &[i32] {
+    /// ago that was. Rows that lack its elements stay as they are.
+    pub(crate) fn continued(&mut self, rows: &[i32], width: usize, absent: &[AbsentCell]) -> &[i32] {
+        let lacking: Vec<_> = absent.iter().filter(|cell| cell.channel == self.first).map(|cell| cell.row).collect();
         self.rows.clear();
         self.rows.extend_from_slice(rows);
         for (place, row) in self.rows.chunks_exact_mut(width).enumerate() {
@@ -53,29 +62,12 @@ mod tests {
     use super::*;
     use vn100_protocol::{VNQMR, VNYMR};
 
-    /// Rows of a message that is nothing but a quaternion.
-    fn continued(sign: &mut QuaternionSign, rows: &[[i32; 4]]) -> Vec<i32> {
-        sign.continued(rows.as_flattened(), 4, &[]).to_vec()
-    }
-
-    fn sign() -> QuaternionSign {
-        let layout = Layout { channels: VNQMR.channels[..4].to_vec().into(), ..VNQMR.clone() };
-        QuaternionSign::of(&layout).unwrap()
-    }
-
     #[test]
     fn only_a_whole_quaternion_has_a_sign() {
         assert!(QuaternionSign::of(&VNYMR).is_none());
         assert_eq!(QuaternionSign::of(&VNQMR).unwrap().first, 0);
         let three = Layout { channels: VNQMR.channels[1..].to_vec().into(), ..VNQMR.clone() };
         assert!(QuaternionSign::of(&three).is_none());
-    }
-
-    #[test]
-    fn the_first_row_keeps_its_sign_and_the_others_follow() {
-        let rows = [[0, 0, -6, -8], [0, 0, 6, 8], [0, 1, -6, -8], [0, 0, -8, 6]];
-        let expected = [0, 0, -6, -8, 0, 0, -6, -8, 0, 1, -6, -8, 0, 0, -8, 6];
-        assert_eq!(continued(&mut sign(), &rows), expected);
     }
 
     #[test]

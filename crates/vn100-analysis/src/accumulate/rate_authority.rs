@@ -42,9 +42,8 @@ pub(crate) struct RateAuthority {
 pub(crate) struct Rate {
     pub(crate) hz: f64,
     pub(crate) from: RateFrom,
-    /// The number of samples whose arrival times decided the rate, where these are too few to be
-    /// certain.
-    pub(crate) by_few: Option<u64>,
+    /// Whether the arrival times that decided the rate were too few to be certain.
+    pub(crate) is_by_few: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -63,17 +62,14 @@ pub(crate) enum RateEffect {
     None,
     /// The rate of the sensor is used; arrival times must confirm it.
     Known(f64),
-    /// No sample counts yet: the record uses the new rate; data time so far was counted by the old
-    /// one.
-    Rescale { from_hz: f64, to_hz: f64 },
     /// Samples are excluded from here on.
     Exclude,
     /// Samples count again, after a gap of unknown length.
     Resume,
     /// The samples so far were placed by a false rate: the record starts over at this one.
     Replace(f64),
-    /// The samples so far were placed by a rate that the sensor reported falsely: the record starts
-    /// over at the other one.
+    /// The samples so far, if there are any, were placed by a rate that is not theirs: the record
+    /// starts over at the other one. Data time so far was counted by the first one.
     Discard { from_hz: f64, to_hz: f64 },
 }
 
@@ -86,7 +82,7 @@ impl RateAuthority {
         };
         Self {
             rates_hz: &[],
-            rate: Rate { hz, from, by_few: None },
+            rate: Rate { hz, from, is_by_few: false },
             change: None,
             confirmed: None,
             reported_hz: None,
@@ -113,7 +109,7 @@ impl RateAuthority {
     pub(crate) const fn is_open(&self) -> bool {
         match self.rate.from {
             RateFrom::Assumed => true,
-            RateFrom::Arrival => self.rate.by_few.is_some(),
+            RateFrom::Arrival => self.rate.is_by_few,
             RateFrom::Option | RateFrom::DeviceTime | RateFrom::Device => false,
         }
     }
@@ -189,10 +185,7 @@ impl RateAuthority {
         self.set(arrival_hz, RateFrom::Arrival);
         self.false_rate = None;
         self.false_report = Some(FalseReport { reported_hz: from_hz, arrival_hz });
-        match span.samples {
-            0 => RateEffect::Rescale { from_hz, to_hz: arrival_hz },
-            _ => RateEffect::Discard { from_hz, to_hz: arrival_hz },
-        }
+        RateEffect::Discard { from_hz, to_hz: arrival_hz }
     }
 
     /// Takes the rate that the device times of the samples show.
@@ -203,17 +196,13 @@ impl RateAuthority {
             return self.take_change(hz, device_hz, None, span);
         }
         self.set(device_hz, RateFrom::DeviceTime);
-        if is_same { RateEffect::None } else { RateEffect::Rescale { from_hz: hz, to_hz: device_hz } }
+        if is_same { RateEffect::None } else { RateEffect::Discard { from_hz: hz, to_hz: device_hz } }
     }
 
-    /// A connection has ended after so few `samples` that their rate is not certain. The rate of
-    /// the connection with the most samples is used until a later connection decides.
-    pub(crate) fn prefer_longer_evidence(&mut self, samples: u64, before: Rate) {
-        if before.by_few.is_some_and(|more| more > samples) {
-            self.rate = before;
-        } else if self.rate.from == RateFrom::Arrival {
-            self.rate.by_few = Some(samples);
-        }
+    /// A connection has ended after so few samples that their rate is not certain: it is used until
+    /// a later connection decides.
+    pub(crate) fn doubt(&mut self) {
+        self.rate.is_by_few = self.rate.from == RateFrom::Arrival;
     }
 
     /// Takes a change of the rate; `until` summarises the samples before it. Before the first
@@ -227,7 +216,7 @@ impl RateAuthority {
     ) -> RateEffect {
         if span.samples == 0 && self.rate.from != RateFrom::Option {
             self.rate.hz = to_hz;
-            return RateEffect::Rescale { from_hz, to_hz };
+            return RateEffect::Discard { from_hz, to_hz };
         }
         match self.change {
             // delayed bytes arrived as fast as the link carries them, or the rate was restored
@@ -313,7 +302,7 @@ impl RateAuthority {
     }
 
     fn set(&mut self, hz: f64, from: RateFrom) {
-        self.rate = Rate { hz, from, by_few: None };
+        self.rate = Rate { hz, from, is_by_few: false };
     }
 
     /// Makes the sensor the authority where its reported rate agrees with the arrival times.

@@ -1,6 +1,6 @@
 //! The last four minutes of every channel: smallest, largest and mean value of each half second.
 
-use std::{collections::VecDeque, sync::Arc};
+use std::collections::VecDeque;
 
 /// The number of slots that are kept: four minutes.
 const MOST_SLOTS: usize = 480;
@@ -24,7 +24,7 @@ pub struct Slot {
 
 /// The latest samples in bounded memory. Slots begin at multiples of their length, counted in
 /// samples from the first, missing ones included. A slot without samples, as in a gap of known
-/// length, is `None` in every channel. A clone shares the slots that are complete.
+/// length, is `None` in every channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recent {
     pub(crate) rate_hz: f64,
@@ -33,15 +33,14 @@ pub struct Recent {
     /// Number of the slot after the last one: the slots of a channel are the latest before it.
     pub end: u64,
     channels: usize,
-    /// The oldest slot first, each with all channels; a `count` of 0 stands for no samples of that
-    /// channel.
-    rows: VecDeque<Option<Arc<[Slot]>>>,
+    /// The oldest slot of all channels first; a `count` of 0 stands for no samples.
+    slots: VecDeque<Slot>,
 }
 
 impl Recent {
     pub(crate) fn new(channels: usize, rate_hz: f64) -> Self {
         let samples_per_slot = (SLOT_S * rate_hz).round().max(1.0) as u64;
-        Self { rate_hz, samples_per_slot, end: 0, channels, rows: VecDeque::new() }
+        Self { rate_hz, samples_per_slot, end: 0, channels, slots: VecDeque::new() }
     }
 
     /// Whether this is the rate of the slots, or one that differs from it by less than the error of
@@ -52,9 +51,9 @@ impl Recent {
 
     /// The slots of a channel, the oldest first; at most 480. The last slot may still grow.
     pub fn slots(&self, channel: usize) -> impl ExactSizeIterator<Item = Option<Slot>> {
-        let kept = if channel < self.channels { self.rows.len() } else { 0 };
-        let slot = move |row: &Option<Arc<[Slot]>>| row.as_ref()?.get(channel).copied().filter(|slot| slot.count > 0);
-        self.rows.iter().take(kept).map(slot)
+        let first = if channel < self.channels { channel } else { self.slots.len() };
+        let slots = self.slots.iter().skip(first).step_by(self.channels.max(1));
+        slots.map(|slot| (slot.count > 0).then_some(*slot))
     }
 
     /// Adds samples of one channel without a gap between them, the first with this absolute index.
@@ -68,11 +67,9 @@ impl Recent {
                 usize::try_from((slot + 1) * self.samples_per_slot - index).map_or(rest.len(), |n| n.min(rest.len()));
             let (now, later) = rest.split_at(here);
             // the oldest slots of a long batch have been dropped already
-            let place = (self.end - slot) as usize;
-            let row = self.rows.len().checked_sub(place).and_then(|place| self.rows.get_mut(place));
-            if let Some(row) = row {
-                let row = row.get_or_insert_with(|| vec![Slot::default(); self.channels].into());
-                Arc::make_mut(row).get_mut(channel).into_iter().for_each(|slot| slot.add(now));
+            let place = self.slots.len().checked_sub((self.end - slot) as usize * self.channels);
+            if let Some(slot) = place.and_then(|place| self.slots.get_mut(place + channel)) {
+                slot.add(now);
             }
             index += here as u64;
             rest = later;
@@ -84,12 +81,9 @@ impl Recent {
         if new == 0 {
             return;
         }
-        for _ in 0..new.min(MOST_SLOTS as u64) {
-            if self.rows.len() == MOST_SLOTS {
-                self.rows.pop_front();
-            }
-            self.rows.push_back(None);
-        }
+        let new = new.min(MOST_SLOTS as u64) as usize * self.channels;
+        self.slots.extend(std::iter::repeat_n(Slot::default(), new));
+        self.slots.drain(..self.slots.len().saturating_sub(MOST_SLOTS * self.channels));
         self.end = slot + 1;
     }
 }
@@ -140,42 +134,6 @@ mod tests {
         assert_eq!((slots.len(), slots[0], slots[479]), (480, Some((520, 520, 520, 1)), Some((999, 999, 999, 1))));
         recent.push(0, 1_000_000_000_000, &[1]);
         assert_eq!(recent.slots(0).flatten().count(), 1, "a long gap takes no time");
-    }
-
-    #[test]
-    fn a_clone_shares_what_is_complete_and_is_not_changed() {
-        let mut recent = Recent::new(2, 2.0);
-        recent.push(0, 0, &[1, 2, 3]);
-        let (before, kept) = (slots(&recent, 0), recent.clone());
-        recent.push(0, 3, &[4]);
-        recent.push(1, 2, &[7]);
-        assert_eq!(slots(&kept, 0), before);
-        assert_eq!(slots(&kept, 1), [None, None, None]);
-        let shared = kept
-            .rows
-            .iter()
-            .zip(&recent.rows)
-            .filter(|(a, b)| a.as_ref().zip(b.as_ref()).is_some_and(|(a, b)| Arc::ptr_eq(a, b)));
-        assert_eq!(shared.count(), 2, "all but the last");
-    }
-
-    /// What a record of days keeps is what four minutes keep, and a snapshot adds pointers.
-    #[test]
-    fn a_day_keeps_no_more_than_its_last_minutes() {
-        let mut recent = Recent::new(12, 40.0);
-        let (mut capacity, hour) = (0, 40 * 3600);
-        for start in 0..24 {
-            for channel in 0..12 {
-                for place in (0..hour).step_by(40) {
-                    recent.push(channel, start * hour + place, &[1; 40]);
-                }
-            }
-            if start == 0 {
-                capacity = recent.rows.capacity();
-            }
-        }
-        assert_eq!((recent.rows.len(), recent.rows.capacity()), (MOST_SLOTS, capacity));
-        assert_eq!(size_of::<Slot>(), 24);
     }
 
     proptest! {

@@ -3,28 +3,30 @@
 /// The number of rows by which the beginning of the record is recognised.
 const BEGINNING: usize = 16;
 
-/// The most sums that are kept of the first pass.
-const MOST_SUMS: usize = 1024;
+/// The most rows that are kept of the first pass.
+const MOST_KEPT: usize = 1024;
 
-/// Counts repeated rows, in bounded memory, by sums of their hashes.
+/// Counts repeated rows by their hashes, in bounded memory.
 ///
-/// The record repeats itself where its first sixteen rows occur again in order; the rows after them
-/// are compared with those of the first pass, in up to 1024 groups of 1, 2, 4, ... rows. A row that
-/// equals the row before it was stored twice, unless that happens by chance, which is estimated by
-/// how often a row equals the second row before it. A live sensor repeats neither.
-#[derive(Debug, Clone)]
+/// The record repeats itself if its first sixteen rows occur again in order; the rows after them count
+/// until one differs from its place in the first pass, of which up to 1024 rows are kept: all, or every
+/// second, fourth, ... A row that equals the row before it was stored twice, unless that happens by
+/// chance, which is estimated by how often a row equals the second row before it. A live sensor
+/// repeats neither.
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Repeats {
     beginning: Vec<u64>,
-    /// Sums of the first pass, by group.
-    sums: Vec<u64>,
-    rows_per_sum: u64,
-    /// Rows of the first pass since the beginning.
+    /// The rows of the first pass whose places are multiples of 2^`every_log2`.
+    first_pass: Vec<u64>,
+    every_log2: u32,
+    /// Rows of the first pass so far.
     rows: u64,
     /// Length of the first pass, once it has ended.
     period: Option<u64>,
     /// How many rows of the beginning the latest rows equal, while the beginning is searched.
     found: usize,
-    pass: Option<Pass>,
+    /// The place of the next row in a pass that has been equal to the first pass so far.
+    place: Option<u64>,
     in_passes: u64,
     /// The hashes of the last two rows, the last row first.
     last: [Option<u64>; 2],
@@ -32,35 +34,8 @@ pub(crate) struct Repeats {
     like_one_before: u64,
 }
 
-/// A pass that has been equal to the first pass so far.
-#[derive(Debug, Clone, Copy)]
-struct Pass {
-    rows: u64,
-    counted: u64,
-    /// Sum over the rows of the present group.
-    sum: u64,
-}
-
-impl Default for Repeats {
-    fn default() -> Self {
-        Self {
-            beginning: Vec::new(),
-            sums: Vec::new(),
-            rows_per_sum: 1,
-            rows: 0,
-            period: None,
-            found: 0,
-            pass: None,
-            in_passes: 0,
-            last: [None; 2],
-            like_last: 0,
-            like_one_before: 0,
-        }
-    }
-}
-
 impl Repeats {
-    /// Rows that repeat earlier ones, without those of a group that has not ended.
+    /// Rows that repeat earlier ones.
     pub(crate) fn repeated(&self) -> u64 {
         let twice = self.like_last.saturating_sub(self.like_one_before);
         let by_chance = 5.0 * ((self.like_last + self.like_one_before) as f64).sqrt();
@@ -78,80 +53,46 @@ impl Repeats {
             // constant rows mark no place
             if is_like_last {
                 self.beginning.clear();
-                self.sums.clear();
+                self.first_pass.clear();
                 self.rows = 0;
             }
             self.beginning.push(row);
-            self.learn(row);
-            return;
+            return self.learn(row);
         }
-        if self.period.is_none() {
-            self.learn(row);
-        }
-        match self.pass {
-            Some(pass) => self.compare(pass, row),
-            None => self.search(row),
+        match (self.period, self.place) {
+            (Some(period), Some(place)) => {
+                let kept = self.first_pass[(place >> self.every_log2) as usize];
+                let is_kept = place.trailing_zeros() >= self.every_log2;
+                self.place = (!is_kept || kept == row).then_some((place + 1) % period);
+                self.in_passes += u64::from(self.place.is_some());
+            }
+            _ => self.search(row),
         }
     }
 
     fn learn(&mut self, row: u64) {
-        let place = (self.rows / self.rows_per_sum) as usize;
-        if place == MOST_SUMS {
-            self.sums = self.sums.chunks(2).map(|pair| pair.iter().copied().fold(0, u64::wrapping_add)).collect();
-            self.rows_per_sum *= 2;
+        if self.first_pass.len() == MOST_KEPT {
+            self.first_pass = self.first_pass.iter().copied().step_by(2).collect();
+            self.every_log2 += 1;
         }
-        self.add(self.rows, row);
+        if self.rows.trailing_zeros() >= self.every_log2 {
+            self.first_pass.push(row);
+        }
         self.rows += 1;
     }
 
-    fn add(&mut self, at: u64, row: u64) {
-        let place = (at / self.rows_per_sum) as usize;
-        if place == self.sums.len() {
-            self.sums.push(0);
-        }
-        self.sums[place] = self.sums[place].wrapping_add(row);
-    }
-
     fn search(&mut self, row: u64) {
-        self.found =
-            if row == self.beginning[self.found] { self.found + 1 } else { usize::from(row == self.beginning[0]) };
-        if self.found < BEGINNING {
-            return;
-        }
-        self.found = 0;
         if self.period.is_none() {
-            // the first rows of the second pass were added to the first pass
-            let period = self.rows - BEGINNING as u64;
-            for (at, row) in (period..).zip(self.beginning.clone()) {
-                self.add(at, row.wrapping_neg());
-            }
-            self.period = Some(period);
+            self.learn(row);
         }
-        let beginning = BEGINNING as u64;
-        self.in_passes += beginning;
-        let grouped = BEGINNING - BEGINNING % self.rows_per_sum as usize;
-        let sum = self.beginning[grouped..].iter().copied().fold(0, u64::wrapping_add);
-        let rows = if self.period == Some(beginning) { 0 } else { beginning };
-        self.pass = Some(Pass { rows, counted: rows, sum });
-    }
-
-    fn compare(&mut self, mut pass: Pass, row: u64) {
-        let place = (pass.rows / self.rows_per_sum) as usize;
-        pass.sum = pass.sum.wrapping_add(row);
-        pass.rows += 1;
-        let has_ended = self.period == Some(pass.rows);
-        if has_ended || pass.rows.is_multiple_of(self.rows_per_sum) {
-            if pass.sum != self.sums[place] {
-                self.pass = None;
-                return;
-            }
-            self.in_passes += pass.rows - pass.counted;
-            (pass.counted, pass.sum) = (pass.rows, 0);
+        let is_next = row == self.beginning[self.found];
+        self.found = if is_next { self.found + 1 } else { usize::from(row == self.beginning[0]) };
+        if self.found == BEGINNING {
+            self.found = 0;
+            let period = *self.period.get_or_insert(self.rows - BEGINNING as u64);
+            self.place = Some(BEGINNING as u64 % period);
+            self.in_passes += BEGINNING as u64;
         }
-        if has_ended {
-            (pass.rows, pass.counted) = (0, 0);
-        }
-        self.pass = Some(pass);
     }
 }
 
@@ -209,10 +150,8 @@ mod tests {
         fn a_loop_is_counted_from_its_second_pass_on(period in 16_i32..5000, passes in 1.0..4.0_f64) {
             let rows = (f64::from(period) * passes) as i32;
             let counted = repeated((0..rows).map(|i| [i % period; 12]));
-            let truth = (rows - period) as u64;
-            // the rows of a group are counted together, those of the beginning too
-            let group = (f64::from(period) / MOST_SUMS as f64).log2().ceil().max(0.0).exp2() as u64;
-            prop_assert!(counted <= truth && truth < counted + group.max(BEGINNING as u64), "{} of {}", counted, truth);
+            let truth = if rows - period < BEGINNING as i32 { 0 } else { (rows - period) as u64 };
+            prop_assert_eq!(counted, truth);
         }
     }
 

@@ -37,11 +37,6 @@ impl<'a> RowSlice<'a> {
         self.counts.len() / self.width
     }
 
-    /// Whether every cell has a value.
-    pub(crate) const fn is_full(&self) -> bool {
-        self.absent.is_empty()
-    }
-
     /// The absent cells, with rows counted from the first of these.
     pub(crate) fn absent(&self) -> Vec<AbsentCell> {
         self.absent.iter().map(|cell| AbsentCell { row: cell.row - self.first_row, ..*cell }).collect()
@@ -84,7 +79,6 @@ mod tests {
         assert_eq!((lacking(rows, 0), lacking(rows, 1), rows.len()), (vec![2, 5], vec![0, 2], 6));
         let some = rows.at(1..5).at(1..4);
         assert_eq!((some.counts, lacking(some, 0), lacking(some, 1)), (&counts[4..10], vec![0], vec![0]));
-        assert!(rows.at(3..5).is_full() && !some.is_full());
         assert_eq!(rows.with(0..2).collect::<Vec<_>>(), [&counts[..0], &counts[2..4], &counts[6..10], &counts[..0]]);
     }
 }

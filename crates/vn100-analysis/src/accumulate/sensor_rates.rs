@@ -27,18 +27,3 @@ pub(crate) fn rates_hz(layout: Option<&Layout>) -> &'static [f64] {
         _ => &[],
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use vn100_protocol::{VNIMU, VNYMR};
-
-    use super::*;
-
-    #[test]
-    fn the_rates_are_those_of_the_messages_of_the_sensor() {
-        assert_eq!(rates_hz(Some(&VNYMR)), [1.0, 2.0, 4.0, 5.0, 10.0, 20.0, 25.0, 40.0, 50.0, 100.0, 200.0]);
-        assert_eq!(rates_hz(Some(&VNIMU)), rates_hz(Some(&VNYMR)));
-        assert!(rates_hz(Some(&Layout { message: "CSV".into(), ..VNYMR.clone() })).is_empty());
-        assert!(rates_hz(None).is_empty());
-    }
-}

@@ -171,15 +171,6 @@ mod tests {
     }
 
     #[test]
-    fn the_last_value_is_kept_until_samples_are_excluded() {
-        let mut replies = SensorReplies::default();
-        push(&mut replies, 7, "40", 0, false);
-        push(&mut replies, 7, "50", 0, false);
-        push(&mut replies, 7, "20", 9, true);
-        assert_eq!(replies.registers[&7], "50");
-    }
-
-    #[test]
     fn replies_since_a_break_belong_to_the_samples_behind_it() {
         for (samples, expected) in [(9, "40"), (10, "20")] {
             let mut replies = SensorReplies::default();
@@ -190,26 +181,6 @@ mod tests {
             replies.exclude(samples);
             assert_eq!(replies.registers[&7], expected, "{samples}");
         }
-    }
-
-    #[test]
-    fn two_serial_numbers_are_two_sensors() {
-        let change = |after_samples| Some(RateChange { after_samples, from_hz: 40.0, to_hz: 20.0 });
-        let mut replies = SensorReplies::default();
-        push(&mut replies, 3, "0100099887", 0, false);
-        push(&mut replies, 3, "0100099887", 5, false);
-        push(&mut replies, 7, "40", 5, false);
-        push(&mut replies, 7, "50", 5, false);
-        assert_eq!(replies.two_sensors(None), None);
-        push(&mut replies, 3, "0100012345", 9, true);
-        push(&mut replies, 3, "0100054321", 12, true);
-        let found = |change| replies.two_sensors(change).unwrap().finding;
-        let serials = || ["0100099887".into(), "0100012345".into()];
-        assert_eq!(found(None), Finding::TwoSensors(serials(), false));
-        assert_eq!(
-            [found(change(8)), found(change(9))],
-            [false, true].map(|is_excluded| Finding::TwoSensors(serials(), is_excluded))
-        );
     }
 
     #[test]

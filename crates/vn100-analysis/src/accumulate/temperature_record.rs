@@ -55,23 +55,12 @@ impl TemperatureRecord {
         })
     }
 
-    pub(crate) fn push_samples(&mut self, first: u64, samples: usize) {
-        self.blocks.push_samples(first, samples);
-    }
-
     /// Adds samples of the channel at this place of the layout, the first with this absolute index.
     pub(crate) fn push(&mut self, place: usize, first: u64, counts: &[i32]) {
         match self.parts.get(place) {
             Some(ChannelRole::Axis(axis)) => self.blocks.push_axis(*axis, first, counts),
             Some(ChannelRole::Temperature) => self.blocks.push_temperature(first, counts),
             Some(ChannelRole::None) | None => {}
-        }
-    }
-
-    /// Adds an absent sample of the channel at this place of the layout, by its absolute index.
-    pub(crate) fn push_absent(&mut self, place: usize, index: u64) {
-        if let Some(ChannelRole::Axis(axis)) = self.parts.get(place) {
-            self.blocks.push_absent(*axis, index);
         }
     }
 

@@ -77,7 +77,7 @@ impl KnownEdf {
 
 #[cfg(test)]
 mod tests {
-    use imu_noise::{ChannelAccumulator, Deviation, Estimator};
+    use imu_noise::{Deviation, Estimator};
 
     use super::*;
     use crate::{Assessment, AveragingTimes, Settings, Snapshot, accumulate::analysis::Analysis};
@@ -164,9 +164,6 @@ mod tests {
             let found = point.relative.unwrap().edf;
             assert!((found / published - 1.0).abs() < 0.1, "m = {m}: {found}, not {published}");
         }
-        let mut accumulator = ChannelAccumulator::new(Estimator::Full, Deviation::Allan);
-        accumulator.push(&[1, 2, 3]);
-        assert_eq!(accumulator.octaves().sum_at(1), None, "the runs were not kept");
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use std::{sync::Arc, time::Duration};
 
 use imu_noise::timebase::{Arrivals, NominalRate, Refusal};
-use imu_noise::{ChannelAccumulator, Deviation, Estimator};
+use imu_noise::{Deviation, Estimator, Octaves};
 use proptest::prelude::*;
 use vn100_analysis::{
     Analysis, FalseRate, FalseReport, Finding, MissingFrom, RateFrom, Remedy, Settings, Severity, Snapshot, Timing,
@@ -89,14 +89,14 @@ fn lines_lost_whole_are_gaps_at_their_place() {
     assert_eq!((timing.rate_hz, timing.rate_from), (40.0, RateFrom::Arrival));
     assert_eq!(snapshot.timing.missing_from, MissingFrom::Arrival);
 
-    let mut expected = ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
+    let mut expected = Octaves::new(Estimator::Strided, Deviation::Allan);
     let counts: Vec<i32> = (0..989).collect();
     expected.push(&counts[..300]);
     expected.gap(Some(1));
     expected.push(&counts[300..599]);
     expected.gap(Some(10));
     expected.push(&counts[599..]);
-    let octaves: Vec<_> = expected.octaves().sums().collect();
+    let octaves: Vec<_> = expected.sums().collect();
     assert_eq!(snapshot.channels[9].octaves, octaves);
 }
 
@@ -161,7 +161,7 @@ fn a_rate_by_few_lines_before_the_link_was_lost_is_given_up() {
     for (stretches, expected_hz, missing) in [
         (vec![&few], 200.0, 0),
         (vec![&few, &lossy], 40.0, 1),
-        (vec![&few, &fewer], 200.0, 0),
+        (vec![&few, &fewer], 50.0, 0),
         (vec![&fewer, &few], 200.0, 0),
         (vec![&fewer, &few, &lossy, &fewer, &few], 40.0, 1),
     ] {
@@ -177,18 +177,6 @@ fn a_rate_by_few_lines_before_the_link_was_lost_is_given_up() {
         let slot = snapshot.recent.map(|recent| recent.samples_per_slot);
         assert!(slot.is_none_or(|samples| samples as f64 == expected_hz / 2.0), "{case}: {slot:?}");
     }
-}
-
-#[test]
-fn a_rate_by_few_lines_gives_way_to_the_sensor() {
-    let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
-    let mut analysis = Analysis::new(Settings::default());
-    absorb(&mut analysis, VNYMR.clone(), &steady(200.0, 0, 20), 8);
-    analysis.take_link_event(&down);
-    let registers = vec![RegisterContents { register: Register(7), fields: RegisterFields::new("40").unwrap() }];
-    analysis.absorb(&Batch { registers, ..Batch::default() });
-    let timing = analysis.snapshot().timing;
-    assert_eq!((timing.rate_hz, timing.rate_from), (40.0, RateFrom::Device));
 }
 
 fn rate_of_the_sensor(rate_hz: &str) -> Batch {

@@ -8,7 +8,7 @@ mod temperature;
 
 use std::{sync::Arc, time::Duration};
 
-use imu_noise::{ChannelAccumulator, Deviation, Estimator, Term};
+use imu_noise::{Deviation, Estimator, Octaves, Term};
 use proptest::prelude::*;
 use vn100_analysis::{Analysis, Assessment, MissingFrom, RateFrom, Remedy, Setting, Settings, Snapshot, WarningKind};
 use vn100_protocol::stream::{Arrival, Batch, LinkEvent, LinkEventKind, Mark, MarkKind, RowCounter, StreamCounts};
@@ -104,11 +104,11 @@ fn bad_lines_between_good_ones_are_missing_samples() {
     assert_eq!(timing.duration_s(), 5.0 / 40.0);
     assert!(warned(&snapshot, WarningKind::Gaps));
 
-    let mut expected = ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
+    let mut expected = Octaves::new(Estimator::Strided, Deviation::Allan);
     expected.push(&[1]);
     expected.gap(Some(2));
     expected.push(&[2, 3]);
-    let octaves: Vec<_> = expected.octaves().sums().collect();
+    let octaves: Vec<_> = expected.sums().collect();
     assert_eq!((octaves.len(), octaves[0].terms), (2, 1), "m = 1 has one window; in that of m = 2 half is present");
     for channel in &snapshot.channels {
         assert_eq!(channel.octaves, octaves);

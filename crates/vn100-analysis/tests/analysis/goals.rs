@@ -95,15 +95,3 @@ fn without_goals_or_samples_nothing_is_decided_and_what_is_out_of_reach_is_at_on
         assert_eq!(analysis.goals_are_decided(), expected, "{goals:?}");
     }
 }
-
-#[test]
-fn white_noise_is_known_to_a_tenth_from_some_hundred_samples_on() {
-    for (rows, expected) in [(20, false), (2000, true)] {
-        let until = vec!["gyro N ±10%".parse().unwrap()];
-        let mut analysis = Analysis::new(Settings { rate_hz: Some(10.0), until, ..Settings::default() });
-        let mut noise = Noise { state: 1, white: 300.0, flicker: 0.0, step: 0.0, slow: vec![[0.0; 5]; 3] };
-        let counts = (0..rows).flat_map(|_| 0..3).map(|axis| noise.next(axis).round() as i32).collect();
-        analysis.absorb(&Batch { layout: Some(layout()), counts, ..Batch::default() });
-        assert_eq!(analysis.goals_are_decided(), expected, "{rows} rows");
-    }
-}

@@ -1,7 +1,6 @@
 //! What records of simulated sensors say: verdicts, comparisons, warnings, plans.
 
 mod comparisons;
-mod names;
 mod parameters;
 mod plans;
 mod sheets;

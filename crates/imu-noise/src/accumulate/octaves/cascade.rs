@@ -14,9 +14,9 @@ use multiversion::multiversion;
 
 use super::{
     gapped::Gapped,
-    remembered::{MAX_LAG, Scratch, from_end, pairs},
+    remembered::{MEMORY, Scratch, continued},
     squares::SquareSum,
-    window_plan::{LevelPlan, WindowGrid, WindowPlan, WindowPlans},
+    window_plan::{LevelPlan, WindowGrid, WindowPlans},
 };
 use crate::accumulate::{record::Deviation, stretch::Stretch};
 
@@ -29,9 +29,7 @@ pub(super) struct Cascade {
 #[derive(Clone, Debug)]
 struct Level {
     /// The last block sums of the present run.
-    sums: [i64; MAX_LAG],
-    /// The sums one cluster before these, only for third differences.
-    earlier: [i64; MAX_LAG],
+    sums: [i64; MEMORY],
     squares: SquareSum,
     gapped: Gapped,
 }
@@ -46,7 +44,7 @@ impl Cascade {
     pub(super) fn push(&mut self, counts: &[i32], stretch: &Stretch, plans: &mut WindowPlans) {
         let planned = plans.of(&self.grid, stretch);
         let mut new: Scratch<i64> = [0; _];
-        let mut place = MAX_LAG;
+        let mut place = MEMORY;
         for (missing, run) in stretch.runs_of(counts) {
             place += missing;
             for (sum, count) in new[place..].iter_mut().zip(run) {
@@ -74,62 +72,61 @@ impl Cascade {
 
 /// Adds the windows of a plan, for the `new` values of its places.
 #[multiversion(targets("x86_64+avx2"))]
-fn add(levels: &mut Vec<Level>, deviation: Deviation, plan: &WindowPlan, new: &mut Scratch<i64>) {
-    let mut len = plan.levels.first().map_or(0, |first| first.new);
+fn add(levels: &mut Vec<Level>, deviation: Deviation, plan: &[LevelPlan], new: &mut Scratch<i64>) {
+    let mut len = plan.first().map_or(0, |first| first.new);
     let mut joined: Scratch<i64> = [0; _];
     let (mut new, mut joined) = (new, &mut joined);
-    for (k, step) in plan.levels.iter().enumerate() {
+    for (k, step) in plan.iter().enumerate() {
         if k == levels.len() {
-            levels.push(Level::EMPTY);
+            levels.push(Level { sums: [0; MEMORY], squares: SquareSum::EMPTY, gapped: Gapped::EMPTY });
         }
         let level = &mut levels[k];
         if len < step.new {
-            new[MAX_LAG + len..MAX_LAG + step.new].fill(0);
+            new[MEMORY + len..MEMORY + step.new].fill(0);
         }
-        let (older, newer) = pairs(&mut level.sums, step.remembered, new, step.new, step.lag);
+        let sums = continued(&mut level.sums, step.remembered, new, step.new);
+        let (squares, gapped) = (&mut level.squares, &mut level.gapped);
         match deviation {
-            Deviation::Allan => level.add_windows(deviation, plan, step, [older, newer], difference),
+            Deviation::Allan => add_windows(squares, gapped, deviation, step, clusters(sums, step.lag), difference),
             Deviation::Hadamard => {
-                let mut sums: Scratch<i64> = [0; _];
-                sums[MAX_LAG..][..older.len()].copy_from_slice(older);
-                let (oldest, middle) = pairs(&mut level.earlier, step.earlier, &mut sums, older.len(), step.lag);
-                let clusters = [oldest, middle, from_end(newer, middle.len())];
-                level.add_windows(deviation, plan, step, clusters, second_difference);
+                add_windows(squares, gapped, deviation, step, clusters(sums, step.lag), second_difference);
             }
         }
-        len = step.join(older, newer, joined);
+        len = step.join(sums, joined);
         mem::swap(&mut new, &mut joined);
     }
 }
 
-impl Level {
-    const EMPTY: Self =
-        Self { sums: [0; MAX_LAG], earlier: [0; MAX_LAG], squares: SquareSum::EMPTY, gapped: Gapped::EMPTY };
+/// The sums of each cluster of all windows: those `lag` places after each other.
+#[inline(always)]
+fn clusters<const P: usize>(sums: &[i64], lag: usize) -> [&[i64]; P] {
+    let windows = sums.len().saturating_sub((P - 1) * lag);
+    std::array::from_fn(|cluster| sums.get(cluster * lag..).map_or(&[][..], |sums| &sums[..windows]))
+}
 
-    /// Adds one window for each place of the clusters, if enough of its samples are present.
-    #[inline(always)]
-    fn add_windows<const P: usize>(
-        &mut self,
-        deviation: Deviation,
-        plan: &WindowPlan,
-        step: &LevelPlan,
-        clusters: [&[i64]; P],
-        z: impl Fn([i64; P]) -> i64,
-    ) {
-        let windows = clusters[0].len();
-        let Some(lossy) = &step.lossy else { return self.squares.add(windows as u64, clusters, z) };
-        if lossy.whole > 0 {
-            let mut of_whole: Scratch<i64> = [0; _];
-            let of_whole = &mut of_whole[..windows];
-            let clusters = clusters.map(|sums| &sums[..windows]);
-            for (place, (of_whole, mask)) in of_whole.iter_mut().zip(plan.masks(lossy)).enumerate() {
-                *of_whole = z(clusters.map(|sums| sums[place])) & mask;
-            }
-            self.squares.add(lossy.whole, [of_whole], |[z]| z);
+/// Adds one window for each place of the clusters, if enough of its samples are present.
+#[inline(always)]
+fn add_windows<const P: usize>(
+    squares: &mut SquareSum,
+    gapped: &mut Gapped,
+    deviation: Deviation,
+    step: &LevelPlan,
+    clusters: [&[i64]; P],
+    z: impl Fn([i64; P]) -> i64,
+) {
+    let windows = clusters[0].len();
+    let Some(lossy) = &step.lossy else { return squares.add(windows as u64, clusters, z) };
+    if lossy.whole > 0 {
+        let mut of_whole: Scratch<i64> = [0; _];
+        let of_whole = &mut of_whole[..windows];
+        let clusters = clusters.map(|sums| &sums[..windows]);
+        for (place, (of_whole, mask)) in of_whole.iter_mut().zip(&lossy.masks).enumerate() {
+            *of_whole = z(clusters.map(|sums| sums[place])) & mask;
         }
-        if !lossy.gapped.is_empty() {
-            self.gapped.add(&plan.gapped, lossy.gapped.clone(), lossy.shares, deviation.weights(), clusters);
-        }
+        squares.add(lossy.whole, [of_whole], |[z]| z);
+    }
+    if !lossy.gapped.is_empty() {
+        gapped.add(&lossy.gapped, deviation.weights(), clusters);
     }
 }
 
@@ -142,6 +139,3 @@ fn difference([older, newer]: [i64; 2]) -> i64 {
 fn second_difference([oldest, middle, newest]: [i64; 3]) -> i64 {
     difference([middle, newest]).wrapping_sub(difference([oldest, middle]))
 }
-
-#[cfg(test)]
-mod tests;

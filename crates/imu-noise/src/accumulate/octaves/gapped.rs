@@ -1,10 +1,6 @@
 //! Windows with missing samples: each cluster is the mean of its present samples.
 
-use std::ops::Range;
-
-use crate::accumulate::counts;
-
-use super::remembered::Scratch;
+use crate::accumulate::counts::EXACT_BELOW;
 
 /// Bits of the fraction of sums of squares.
 const FRACTION_BITS: u32 = 16;
@@ -29,29 +25,27 @@ pub(super) struct Gapped {
     squares: Option<u128>,
 }
 
-/// The part of such windows that does not depend on the values of samples.
-#[derive(Clone, Debug, Default)]
-pub(super) struct GappedWindows {
-    /// The place of each window among those of its octave.
-    places: Vec<usize>,
+/// The part of such a window that does not depend on the values of samples.
+#[derive(Clone, Debug)]
+pub(super) struct GappedWindow {
+    /// Its place among the windows of its octave.
+    place: usize,
     /// The number n_i of present samples of each cluster; 1 for the third cluster of Allan windows.
-    present: Vec<[u32; 3]>,
+    present: [u32; 3],
     /// w_i times the other two of these numbers.
-    factors: Vec<[f64; 3]>,
+    factors: [f64; 3],
     /// The product of all three numbers.
-    denominators: Vec<f64>,
+    denominator: f64,
     /// c m² 2^16.
-    scales: Vec<f64>,
+    scale: f64,
+    /// c, in multiples of 2^-32.
+    share: u64,
 }
 
-impl GappedWindows {
-    pub(super) const fn len(&self) -> usize {
-        self.places.len()
-    }
-
-    /// Adds a window of clusters of `m`, by its place and the number of present samples in each
-    /// cluster, which is at least one. Returns its c, in multiples of 2^-32.
-    pub(super) fn push(&mut self, m: u32, weights: [i64; 3], place: usize, present: [u32; 3]) -> u128 {
+impl GappedWindow {
+    /// A window of clusters of `m`, by its place and the number of present samples in each cluster,
+    /// which is at least one.
+    pub(super) fn new(m: u32, weights: [i64; 3], place: usize, present: [u32; 3]) -> Self {
         let square = |weight: i64| (weight * weight) as f64;
         let all = weights.into_iter().map(square).sum::<f64>();
         let over_present =
@@ -59,54 +53,47 @@ impl GappedWindows {
         let share = all / (f64::from(m) * over_present);
         let [a, b, c] = present.map(f64::from);
         let [first, second, third] = weights.map(|weight| weight as f64);
-        self.places.push(place);
-        self.present.push(present);
-        self.factors.push([first * (b * c), second * (a * c), third * (a * b)]);
-        self.denominators.push(a * b * c);
-        self.scales.push(share * f64::from(m).powi(2) * f64::from(1 << FRACTION_BITS));
-        (share * (1_u64 << SHARE_BITS) as f64).round() as u128
+        Self {
+            place,
+            present,
+            factors: [first * (b * c), second * (a * c), third * (a * b)],
+            denominator: a * b * c,
+            scale: share * f64::from(m).powi(2) * f64::from(1 << FRACTION_BITS),
+            share: (share * (1_u64 << SHARE_BITS) as f64).round() as u64,
+        }
+    }
+
+    /// c z² for this numerator of z/m.
+    #[inline(always)]
+    fn square(&self, numerator: f64) -> f64 {
+        let quotient = numerator / self.denominator;
+        (self.scale * quotient * quotient).round()
     }
 }
 
 impl Gapped {
     pub(super) const EMPTY: Self = Self { windows: 0, shares: 0, squares: Some(0) };
 
-    /// Adds a range of windows, whose c have the sum `shares`: `clusters` are the sums of the
-    /// present samples in the first cluster of each window, in the second, and for Hadamard windows
-    /// in the third.
+    /// Adds windows: `clusters` are the sums of the present samples in the first cluster of each
+    /// window, in the second, and for Hadamard windows in the third.
     #[inline(always)]
-    pub(super) fn add<const P: usize>(
-        &mut self,
-        windows: &GappedWindows,
-        range: Range<usize>,
-        shares: u128,
-        weights: [i64; 3],
-        clusters: [&[i64]; P],
-    ) {
-        self.windows += range.len() as u64;
-        self.shares += shares;
-        let (mut numerators, mut magnitudes): (Scratch<f64>, Scratch<f64>) = ([0.0; _], [0.0; _]);
-        let (numerators, magnitudes) = (&mut numerators[..range.len()], &mut magnitudes[..range.len()]);
-        let shared = windows.places[range.clone()].iter().zip(&windows.factors[range.clone()]);
-        for ((place, factors), (numerator, magnitude)) in shared.zip(numerators.iter_mut().zip(magnitudes.iter_mut())) {
-            for (cluster, factor) in clusters.iter().zip(factors) {
-                let term = cluster[*place] as f64 * factor;
-                *numerator += term;
-                *magnitude += term.abs();
+    pub(super) fn add<const P: usize>(&mut self, windows: &[GappedWindow], weights: [i64; 3], clusters: [&[i64]; P]) {
+        let (mut shares, mut squares, mut magnitudes) = (0_u64, 0.0_f64, 0.0_f64);
+        for window in windows {
+            let mut numerator = 0.0;
+            for (cluster, factor) in clusters.iter().zip(window.factors) {
+                let term = cluster[window.place] as f64 * factor;
+                numerator += term;
+                magnitudes += term.abs();
             }
+            squares += window.square(numerator);
+            shares += window.share;
         }
-        let quotients: [&[f64]; 3] = [numerators, &windows.denominators[range.clone()], &windows.scales[range.clone()]];
-        let squares = counts::lane_sum(quotients, |[numerator, denominator, scale]| {
-            let quotient = numerator / denominator;
-            (scale * quotient * quotient).round()
-        });
         // integers below 2^53 are exact in every step
-        let is_exact = counts::lane_sum([&*magnitudes], |[magnitude]| magnitude) < counts::EXACT_BELOW;
-        let squares = if is_exact && squares < counts::EXACT_BELOW {
-            Some(squares as u128)
-        } else {
-            in_128_bits(windows, range, weights, clusters)
-        };
+        let is_exact = magnitudes < EXACT_BELOW && squares < EXACT_BELOW;
+        let squares = if is_exact { Some(squares as u128) } else { in_128_bits(windows, weights, clusters) };
+        self.windows += windows.len() as u64;
+        self.shares += u128::from(shares);
         self.squares = self.squares.zip(squares).and_then(|(sum, squares)| sum.checked_add(squares));
     }
 
@@ -125,20 +112,13 @@ impl Gapped {
 /// present samples.
 #[cold]
 #[inline(never)]
-fn in_128_bits<const P: usize>(
-    windows: &GappedWindows,
-    range: Range<usize>,
-    weights: [i64; 3],
-    clusters: [&[i64]; P],
-) -> Option<u128> {
-    range.into_iter().try_fold(0_u128, |sum, window| {
-        let present = windows.present[window];
-        let all = present.iter().map(|present| i128::from(*present)).product::<i128>();
-        let terms = clusters.iter().zip(weights).zip(present).map(|((cluster, weight), present)| {
-            i128::from(weight) * i128::from(cluster[windows.places[window]]) * (all / i128::from(present))
+fn in_128_bits<const P: usize>(windows: &[GappedWindow], weights: [i64; 3], clusters: [&[i64]; P]) -> Option<u128> {
+    windows.iter().try_fold(0_u128, |sum, window| {
+        let all = window.present.iter().map(|present| i128::from(*present)).product::<i128>();
+        let terms = clusters.iter().zip(weights).zip(window.present).map(|((cluster, weight), present)| {
+            i128::from(weight) * i128::from(cluster[window.place]) * (all / i128::from(present))
         });
-        let quotient = terms.sum::<i128>() as f64 / windows.denominators[window];
-        let square = (windows.scales[window] * quotient * quotient).round();
+        let square = window.square(terms.sum::<i128>() as f64);
         // a window beyond 127 bits is no window of counts
         (square < i128::MAX as f64).then_some(square as u128).and_then(|square| sum.checked_add(square))
     })
@@ -178,31 +158,28 @@ mod tests {
             bits in 1_u32..62,
             windows in vec((any::<[i64; 3]>(), any::<[u32; 3]>()), 0..200),
         ) {
-            let (m, order) = (1_u32 << k, deviation.order());
-            let weights = deviation.weights();
-            let mut shared = GappedWindows::default();
-            let mut shares = 0;
-            let (mut clusters, mut expected) = ([vec![], vec![], vec![]], (0, Some(0_u128)));
+            let (m, order, weights) = (1_u32 << k, deviation.order(), deviation.weights());
+            let (mut shared, mut clusters) = (Vec::new(), [vec![], vec![], vec![]]);
+            let mut expected = Gapped::EMPTY;
             for (place, (sums, missing)) in windows.iter().enumerate() {
                 let sums = sums.map(|sum| sum >> (63 - bits));
-                let present = missing.map(|missing| m - missing % (m / 2 + 1));
+                let mut present = missing.map(|missing| m - missing % (m / 2 + 1));
                 let (share, square) =
                     defined(m.into(), &weights[..order], &sums[..order], &present.map(u64::from)[..order]);
-                expected = (
-                    expected.0 + share,
-                    expected.1.zip(square).and_then(|(sum, square)| sum.checked_add(square)),
-                );
-                let of_two = [present[0], present[1], 1];
-                shares += shared.push(m, weights, place, if order == 2 { of_two } else { present });
+                expected.windows += 1;
+                expected.shares += share;
+                expected.squares = expected.squares.zip(square).and_then(|(sum, square)| sum.checked_add(square));
+                present[order..].fill(1);
+                shared.push(GappedWindow::new(m, weights, place, present));
                 clusters.iter_mut().zip(sums).for_each(|(cluster, sum)| cluster.push(sum));
             }
             let [a, b, c] = &clusters;
             let mut found = Gapped::EMPTY;
             match deviation {
-                Deviation::Allan => found.add(&shared, 0..shared.len(), shares, weights, [a, b]),
-                Deviation::Hadamard => found.add(&shared, 0..shared.len(), shares, weights, [a, b, c]),
+                Deviation::Allan => found.add(&shared, weights, [a, b]),
+                Deviation::Hadamard => found.add(&shared, weights, [a, b, c]),
             }
-            prop_assert_eq!(found, Gapped { windows: windows.len() as u64, shares: expected.0, squares: expected.1 });
+            prop_assert_eq!(found, expected);
         }
     }
 }

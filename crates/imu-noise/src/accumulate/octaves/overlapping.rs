@@ -1,6 +1,4 @@
-//! Every overlapping window: 8 bytes per sample of the longest gap-free run, or of all runs.
-
-use std::mem;
+//! Every overlapping window: 8 bytes per sample of the record.
 
 use multiversion::multiversion;
 
@@ -9,79 +7,78 @@ use crate::accumulate::record::Deviation;
 
 /// Samples of a block, which every octave reads at two more places of the record: long enough for
 /// sequential memory access.
-pub(super) const BLOCK: usize = 1024;
+const BLOCK: usize = 1024;
 
 #[derive(Clone, Debug)]
 pub(super) struct Overlapping {
-    pub(super) deviation: Deviation,
-    /// Prefix sums of the present run, from 0 on. They may wrap, but their differences do not.
-    pub(super) prefix: Vec<i64>,
-    /// The prefix sums of the earlier runs, if they are kept.
-    pub(super) earlier: Vec<Vec<i64>>,
-    pub(super) keeps_runs: bool,
+    deviation: Deviation,
+    /// Prefix sums of each run, from 0 on, the present run last. They may wrap, but their
+    /// differences do not.
+    runs: Vec<Vec<i64>>,
     squares: Vec<SquareSum>,
 }
 
 impl Overlapping {
     pub(super) fn new(deviation: Deviation) -> Self {
-        let (prefix, earlier) = (Vec::new(), Vec::new());
-        Self { deviation, prefix, earlier, keeps_runs: false, squares: Vec::new() }
+        Self { deviation, runs: vec![vec![0]], squares: Vec::new() }
     }
 
     pub(super) fn push(&mut self, counts: &[i32]) {
+        let Some(run) = self.runs.last_mut() else { return };
         for block in counts.chunks(BLOCK) {
-            self.push_block(block);
+            let known = run.len();
+            let mut sum = run[known - 1];
+            run.extend(block.iter().map(|&count| {
+                sum = sum.wrapping_add(count.into());
+                sum
+            }));
+            for k in 0..=MAX_LEVEL {
+                let first_end = known.max(self.deviation.order() << k);
+                if first_end >= run.len() {
+                    break;
+                }
+                if self.squares.len() <= k as usize {
+                    self.squares.push(SquareSum::EMPTY);
+                }
+                add_windows(self.deviation, run, first_end, 1 << k, &mut self.squares[k as usize]);
+            }
         }
     }
 
+    /// No window reaches across this place.
     pub(super) fn gap(&mut self) {
-        let run = mem::take(&mut self.prefix);
-        if self.keeps_runs && run.len() > self.deviation.order() {
-            self.earlier.push(run);
+        match self.runs.last_mut() {
+            // too short for a window
+            Some(run) if run.len() <= self.deviation.order() => run.truncate(1),
+            _ => self.runs.push(vec![0]),
         }
     }
 
-    /// Like [`Cascade::octave`](super::cascade::Cascade::octave); no window reaches across a gap.
+    /// Like [`Cascade::octave`](super::cascade::Cascade::octave).
     pub(super) fn octave(&self, k: usize) -> Option<SquareSum> {
         self.squares.get(k).copied()
     }
 
-    fn push_block(&mut self, block: &[i32]) {
-        if self.prefix.is_empty() {
-            self.prefix.push(0);
-        }
-        let known = self.prefix.len();
-        let mut sum = self.prefix[known - 1];
-        self.prefix.extend(block.iter().map(|&count| {
-            sum = sum.wrapping_add(count.into());
-            sum
-        }));
-        let order = self.deviation.order();
-        for k in 0..=MAX_LEVEL {
-            let first_end = known.max(order << k);
-            if first_end >= self.prefix.len() {
-                break;
+    /// The same for any averaging factor; `None` without a window, and beyond 2^30.
+    pub(super) fn at(&self, m: u64) -> Option<SquareSum> {
+        let m = usize::try_from(m).ok().filter(|m| (1..=1 << MAX_LEVEL).contains(m))?;
+        let mut squares = SquareSum::EMPTY;
+        let first_end = self.deviation.order() * m;
+        for run in &self.runs {
+            // by blocks: the sum of a few squares may fit when that of all does not
+            for begin in (first_end..run.len()).step_by(BLOCK) {
+                let run = &run[..run.len().min(begin + BLOCK)];
+                add_windows(self.deviation, run, begin, m, &mut squares);
             }
-            self.add_windows(k as usize, first_end, self.prefix.len());
         }
-    }
-
-    /// Adds the windows that end at these prefix sums, up to `end`.
-    fn add_windows(&mut self, k: usize, first_end: usize, end: usize) {
-        if first_end >= end {
-            return;
-        }
-        if self.squares.len() <= k {
-            self.squares.resize(k + 1, SquareSum::EMPTY);
-        }
-        add_windows(self.deviation, &self.prefix[..end], first_end, 1 << k, &mut self.squares[k]);
+        (squares.terms > 0).then_some(squares)
     }
 }
 
 /// Adds the windows at averaging factor `m` that end at `first_end` or later in a run of `prefix`
 /// sums.
 #[multiversion(targets("x86_64+avx2"))]
-pub(super) fn add_windows(deviation: Deviation, prefix: &[i64], first_end: usize, m: usize, squares: &mut SquareSum) {
+fn add_windows(deviation: Deviation, prefix: &[i64], first_end: usize, m: usize, squares: &mut SquareSum) {
     let len = prefix.len() - first_end;
     let points = |lag: usize| &prefix[first_end - lag * m..][..len];
     match deviation {

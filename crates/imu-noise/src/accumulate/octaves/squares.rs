@@ -1,10 +1,6 @@
 //! Exact sums of squares: floating-point lanes where provably exact, else 128 bits.
 
-use crate::accumulate::counts;
-
-/// 1.5 · 2^52 and its bits: adding a small integer to the bits adds it to the value.
-const SHIFTER: f64 = 6_755_399_441_055_744.0;
-const SHIFTER_BITS: u64 = 0x4338_0000_0000_0000;
+use crate::accumulate::counts::{EXACT_BELOW, ROUND, lane_sum};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct SquareSum {
@@ -33,18 +29,19 @@ impl SquareSum {
 /// least that large, or into NaN, which gives `None` as well.
 #[inline(always)]
 fn in_lanes<const P: usize>(points: [&[i64]; P], z: &impl Fn([i64; P]) -> i64) -> Option<u64> {
-    let sum = counts::lane_sum(points, |points| {
+    let sum = lane_sum(points, |points| {
         let value = to_f64(z(points));
         value * value
     });
-    (sum < counts::EXACT_BELOW).then_some(sum as u64)
+    (sum < EXACT_BELOW).then_some(sum as u64)
 }
 
 /// `z` as `f64`, exact for |z| < 2^51 and monotonic (or NaN) beyond. The default x86-64 target has
 /// no vector instruction for this conversion, but one for additions.
 #[inline(always)]
 fn to_f64(z: i64) -> f64 {
-    f64::from_bits(SHIFTER_BITS.wrapping_add(z as u64)) - SHIFTER
+    // adding a small integer to the bits adds it to the value
+    f64::from_bits(ROUND.to_bits().wrapping_add(z as u64)) - ROUND
 }
 
 #[cold]

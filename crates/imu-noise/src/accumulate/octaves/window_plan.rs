@@ -1,24 +1,20 @@
 //! The windows that end in a stretch of a record, and their missing samples: the same for all
 //! channels whose samples have the same places.
 
-use std::{
-    mem,
-    ops::{Add, Range},
-    sync::Arc,
-};
+use std::{mem, ops::Add, sync::Arc};
 
 use super::{
-    gapped::GappedWindows,
-    remembered::{MAX_LAG, Scratch, from_end, pairs},
+    gapped::GappedWindow,
+    remembered::{MAX_LAG, MEMORY, Scratch, continued},
 };
 use crate::accumulate::{places::room_for, record::Deviation, stretch::Stretch};
 
 /// Longest averaging factor, 2^30.
 pub(super) const MAX_LEVEL: u32 = 30;
 
-/// This many new sums of a long gap represent all: up to one lag of them reaches back before the
+/// This many new sums of a long gap represent all: up to two lags of them reach back before the
 /// gap, as many fill the memory of a level, and the rest are equal.
-const OF_A_GAP: u64 = 4 * MAX_LAG as u64;
+const OF_A_GAP: u64 = 2 * MEMORY as u64;
 
 /// The place of a record that a cascade has reached, and the missing samples of the block sums that
 /// each level remembers.
@@ -31,28 +27,12 @@ pub(super) struct WindowGrid {
     levels: Vec<GridLevel>,
 }
 
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-struct GridLevel {
-    sums: Lacks,
-    /// The missing samples of the sums one cluster before these, only for third differences.
-    earlier: Lacks,
-}
-
 /// The number of missing samples of each of the last block sums of the present run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-struct Lacks {
-    /// The last `len` of these numbers at the end, after zeros.
-    missing: [u32; MAX_LAG],
+struct GridLevel {
+    /// The last `len` of these numbers.
+    missing: [u32; MEMORY],
     len: usize,
-}
-
-/// The windows that end in a stretch, for each level that the stretch reaches.
-#[derive(Debug, Default)]
-pub(super) struct WindowPlan {
-    pub(super) levels: Vec<LevelPlan>,
-    /// For each window of the levels that lack samples: all bits are set if the window lacks none.
-    masks: Vec<i64>,
-    pub(super) gapped: GappedWindows,
 }
 
 /// The new sums and windows of a stretch at one level.
@@ -60,13 +40,12 @@ pub(super) struct WindowPlan {
 pub(super) struct LevelPlan {
     /// The number of new block sums; sums beyond those from the level below lack all samples.
     pub(super) new: usize,
-    /// Distance of two sums that are joined.
-    pub(super) lag: usize,
-    /// The number of earlier sums that are remembered, and of those one cluster before.
+    /// The number of earlier sums that are remembered.
     pub(super) remembered: usize,
-    pub(super) earlier: usize,
-    /// The first of the joined sums that continues to the next level, and the step: all of them
-    /// after it, or every second.
+    /// Distance of two sums that are joined, and of the clusters of a window.
+    pub(super) lag: usize,
+    /// The place of the first sum that is joined with a new one and continues to the next level, and the
+    /// step to the next: all of them after it, or every second.
     first: usize,
     every: usize,
     /// `None` if no window lacks a sample.
@@ -74,14 +53,14 @@ pub(super) struct LevelPlan {
 }
 
 /// The windows of a level that lacks samples.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct LossyWindows {
-    first_mask: usize,
+    /// For each window: all bits are set if it lacks no sample.
+    pub(super) masks: Vec<i64>,
     /// The number of windows that lack no sample.
     pub(super) whole: u64,
-    /// The windows that lack some samples and are used, and the sum of their c.
-    pub(super) gapped: Range<usize>,
-    pub(super) shares: u128,
+    /// The windows that lack some samples and are used.
+    pub(super) gapped: Vec<GappedWindow>,
 }
 
 /// The windows that end in one stretch, computed for the first channel and shared by all channels
@@ -91,11 +70,12 @@ pub struct WindowPlans {
     planned: Vec<Planned>,
 }
 
+/// The windows of a stretch that continues a grid, by level, and the grid after it.
 #[derive(Clone, Debug)]
 pub(super) struct Planned {
     stretch: Stretch,
     before: Arc<WindowGrid>,
-    pub(super) plan: Arc<WindowPlan>,
+    pub(super) plan: Arc<[LevelPlan]>,
     pub(super) after: Arc<WindowGrid>,
 }
 
@@ -122,9 +102,8 @@ impl WindowPlans {
             return planned.clone();
         }
         let mut after = WindowGrid::clone(grid);
-        let plan = after.advance(stretch);
-        let (before, plan, after) = (Arc::clone(grid), Arc::new(plan), Arc::new(after));
-        let planned = Planned { stretch: *stretch, before, plan, after };
+        let plan = after.advance(stretch).into();
+        let planned = Planned { stretch: *stretch, before: Arc::clone(grid), plan, after: Arc::new(after) };
         self.planned.push(planned.clone());
         planned
     }
@@ -137,18 +116,18 @@ impl WindowGrid {
         Self { deviation, windows_per_tau, end: 0, levels: Vec::new() }
     }
 
-    fn advance(&mut self, stretch: &Stretch) -> WindowPlan {
+    fn advance(&mut self, stretch: &Stretch) -> Vec<LevelPlan> {
         let mut new = NewLacks::new();
         new.len = stretch.places();
         new.is_whole = stretch.samples() == new.len;
-        for (missing, has_sample) in new.missing[MAX_LAG..].iter_mut().zip(stretch.has_sample()) {
+        for (missing, has_sample) in new.missing[MEMORY..].iter_mut().zip(stretch.has_sample()) {
             *missing = u32::from(!has_sample);
         }
         self.continue_by(stretch.places() as u64, new)
     }
 
     /// The plan of a gap; `None` for one without places, which no window spans.
-    pub(super) fn gap(&mut self, missing: u64) -> Option<WindowPlan> {
+    pub(super) fn gap(&mut self, missing: u64) -> Option<Vec<LevelPlan>> {
         let missing = room_for(self.end, missing);
         (missing > 0).then(|| self.continue_by(missing, NewLacks::new()))
     }
@@ -159,9 +138,9 @@ impl WindowGrid {
     }
 
     /// Continues by this many places, the first ones as in `new`, the others without samples.
-    fn continue_by(&mut self, mut places: u64, mut new: NewLacks) -> WindowPlan {
+    fn continue_by(&mut self, mut places: u64, mut new: NewLacks) -> Vec<LevelPlan> {
         self.end += places;
-        let mut plan = WindowPlan::default();
+        let mut plan = Vec::new();
         let mut joined = NewLacks::new();
         for k in 0..=MAX_LEVEL {
             if places == 0 {
@@ -173,33 +152,26 @@ impl WindowGrid {
             if k as usize == self.levels.len() {
                 self.levels.push(GridLevel::default());
             }
-            let step = self.level_plan(k, places, new.len);
-            let pairs = (step.remembered as u64 + places).saturating_sub(step.lag as u64);
+            let lag = (1 << k).min(self.windows_per_tau);
+            let remembered = self.levels[k as usize].len;
+            let from = remembered.saturating_sub(lag);
+            let pairs = |new: u64| ((remembered - from) as u64 + new).saturating_sub(lag as u64);
+            // if the stride doubles, even multiples of the stride are on the next grid
+            let every = if lag < self.windows_per_tau { 1 } else { 2 };
+            let first = |last: u64, pairs: u64| if every == 1 { 0 } else { first_even(last, pairs) };
+            let stride = (1 << k) / lag as u64;
             // the last of all new sums ends at this multiple of the stride
-            let last = self.end / self.stride(k);
-            places = if step.every == 1 { pairs } else { (pairs + 1 - first_even(last, pairs)) / 2 };
-            let lossy =
-                self.levels[k as usize].advance(self.deviation, 1 << k, &step, [&mut new, &mut joined], &mut plan);
-            plan.levels.push(LevelPlan { lossy, ..step });
+            let last = self.end / stride;
+            let with_sums = new.len as u64;
+            let first_joined = from + first(last - (places - with_sums), pairs(with_sums)) as usize;
+            let mut step = LevelPlan { new: new.len, remembered, lag, first: first_joined, every, lossy: None };
+            let pairs = pairs(places);
+            places = pairs.saturating_sub(first(last, pairs)).div_ceil(every as u64);
+            step.lossy = self.levels[k as usize].advance(self.deviation, 1 << k, &step, &mut new, &mut joined);
+            plan.push(step);
             mem::swap(&mut new, &mut joined);
         }
         plan
-    }
-
-    /// The step of level `k` over this many places; `new` of them have a sum of their own.
-    fn level_plan(&self, k: u32, places: u64, new: usize) -> LevelPlan {
-        let level = &self.levels[k as usize];
-        let (remembered, earlier) = (level.sums.len, level.earlier.len);
-        let lag = (1 << k).min(self.windows_per_tau);
-        let pairs = (remembered + new).saturating_sub(lag) as u64;
-        let last = self.end / self.stride(k) - (places - new as u64);
-        // if the stride doubles, even multiples of the stride are on the next grid
-        let (first, every) = if lag < self.windows_per_tau { (0, 1) } else { (first_even(last, pairs) as usize, 2) };
-        LevelPlan { new, lag, remembered, earlier, first, every, lossy: None }
-    }
-
-    fn stride(&self, k: u32) -> u64 {
-        ((1_usize << k) / self.windows_per_tau).max(1) as u64
     }
 }
 
@@ -216,55 +188,30 @@ impl GridLevel {
         deviation: Deviation,
         m: u32,
         step: &LevelPlan,
-        [new, joined]: [&mut NewLacks; 2],
-        plan: &mut WindowPlan,
+        new: &mut NewLacks,
+        joined: &mut NewLacks,
     ) -> Option<LossyWindows> {
-        joined.is_whole = new.is_whole && self.sums.are_zero() && self.earlier.are_zero();
-        if joined.is_whole {
-            let pairs = self.sums.skip(new.len, step.lag);
-            self.earlier.skip(if deviation == Deviation::Hadamard { pairs } else { 0 }, step.lag);
-            joined.len = step.joined(pairs);
-            return None;
-        }
-        let len = new.len;
-        let (older, newer) = self.sums.pairs(new.missing(), len, step.lag);
-        let lossy = match deviation {
-            Deviation::Allan => plan.add_windows(m, deviation.weights(), [older, newer]),
-            Deviation::Hadamard => {
-                let mut missing: Scratch<u32> = [0; _];
-                missing[MAX_LAG..][..older.len()].copy_from_slice(older);
-                let (oldest, middle) = self.earlier.pairs(&mut missing, older.len(), step.lag);
-                plan.add_windows(m, deviation.weights(), [oldest, middle, from_end(newer, middle.len())])
-            }
+        let is_zero = |missing: &[u32]| missing.iter().all(|missing| *missing == 0);
+        let values = self.len + new.len;
+        joined.is_whole = new.is_whole && is_zero(&self.missing[MEMORY - self.len..]);
+        let lossy = if joined.is_whole {
+            joined.len = step.joined(values);
+            None
+        } else {
+            let len = new.len;
+            let missing = continued(&mut self.missing, self.len, new.missing(), len);
+            joined.len = step.join(missing, &mut joined.missing);
+            joined.is_whole = is_zero(&joined.missing[MEMORY..][..joined.len]);
+            Some(LossyWindows::of(deviation, m, step.lag, missing))
         };
-        joined.len = step.join(older, newer, &mut joined.missing);
-        joined.is_whole = joined.missing[MAX_LAG..][..joined.len].iter().all(|missing| *missing == 0);
-        Some(lossy)
-    }
-}
-
-impl Lacks {
-    fn are_zero(&self) -> bool {
-        self.missing == [0; MAX_LAG]
-    }
-
-    /// Like [`pairs`], if all values are 0; returns the number of pairs.
-    fn skip(&mut self, new: usize, lag: usize) -> usize {
-        let values = self.len + new;
-        self.len = values.min(lag);
-        values - self.len
-    }
-
-    fn pairs<'a>(&mut self, scratch: &'a mut Scratch<u32>, new: usize, lag: usize) -> (&'a [u32], &'a [u32]) {
-        let remembered = self.len;
-        self.skip(new, lag);
-        pairs(&mut self.missing, remembered, scratch, new, lag)
+        self.len = values.min((deviation.order() - 1) * step.lag);
+        lossy
     }
 }
 
 impl NewLacks {
     const fn new() -> Self {
-        Self { missing: [0; MAX_LAG + Stretch::MOST], len: 0, is_whole: true }
+        Self { missing: [0; MEMORY + Stretch::MOST], len: 0, is_whole: true }
     }
 
     fn missing(&mut self) -> &mut Scratch<u32> {
@@ -279,59 +226,56 @@ impl NewLacks {
     fn fill_up(&mut self, len: usize, m: u32) {
         let known = self.len;
         if known < len {
-            self.missing()[MAX_LAG + known..MAX_LAG + len].fill(m);
+            self.missing()[MEMORY + known..MEMORY + len].fill(m);
             self.len = len;
         }
     }
 }
 
-impl WindowPlan {
-    #[inline]
-    pub(super) fn masks(&self, lossy: &LossyWindows) -> &[i64] {
-        &self.masks[lossy.first_mask..]
-    }
-
-    /// Adds one window for each place of the slices, from the number of `m` samples that each of
-    /// its clusters lacks: it is used if half of each cluster is present.
-    fn add_windows<const P: usize>(&mut self, m: u32, weights: [i64; 3], missing: [&[u32]; P]) -> LossyWindows {
-        let first = self.gapped.len();
-        let mut lossy = LossyWindows { first_mask: self.masks.len(), whole: 0, gapped: first..first, shares: 0 };
-        for place in 0..missing[0].len() {
-            let missing = missing.map(|missing| missing[place]);
-            let is_whole = missing == [0; P];
-            lossy.whole += u64::from(is_whole);
-            self.masks.push(-i64::from(is_whole));
-            if !is_whole && missing.iter().all(|missing| 2 * u64::from(*missing) <= m.into()) {
+impl LossyWindows {
+    /// One window for each place from which its clusters of `m` samples follow, `lag` places apart;
+    /// it is used if half of each cluster is present.
+    fn of(deviation: Deviation, m: u32, lag: usize, missing: &[u32]) -> Self {
+        let mut windows = Self::default();
+        let order = deviation.order();
+        for place in 0..missing.len().saturating_sub((order - 1) * lag) {
+            let clusters = missing[place..].iter().step_by(lag).take(order);
+            let is_whole = clusters.clone().all(|missing| *missing == 0);
+            windows.masks.push(-i64::from(is_whole));
+            windows.whole += u64::from(is_whole);
+            if !is_whole && clusters.clone().all(|missing| 2 * u64::from(*missing) <= m.into()) {
                 let mut present = [1; 3];
-                present.iter_mut().zip(missing).for_each(|(present, missing)| *present = m - missing);
-                lossy.shares += self.gapped.push(m, weights, place, present);
+                present.iter_mut().zip(clusters).for_each(|(present, missing)| *present = m - missing);
+                windows.gapped.push(GappedWindow::new(m, deviation.weights(), place, present));
             }
         }
-        lossy.gapped.end = self.gapped.len();
-        lossy
+        windows
     }
 }
 
 impl LevelPlan {
-    /// Block sums of the next level, written to the places of new values; returns their number.
+    /// Block sums of the next level from these of this level, written to the places of new values;
+    /// returns their number.
     #[inline(always)]
-    pub(super) fn join<T: Copy + Add<Output = T>>(&self, older: &[T], newer: &[T], next: &mut Scratch<T>) -> usize {
-        let len = self.joined(older.len());
-        let next = &mut next[MAX_LAG..][..len];
+    pub(super) fn join<T: Copy + Add<Output = T>>(&self, sums: &[T], next: &mut Scratch<T>) -> usize {
+        let len = self.joined(sums.len());
+        let next = &mut next[MEMORY..][..len];
+        let older = sums.get(self.first..).unwrap_or_default();
+        let newer = older.get(self.lag..).unwrap_or_default();
         if self.every == 1 {
             for (sum, (older, newer)) in next.iter_mut().zip(older.iter().zip(newer)) {
                 *sum = *older + *newer;
             }
         } else {
             for (i, sum) in next.iter_mut().enumerate() {
-                *sum = older[self.first + 2 * i] + newer[self.first + 2 * i];
+                *sum = older[2 * i] + newer[2 * i];
             }
         }
         len
     }
 
-    /// The number of these joined sums that continue.
-    const fn joined(&self, pairs: usize) -> usize {
-        if self.every == 1 { pairs } else { (pairs + 1).saturating_sub(self.first) / 2 }
+    /// The number of these sums that are joined and continue.
+    const fn joined(&self, sums: usize) -> usize {
+        sums.saturating_sub(self.lag + self.first).div_ceil(self.every)
     }
 }

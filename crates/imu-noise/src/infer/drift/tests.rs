@@ -5,7 +5,7 @@ use std::f64::consts::{LN_2, PI, TAU};
 use proptest::prelude::*;
 
 use super::*;
-use crate::{ChannelAccumulator, Deviation, Estimator, counts_to_unit};
+use crate::{Deviation, Estimator, Octaves, counts_to_unit};
 
 /// Amplitudes of white noise N, flicker B and walk K.
 #[derive(Debug, Clone, Copy)]
@@ -146,7 +146,7 @@ fn the_prediction_interval_contains_95_of_100_drifts_of_the_other_half() {
         for seed in 0..240 {
             let record = record(seed, 2 * SAMPLES);
             let (seen, later) = record.split_at(SAMPLES);
-            let mut sums = ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
+            let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
             sums.push(seen);
             let point = |octave: crate::OctaveSum| {
                 let variance = counts_to_unit(octave.variance_counts2()?, 0);
@@ -155,7 +155,7 @@ fn the_prediction_interval_contains_95_of_100_drifts_of_the_other_half() {
                 let edf = (SAMPLES as f64 / octave.m as f64 - 1.0).max(1.0);
                 Some(CurvePoint { tau_s, deviation: variance.sqrt(), edf })
             };
-            let curve: Vec<CurvePoint> = sums.octaves().sums().filter_map(point).collect();
+            let curve: Vec<CurvePoint> = sums.sums().filter_map(point).collect();
             let of = |samples: usize| samples as f64 * INTERVAL_S;
             let drift = Drift::new(&curve, Integral::Once, of(rest), of(coast)).unwrap();
             let half = drift.half_width(0.95).unwrap();

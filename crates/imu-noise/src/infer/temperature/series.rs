@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use crate::accumulate::temperature_blocks::{Presence, TemperatureBlocks};
+use crate::accumulate::temperature_blocks::TemperatureBlocks;
 
 /// Least share of its samples in a block that has a part.
 const LEAST_PRESENT: f64 = 0.75;
@@ -25,25 +25,20 @@ impl BlockSeries {
         let mut blocks = blocks.clone();
         let mut run = longest_run(&blocks);
         let is_read = |blocks: &TemperatureBlocks, run: &Range<usize>| {
-            let read = blocks.blocks()[run.clone()].iter().filter(|block| block.readings > 0).count();
+            let read = run.clone().filter(|block| blocks.mean_temperature_counts(*block).is_some()).count();
             read as f64 >= LEAST_READ * run.len() as f64
         };
         while run.len() > 1 && !is_read(&blocks, &run) {
             blocks.merge_pairs();
             run = longest_run(&blocks);
         }
-        let mean = |sum: i64, count: u64| sum as f64 / count as f64;
-        let places = || run.clone().map(|place| (place, &blocks.blocks()[place]));
-        let axis = |axis: usize| {
-            less_first(interpolated(&run.clone().map(|place| blocks.mean_counts(place, axis)).collect::<Vec<_>>()))
-        };
-        let read = |(_, block): (usize, &Presence)| {
-            (block.readings > 0).then(|| degrees_per_count * mean(block.temperature_counts, block.readings))
-        };
+        let series =
+            |mean: &dyn Fn(usize) -> Option<f64>| less_first(interpolated(&run.clone().map(mean).collect::<Vec<_>>()));
+        let read_c = |block: usize| Some(degrees_per_count * blocks.mean_temperature_counts(block)?);
         Self {
             block_s: blocks.length() as f64 * interval_s,
-            axes: (0..blocks.axes()).map(axis).collect(),
-            temperatures_c: less_first(interpolated(&places().map(read).collect::<Vec<_>>())),
+            axes: (0..blocks.axes()).map(|axis| series(&|block| blocks.mean_counts(block, axis))).collect(),
+            temperatures_c: series(&read_c),
         }
     }
 
@@ -84,11 +79,11 @@ impl BlockSeries {
 
 /// Blocks behind one another that are as good as full, none of them with a break.
 fn longest_run(blocks: &TemperatureBlocks) -> Range<usize> {
-    let is_full = |block: &Presence| block.samples as f64 >= LEAST_PRESENT * blocks.length() as f64 && !block.is_broken;
+    let least = LEAST_PRESENT * blocks.length() as f64;
     let mut longest = 0..0;
     let mut start = 0;
-    for (place, block) in blocks.blocks().iter().enumerate() {
-        if !is_full(block) {
+    for place in 0..blocks.blocks() {
+        if (blocks.samples(place) as f64) < least || blocks.is_broken(place) {
             start = place + 1;
         } else if place + 1 - start > longest.len() {
             longest = start..place + 1;

@@ -36,7 +36,6 @@ impl SyntheticRecord {
             temperature.push((10.0 * now_c + 0.5 * noise()).round() as i32);
         }
         let mut blocks = TemperatureBlocks::new(1);
-        blocks.push_samples(0, samples);
         blocks.push_axis(0, 0, &axis);
         blocks.push_temperature(0, &temperature);
         Self { blocks, axis }
@@ -123,7 +122,6 @@ fn a_record_that_cannot_show_one_says_why() {
 fn an_axis_that_does_not_vary_has_none() {
     let mut record = SyntheticRecord::new(900, cycle, 0.2, 0.0, 1);
     let mut constant = TemperatureBlocks::new(2);
-    constant.push_samples(0, record.axis.len());
     constant.push_axis(0, 0, &record.axis);
     constant.push_axis(1, 0, &vec![7; record.axis.len()]);
     for index in 0..record.axis.len() {
@@ -139,7 +137,6 @@ fn an_axis_that_does_not_vary_has_none() {
 fn a_few_readings_are_enough_and_nothing_is_taken_across_a_break() {
     let all = SyntheticRecord::new(1800, cycle, 0.2, 0.0, 5);
     let mut polled = TemperatureBlocks::new(1);
-    polled.push_samples(0, all.axis.len());
     polled.push_axis(0, 0, &all.axis);
     for reading in 0..180_u64 {
         polled.push_temperature(400 * reading, &[(10.0 * cycle(reading as f64 * 10.0)).round() as i32]);
@@ -151,10 +148,8 @@ fn a_few_readings_are_enough_and_nothing_is_taken_across_a_break() {
 
     let mut broken = TemperatureBlocks::new(1);
     let half = 1200 * 40;
-    broken.push_samples(0, half);
     broken.push_axis(0, 0, &all.axis[..half]);
     broken.part();
-    broken.push_samples(half as u64, all.axis.len() - half);
     broken.push_axis(0, half as u64, &all.axis[half..]);
     for index in 0..all.axis.len() {
         broken.push_temperature(index as u64, &[(10.0 * cycle(index as f64 * INTERVAL_S)).round() as i32]);

@@ -36,7 +36,7 @@ fn snapped(hz: f64) -> TimebaseSummary {
 #[test]
 fn device_times_at_the_rate_of_the_record_end_an_exclusion() {
     let mut rate = RateAuthority::new(None);
-    assert!(matches!(rate.take_device_time(800.0, &span(0, 0)), RateEffect::Rescale { .. }));
+    assert!(matches!(rate.take_device_time(800.0, &span(0, 0)), RateEffect::Discard { .. }));
     assert_eq!(rate.take_device_time(800.0, &span(9, 0)), RateEffect::None);
     assert_eq!(rate.take_device_time(200.0, &span(9, 0)), RateEffect::Exclude);
     assert!(rate.is_excluding() && rate.hz() == 800.0);
@@ -92,31 +92,12 @@ fn where_arrival_times_and_the_sensor_agree_the_sensor_is_the_authority() {
 }
 
 #[test]
-fn more_samples_are_better_evidence_than_fewer() {
-    let few = |samples: u64, hz: f64| Rate { hz, from: RateFrom::Arrival, by_few: Some(samples) };
-    for (before, samples, expected) in [
-        (few(20, 200.0), 5, few(20, 200.0)),
-        (few(20, 200.0), 20, few(20, 50.0)),
-        (few(5, 200.0), 20, few(20, 50.0)),
-        (Rate { hz: 40.0, from: RateFrom::Assumed, by_few: None }, 20, few(20, 50.0)),
-    ] {
-        let mut rate = by_arrival(50.0);
-        rate.prefer_longer_evidence(samples, before);
-        assert_eq!(rate.rate, expected);
-        assert!(rate.is_open());
-    }
-    let mut assumed = RateAuthority::new(None);
-    assumed.prefer_longer_evidence(1, assumed.rate);
-    assert_eq!(assumed.rate.by_few, None, "one sample has no rate");
-}
-
-#[test]
-fn a_change_before_the_first_sample_is_the_rate_of_the_record() {
-    let mut rate = by_device(40.0);
-    let effect = rate.take_change(40.0, 20.0, None, &span(0, 100));
-    assert_eq!(effect, RateEffect::Rescale { from_hz: 40.0, to_hz: 20.0 });
-    assert_eq!((rate.hz(), rate.rate.from, rate.is_excluding()), (20.0, RateFrom::Device, false));
-    assert_eq!(by_user(40.0).take_change(40.0, 20.0, None, &span(0, 100)), RateEffect::Exclude);
+fn a_rate_by_few_samples_gives_way() {
+    let (mut rate, mut assumed) = (by_arrival(50.0), RateAuthority::new(None));
+    rate.doubt();
+    assumed.doubt();
+    assert!(rate.is_open() && !assumed.rate.is_by_few, "one sample has no rate");
+    assert_eq!(rate.take_device_rate(40.0, || None, &span(9, 0)), RateEffect::Known(40.0));
 }
 
 #[test]
@@ -164,11 +145,9 @@ fn a_sensor_that_reports_another_rate_was_set_anew_if_the_stamps_confirmed_the_o
 fn arrivals_outweigh_a_report_that_they_contradict() {
     let report = |reported_hz| Some(FalseReport { reported_hz, arrival_hz: 100.0 });
     let arrivals = NominalRate::Snapped(100.0);
-    for (samples, expected) in [
-        (0, RateEffect::Rescale { from_hz: 40.0, to_hz: 100.0 }),
-        (600, RateEffect::Discard { from_hz: 40.0, to_hz: 100.0 }),
-    ] {
+    for samples in [0, 600] {
         let mut rate = by_device(40.0);
+        let expected = RateEffect::Discard { from_hz: 40.0, to_hz: 100.0 };
         assert_eq!(rate.take_nominal(arrivals, Some(40.0), &span(samples, 0)), expected);
         assert_eq!((rate.hz(), rate.rate.from, rate.false_report), (100.0, RateFrom::Arrival, report(40.0)));
         let now = || Some(snapped(100.0));
@@ -203,34 +182,5 @@ fn a_false_rate_is_replaced_and_named_where_samples_were_judged_by_it() {
         assert_eq!((rate.hz(), rate.rate.from), (40.0, RateFrom::Device));
         rate.start_over();
         assert_eq!(rate.false_rate, None);
-    }
-}
-
-#[test]
-fn the_first_refusal_of_a_connection_that_is_over_is_kept() {
-    let refused = |samples: u64| {
-        Some(TimebaseSummary { refusal: Some(Refusal::NoTimePasses { samples }), ..summary(None, None) })
-    };
-    let mut rate = by_arrival(40.0);
-    rate.end_connection(None);
-    assert_eq!(rate.refused_before, None);
-    rate.end_connection(refused(3));
-    rate.end_connection(refused(4));
-    assert_eq!(rate.refused_before, Some(Refusal::NoTimePasses { samples: 3 }));
-    let mut excluded = by_arrival(40.0);
-    assert_eq!(excluded.take_change(40.0, 20.0, None, &span(1, 0)), RateEffect::Exclude);
-    excluded.end_connection(refused(3));
-    assert_eq!(excluded.refused_before, None);
-    excluded.start_over();
-    assert!(!excluded.is_excluding());
-}
-
-#[test]
-fn another_rate_of_a_later_connection_is_a_change() {
-    for (mut rate, from) in [(by_arrival(40.0), RateFrom::Arrival), (by_device(40.0), RateFrom::Device)] {
-        rate.end_connection(Some(snapped(40.0)));
-        assert_eq!(rate.take_nominal(NominalRate::Known(40.0), None, &span(9, 0)), RateEffect::None);
-        assert_eq!(rate.take_nominal(NominalRate::Snapped(20.0), None, &span(9, 0)), RateEffect::Exclude, "{from:?}");
-        assert_eq!(rate.change().map(|change| (change.from_hz, change.to_hz)), Some((40.0, 20.0)));
     }
 }
