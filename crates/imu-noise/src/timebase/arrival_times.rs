@@ -220,13 +220,12 @@ impl ArrivalTimes {
     fn begin_clock(&mut self, at: Duration, at_s: f64) {
         self.origin = (at, at_s);
         self.last = at;
-        self.intervals.push(None);
         self.push_time(at_s);
     }
 
     fn push_ordered(&mut self, at: Duration) {
         let interval = at.saturating_sub(self.last);
-        self.intervals.push(Some(interval.as_secs() * 1_000_000 + u64::from(interval.subsec_micros())));
+        self.intervals.push(interval.as_micros() as u64);
         self.last += interval;
         let (origin, origin_s) = self.origin;
         self.push_time(origin_s + self.last.saturating_sub(origin).as_secs_f64());
@@ -444,7 +443,6 @@ impl ArrivalTimes {
     fn emit(&mut self, event: GapEvent) {
         match event {
             GapEvent::Samples(more) => {
-                self.intervals.resolve(more);
                 if let Some(GapEvent::Samples(samples)) = self.events.back_mut() {
                     *samples += more;
                     return;

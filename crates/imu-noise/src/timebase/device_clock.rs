@@ -303,9 +303,9 @@ impl DeviceClock {
                 envelope.push(self.index, at.as_secs_f64());
             }
             let last_at = self.last_at.filter(|_| !std::mem::take(&mut self.after_outage));
-            let since_last = last_at.map(|last| at.saturating_sub(last).as_micros() as u64);
-            self.intervals.push(since_last);
-            self.intervals.resolve(1);
+            if let Some(last) = last_at {
+                self.intervals.push(at.saturating_sub(last).as_micros() as u64);
+            }
             self.last_at = Some(at);
             self.compared_from.get_or_insert(at);
         }

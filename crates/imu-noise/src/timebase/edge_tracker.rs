@@ -50,9 +50,6 @@ const TIGHT_PERIODS: f64 = 0.42;
 /// Samples that are early by this many periods show that all samples before them were late. Chosen.
 const ALL_LATE_PERIODS: f64 = 4.0;
 
-/// For any sensor, a step that is a gap has at least this many periods.
-const LONG_STEP: f64 = 1.5;
-
 /// For any sensor, the lag in periods from which the local step is longer than expected, and the most
 /// periods by which a sample may be longer. Chosen.
 const DRIFTED_PERIODS: f64 = 0.25;
@@ -338,7 +335,7 @@ impl EdgeTracker {
         let is_longer = self.recent_s > DRIFTED_PERIODS * self.period_s
             && doubt.least_s - self.recent_s < late_s
             && step_s - self.period_s < late_s;
-        self.rates.is_none() && (step_s < LONG_STEP * self.period_s || is_longer)
+        self.rates.is_none() && is_longer
     }
 
     fn in_doubt(&self) -> impl Iterator<Item = f64> {

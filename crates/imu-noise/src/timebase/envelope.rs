@@ -21,33 +21,21 @@ struct LaggedArrival {
     lag_s: f64,
 }
 
-/// A placeholder that every arrival replaces.
-const NO_ARRIVAL: LaggedArrival = LaggedArrival { index: 0, at_s: 0.0, lag_s: f64::INFINITY };
-
 /// The earliest arrival, relative to the nominal rate, of each of at most 64 blocks of equal
 /// length: [`RUN`] samples at first, doubled as the record grows.
 #[derive(Clone, Debug)]
 pub(super) struct Envelope {
     nominal_period_s: f64,
     block_len: u64,
-    /// The first index after the present block.
-    block_end: u64,
-    lowest: LaggedArrival,
+    /// One for each block; the last block is not complete.
     points: Vec<LaggedArrival>,
-    /// Median slope over all pairs of points (Theil 1950, Sen 1968).
+    /// Median slope over all pairs of points of complete blocks (Theil 1950, Sen 1968).
     pub(super) fitted_period_s: Option<f64>,
 }
 
 impl Envelope {
-    pub(super) fn new(nominal_period_s: f64) -> Self {
-        Self {
-            nominal_period_s,
-            block_len: RUN as u64,
-            block_end: RUN as u64,
-            lowest: NO_ARRIVAL,
-            points: Vec::new(),
-            fitted_period_s: None,
-        }
+    pub(super) const fn new(nominal_period_s: f64) -> Self {
+        Self { nominal_period_s, block_len: RUN as u64, points: Vec::new(), fitted_period_s: None }
     }
 
     /// Forgets all points, because their arrivals were late.
@@ -55,38 +43,30 @@ impl Envelope {
         *self = Self::new(self.nominal_period_s);
     }
 
-    /// Adds an arrival. Returns whether it closed a block and renewed the fit.
+    /// Adds an arrival. Returns whether it began a block and renewed the fit.
     pub(super) fn push(&mut self, index: u64, at_s: f64) -> bool {
-        let closes = index >= self.block_end;
-        if closes {
-            self.close(index);
+        let arrival = LaggedArrival { index, at_s, lag_s: at_s - index as f64 * self.nominal_period_s };
+        let block_len = self.block_len;
+        if let Some(lowest) = self.points.last_mut().filter(|last| last.index / block_len == index / block_len) {
+            if arrival.lag_s < lowest.lag_s {
+                *lowest = arrival;
+            }
+            return false;
         }
-        let lag_s = at_s - index as f64 * self.nominal_period_s;
-        if lag_s < self.lowest.lag_s {
-            self.lowest = LaggedArrival { index, at_s, lag_s };
+        if self.points.len() == MAX_POINTS {
+            self.double_blocks();
         }
-        closes
+        if self.points.len() >= MIN_POINTS {
+            self.fitted_period_s = Some(self.median_slope_s());
+        }
+        self.points.push(arrival);
+        true
     }
 
     /// The fitted period if it is close to the nominal one, else the nominal one.
     pub(super) fn credible_period_s(&self) -> f64 {
         let is_credible = |fitted_s: &f64| (fitted_s / self.nominal_period_s - 1.0).abs() < CREDIBLE;
         self.fitted_period_s.filter(is_credible).unwrap_or(self.nominal_period_s)
-    }
-
-    /// Ends the block; the next block contains the sample at `index`.
-    fn close(&mut self, index: u64) {
-        if self.lowest.lag_s < f64::INFINITY {
-            self.points.push(self.lowest);
-        }
-        self.lowest = NO_ARRIVAL;
-        if self.points.len() == MAX_POINTS {
-            self.double_blocks();
-        }
-        self.block_end = (index / self.block_len + 1) * self.block_len;
-        if self.points.len() >= MIN_POINTS {
-            self.fitted_period_s = Some(self.median_slope_s());
-        }
     }
 
     fn double_blocks(&mut self) {

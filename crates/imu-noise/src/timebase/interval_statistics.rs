@@ -2,7 +2,6 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use std::collections::VecDeque;
 
 use hdrhistogram::Histogram;
 
@@ -36,40 +35,28 @@ pub(super) struct IntervalStatistics {
     histogram: Option<Histogram<u32>>,
     min_us: u64,
     max_us: u64,
-    /// Intervals of samples that are not decided yet; `None` for the first sample of a clock.
-    pending_us: VecDeque<Option<u64>>,
 }
 
 impl IntervalStatistics {
     pub(super) fn new() -> Self {
         let histogram = Histogram::new_with_bounds(1, MAX_INTERVAL_US, 3).ok();
-        Self { histogram, min_us: u64::MAX, max_us: 0, pending_us: VecDeque::new() }
+        Self { histogram, min_us: u64::MAX, max_us: 0 }
     }
 
-    /// Adds an interval, `None` if the clock changed before the next sample. It counts when the
-    /// sample is decided.
-    pub(super) fn push(&mut self, interval_us: Option<u64>) {
-        self.pending_us.push_back(interval_us);
-    }
-
-    /// The next `samples` samples are decided. Samples whose stamps are ignored have no interval.
-    pub(super) fn resolve(&mut self, samples: u64) {
-        for _ in 0..samples {
-            match self.pending_us.pop_front() {
-                Some(Some(interval_us)) => self.count(interval_us),
-                Some(None) => {}
-                None => return,
-            }
+    pub(super) fn push(&mut self, interval_us: u64) {
+        if let Some(histogram) = &mut self.histogram {
+            histogram.saturating_record(interval_us);
         }
+        self.min_us = self.min_us.min(interval_us);
+        self.max_us = self.max_us.max(interval_us);
     }
 
-    /// Forgets all intervals so far, including those of pending samples.
+    /// Forgets all intervals so far.
     pub(super) fn restart(&mut self) {
         if let Some(histogram) = &mut self.histogram {
             histogram.reset();
         }
         (self.min_us, self.max_us) = (u64::MAX, 0);
-        self.pending_us.iter_mut().for_each(|interval_us| *interval_us = None);
     }
 
     pub(super) fn summary(&self, period_s: f64) -> Option<Arrivals> {
@@ -89,13 +76,5 @@ impl IntervalStatistics {
             share_together: together / intervals.len() as f64,
             samples_together: samples / (samples - together),
         })
-    }
-
-    fn count(&mut self, interval_us: u64) {
-        if let Some(histogram) = &mut self.histogram {
-            histogram.saturating_record(interval_us);
-        }
-        self.min_us = self.min_us.min(interval_us);
-        self.max_us = self.max_us.max(interval_us);
     }
 }

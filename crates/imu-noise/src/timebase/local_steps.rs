@@ -17,14 +17,28 @@ const BLOCK: usize = 64;
 const CHANGED: f64 = 0.15;
 const SAME: f64 = 0.06;
 
-/// Relative tolerance of a single step, and of a sum of two.
-const NEAR: f64 = 0.2;
+/// Relative tolerance of a single step, of one of a clock with ticks as long, and of a sum of two.
+const NEAR: f64 = 0.25;
+const ON_TICKS: f64 = 0.05;
 const COARSE_TICKS_S: [f64; 3] = [0.01, 0.015_625, 0.016];
 const NEAR_SUM: f64 = 0.04;
+
+/// The least difference of every other step in pairs, in mean steps. Chosen.
+const PAIRED: f64 = 0.1;
+
+/// The most steps of a pattern, the mean steps by which one differs from its repetition, and the mean
+/// step in periods from which the pattern is that of two sources and not of a clock. Chosen.
+const LONGEST_PATTERN: usize = 12;
+const NEAR_REPEATED: f64 = 0.2;
+const MANY_MISSING: f64 = 1.1;
 
 /// If samples are missing, the mean step divided by a single one is below this: with more missing
 /// samples, stamps in bursts are equally likely.
 const MOST_MISSING: f64 = 1.8;
+
+/// Samples that waited are sent this many times faster, or end after this time. Chosen.
+const FLUSHED_FASTER: f64 = 1.9;
+const LONGEST_FLUSH_S: f64 = 2.0;
 
 /// Steps above this many median ones are pauses, and below this part of one samples come together.
 const PAUSE: f64 = 16.0;
@@ -39,14 +53,11 @@ const OUTLIER: f64 = 4.0;
 const RETURNS: f64 = 1.6;
 const MOST_SPREAD: f64 = 1.5;
 
-/// The least mean resultant of stamps that are whole periods of a frequency, for a search far from
-/// the mean step, and close to it.
-const LEAST_RESULTANT: f64 = 0.3;
-const SURE_RESULTANT: f64 = 0.45;
+/// The least mean resultant of stamps that are whole periods of a frequency, the part of the longest
+/// that is as long, and the number of stamps of that search.
+const LEAST_RESULTANT: f64 = 0.5;
 const AS_LONG: f64 = 0.85;
-/// Samples of that search, and the most periods of a mean step.
 const SEARCHED: usize = 256;
-const MOST_PERIODS: f64 = 5.0;
 
 /// The number of steps of which the sums are compared, which hold about [`IN_A_SUM`] missing samples,
 /// and the mean steps by which nine tenths of the sums differ at most: two ticks of a clock, with some
@@ -114,43 +125,37 @@ impl LocalSteps {
         (!self.pending_s.is_empty()).then(|| self.take(WINDOW))
     }
 
-    /// The pending stamps as if no host had stood still, without those whose stall came before.
-    fn without_stalls(&self) -> Vec<f64> {
-        let steps_s = || self.pending_s.windows(2).map(|pair| pair[1] - pair[0]);
-        let period_s = match self.last {
-            Some(last) => last.unevenness.is_none().then_some(last.period_s),
-            None => median(&steps_s().collect::<Vec<_>>()),
-        };
-        let Some(period_s) = period_s else { return self.pending_s.clone() };
-        let held = steps_s().take_while(|step_s| self.last.is_some() && *step_s < SHORT * period_s).count();
-        let held = if held < WINDOW / 2 { held } else { 0 };
-        spread(&self.pending_s[held..], period_s)
-    }
-
     fn take(&mut self, most: usize) -> Stretch {
-        let even_s = self.without_stalls();
-        let (mut from, mut until) = (self.pending_s.len() - even_s.len(), self.pending_s.len());
-        let skipped = from;
-        if let Some(place) = change_of_rate(&even_s).map(|place| skipped + place) {
-            let parts = even_s.split_at(place - skipped);
-            let period = |part: &[f64]| Some(steps_of(part, None)?.period_s).filter(|_| part.len() >= BLOCK);
-            match (period(parts.0), period(parts.1)) {
-                // samples that waited when the recording began come faster than the sensor sends
-                (Some(before), Some(after)) if self.is_first && place <= WINDOW / 2 && before < after => from = place,
-                (Some(before), Some(after)) if !is_same(before, after) => until = place,
-                _ => {}
+        let usual_s = match self.last {
+            Some(last) => last.unevenness.is_none().then_some(last.period_s),
+            None => median(&differences(&self.pending_s)),
+        };
+        // samples that waited follow each other too soon
+        let waited = usual_s.map_or(0, |usual_s| self.waited(usual_s));
+        let mut even_s = spread(&self.pending_s[waited..], usual_s.unwrap_or_default());
+        let mut until = self.pending_s.len();
+        if let Some((place, before_s, after_s)) = change_of_rate(&even_s) {
+            if self.is_first && 2 * place <= even_s.len() && is_flush(place, before_s, after_s) {
+                even_s.drain(..place);
+            } else {
+                even_s.truncate(place);
+                until = waited + place;
             }
         }
-        if self.is_first {
-            from = from.max(waited(&even_s[..until]));
-        }
-        let steps = steps_of(&even_s[from - skipped..until - skipped], self.last);
+        let steps = steps_of(&even_s, self.last);
         let taken = if until < self.pending_s.len() { until } else { most.min(until) };
         let stretch = Stretch { stamps_s: self.pending_s.drain(..taken).collect(), steps, begins: self.begins };
         self.begins = taken == until && !self.pending_s.is_empty();
         self.is_first = false;
-        self.last = if self.begins { None } else { steps };
+        self.last = steps.filter(|_| !self.begins);
         stretch
+    }
+
+    /// The number of first samples, up to half a window, that follow each other by less than half of the
+    /// usual step.
+    fn waited(&self, usual_s: f64) -> usize {
+        let is_short = |pair: &&[f64]| pair[1] - pair[0] < 0.5 * usual_s;
+        Some(self.pending_s.windows(2).take_while(is_short).count()).filter(|waited| *waited <= WINDOW / 2).unwrap_or(0)
     }
 }
 
@@ -176,23 +181,26 @@ fn spread(stamps_s: &[f64], period_s: f64) -> Vec<f64> {
     spread_s
 }
 
-/// The number of first samples, up to half a window, that follow each other by less than half of the
-/// usual step.
-fn waited(stamps_s: &[f64]) -> usize {
-    let steps_s: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let Some(usual_s) = median(&steps_s) else { return 0 };
-    let short = steps_s.iter().take_while(|step_s| **step_s < 0.5 * usual_s).count();
-    if short <= WINDOW / 2 { short } else { 0 }
+/// Whether the first samples, at this step, had waited when the recording began: they come much
+/// faster than the later ones, or soon end.
+fn is_flush(samples: usize, step_s: f64, later_step_s: f64) -> bool {
+    let is_short = step_s * samples as f64 <= LONGEST_FLUSH_S;
+    step_s < later_step_s && (is_short || FLUSHED_FASTER * step_s < later_step_s)
 }
 
 fn is_same(one: f64, other: f64) -> bool {
     (one / other - 1.0).abs() <= CHANGED && (other / one - 1.0).abs() <= CHANGED
 }
 
-/// The place of a change of the mean step, which is even on both sides of it.
-fn change_of_rate(stamps_s: &[f64]) -> Option<usize> {
-    let ends: Vec<f64> = stamps_s.iter().copied().step_by(BLOCK).collect();
-    let means: Vec<f64> = ends.windows(2).map(|pair| (pair[1] - pair[0]) / BLOCK as f64).collect();
+/// The place of a change of the mean step, which is even on both sides of it, and the local steps before
+/// and after it.
+fn change_of_rate(stamps_s: &[f64]) -> Option<(usize, f64, f64)> {
+    let size = (stamps_s.len() / 16).clamp(16, BLOCK);
+    let steps_s = differences(stamps_s);
+    // the longest step may be a gap
+    let mean =
+        |block: &[f64]| (block.iter().sum::<f64>() - block.iter().copied().fold(0.0, f64::max)) / (size - 1) as f64;
+    let means: Vec<f64> = steps_s.chunks_exact(size).map(mean).collect();
     let is_even = |means: &[f64], mean: f64| {
         5 * means.iter().filter(|other| (*other / mean - 1.0).abs() < SAME).count() >= 4 * means.len()
     };
@@ -205,61 +213,62 @@ fn change_of_rate(stamps_s: &[f64]) -> Option<usize> {
     let (_, block, before, after) = parts.min_by(|a, b| a.0.total_cmp(&b.0))?;
     // relative to a step between the two, the lag has its extreme at the change
     let (between, sign) = (0.5 * (before + after), if after > before { -1.0 } else { 1.0 });
-    let around = (block - 1) * BLOCK..((block + 1) * BLOCK + 1).min(stamps_s.len());
+    let around = (block - 1) * size..((block + 1) * size + 1).min(stamps_s.len());
     let lag = |place: usize| sign * (stamps_s[place] - place as f64 * between);
-    let place = around.max_by(|a, b| lag(*a).total_cmp(&lag(*b)))?;
-    Some(place + 1)
+    let place = around.max_by(|a, b| lag(*a).total_cmp(&lag(*b)))? + 1;
+    let (first, rest) = stamps_s.split_at(place.min(stamps_s.len()));
+    if first.len().min(rest.len()) < BLOCK {
+        return None;
+    }
+    let (before, after) = (steps_of(first, None)?.period_s, steps_of(rest, None)?.period_s);
+    (!is_same(before, after)).then_some((place, before, after))
 }
 
 /// The steps of these samples; `None` for fewer than two, or without an even step. `last` are the
 /// steps of the samples before.
 fn steps_of(stamps_s: &[f64], last: Option<Steps>) -> Option<Steps> {
-    let steps_s: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let even = |period_s: f64| Steps { period_s, unevenness: None, jump_s: 0.0 };
+    let steps_s = differences(stamps_s);
     let uneven = |(period_s, jump_s): (f64, f64)| {
         let (unevenness, tick_s) = unevenness(&steps_s, period_s);
         let tick_s = if unevenness == Unevenness::CoarseClock { tick_s } else { 0.0 };
         Steps { period_s, unevenness: Some(unevenness), jump_s: jump_s.max(tick_s) }
     };
     // a clock that shows this few times has no step that can be seen
-    if 8 * equal_stamps(stamps_s) > stamps_s.len().max(8 * BLOCK) {
+    if 12 * equal_stamps(stamps_s) > stamps_s.len().max(8 * BLOCK) {
         return None;
     }
     if let Some(period_s) = pairs(&steps_s) {
         return Some(Steps { period_s, unevenness: Some(Unevenness::Pairs), jump_s: 0.0 });
     }
-    if let Some(steps) = singles(&steps_s) {
+    let regular = singles(&steps_s);
+    if let Some(Some(steps)) = regular {
         return Some(steps);
     }
     let searched_s = &stamps_s[..stamps_s.len().min(SEARCHED)];
     let is_single = |period_s: &f64| {
         2 * steps_s.iter().filter(|step_s| (**step_s / period_s - 1.0).abs() < 0.5).count() >= steps_s.len()
     };
-    let known = match last {
+    let common = match last {
+        // samples that are missing at random leave no pattern
+        _ if regular.is_some() => None,
         Some(last) => {
             last.unevenness.is_none().then_some((resultant(searched_s, last.period_s.recip()), last.period_s))
         }
-        None => common_period(searched_s, MOST_MISSING).filter(|(_, period_s)| is_single(period_s)),
+        None => common_period(searched_s).filter(|(_, period_s)| is_single(period_s)),
     };
-    if let Some((_, period_s)) = known.filter(|(length, _)| *length >= SURE_RESULTANT) {
-        return Some(even(period_s));
-    }
-    if steps_s.len() < BLOCK {
-        let mean_s = steps_s.iter().sum::<f64>() / steps_s.len() as f64;
-        return (mean_s > 0.0).then(|| uneven((mean_s, 2.0 * mean_s)));
-    }
-    let common = || match last {
-        Some(_) => None,
-        None => common_period(searched_s, MOST_PERIODS).filter(|(length, _)| *length >= LEAST_RESULTANT),
-    };
-    if let Some(edge) = edge_step(stamps_s) {
-        return Some(uneven(edge));
-    }
     let mean_s = steps_s.iter().sum::<f64>() / steps_s.len() as f64;
-    if are_balanced(&steps_s, LEAST_BALANCED) {
-        return Some(uneven((mean_s, 2.0 * mean_s)));
+    if let Some((_, period_s)) = common.filter(|(length, _)| *length >= LEAST_RESULTANT)
+        && !(mean_s > MANY_MISSING * period_s && repeat(&steps_s))
+    {
+        return Some(Steps { period_s, unevenness: None, jump_s: 0.0 });
     }
-    common().map(|(_, period_s)| even(period_s))
+    match edge_step(stamps_s).filter(|_| steps_s.len() >= BLOCK) {
+        Some(edge) => Some(uneven(edge)),
+        None if steps_s.len() < BLOCK || are_balanced(&steps_s, LEAST_BALANCED) => {
+            (mean_s > 0.0).then(|| uneven((mean_s, 2.0 * mean_s)))
+        }
+        None => None,
+    }
 }
 
 /// Whether this many successive steps always take nearly the same time, as with a clock of few digits
@@ -268,8 +277,20 @@ fn are_balanced(steps_s: &[f64], steps: usize) -> bool {
     let mean_s = steps_s.iter().sum::<f64>() / steps_s.len() as f64;
     let mut times_s: Vec<f64> = steps_s.windows(steps).map(|all| all.iter().sum()).collect();
     times_s.sort_by(f64::total_cmp);
-    let at = |share: usize| times_s.get(share * times_s.len() / 20);
-    at(1).zip(at(19)).is_some_and(|(low_s, high_s)| high_s - low_s <= MOST_UNBALANCED * mean_s)
+    let between_s =
+        |first: usize, last: usize| times_s.get(last).map_or(f64::INFINITY, |last_s| last_s - times_s[first]);
+    let (all, tail) = (times_s.len(), times_s.len() / 20);
+    // beyond them are pauses, and not another rate
+    all > 0 && between_s(tail, 19 * all / 20) <= MOST_UNBALANCED * mean_s && between_s(0, all - 1) <= PAUSE * mean_s
+}
+
+/// Whether the steps repeat, each after the same number of others, as with two sources.
+fn repeat(steps_s: &[f64]) -> bool {
+    let mean_s = steps_s.iter().sum::<f64>() / steps_s.len() as f64;
+    let is_same = |pair: &(&f64, &f64)| (pair.0 - pair.1).abs() <= NEAR_REPEATED * mean_s;
+    let after = |steps: usize| steps_s.iter().zip(&steps_s[steps.min(steps_s.len())..]).filter(is_same).count();
+    (2..=LONGEST_PATTERN).any(|steps| 10 * after(steps) >= 9 * steps_s.len().saturating_sub(steps))
+        && 2 * after(1) < steps_s.len()
 }
 
 /// The most samples in a row with one stamp.
@@ -277,26 +298,26 @@ fn equal_stamps(stamps_s: &[f64]) -> usize {
     stamps_s.chunk_by(|a, b| a == b).map(<[f64]>::len).max().unwrap_or_default()
 }
 
-/// The mean step of samples that come in pairs: two steps together are even, and each is not.
+/// The mean step of samples that come in pairs: every other step is shorter, by more than the steps vary.
 fn pairs(steps_s: &[f64]) -> Option<f64> {
-    let sums_s: Vec<f64> = steps_s.windows(2).map(|pair| pair[0] + pair[1]).collect();
-    let period_s = 0.5 * median(&sums_s).filter(|sum_s| *sum_s > 0.0)?;
-    let even = sums_s.iter().filter(|sum_s| (*sum_s / (2.0 * period_s) - 1.0).abs() <= NEAR_SUM).count();
-    let single = steps_s.iter().filter(|step_s| (*step_s / period_s - 1.0).abs() <= NEAR_SUM).count();
+    let every_other = |first: usize| steps_s.iter().copied().skip(first).step_by(2).collect::<Vec<_>>();
+    let (one, other) = (every_other(0), every_other(1));
+    let (one_s, other_s) = (median(&one)?, median(&other)?);
+    let (period_s, difference_s) = (0.5 * (one_s + other_s), (one_s - other_s).abs());
+    let varies =
+        |steps_s: &[f64], about_s: f64| median(&steps_s.iter().map(|s| (s - about_s).abs()).collect::<Vec<_>>());
+    let variation_s = varies(&one, one_s)?.max(varies(&other, other_s)?);
     // equal stamps belong to a coarse clock
     let equal = steps_s.iter().filter(|step_s| **step_s <= 0.0).count();
     // steps that differ by a tick of a coarse clock come from one that is half a tick longer or shorter
-    let differences_s: Vec<f64> = steps_s.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
-    let difference_s = median(&differences_s)?;
     let is_clock = COARSE_TICKS_S.iter().any(|tick_s| (difference_s / tick_s - 1.0).abs() < NEAR_SUM);
-    let is_even = 20 * even >= 19 * sums_s.len() && 5 * single < steps_s.len();
-    let is_rule = is_even && 20 * equal < steps_s.len() && !is_clock;
-    is_rule.then_some(period_s)
+    let is_rule = difference_s > f64::max(PAIRED * period_s, 3.0 * variation_s) && steps_s.len() >= BLOCK;
+    (is_rule && 20 * equal < steps_s.len() && !is_clock).then_some(period_s)
 }
 
 /// The steps if single ones are the rule and the others are multiples of them, as caused by missing
-/// samples, without a pattern.
-fn singles(steps_s: &[f64]) -> Option<Steps> {
+/// samples; `Some(None)` if the others have a pattern that no clock explains.
+fn singles(steps_s: &[f64]) -> Option<Option<Steps>> {
     let median_s = median(steps_s).filter(|median_s| *median_s > 0.0)?;
     let is_near = |step_s: &&f64| (*step_s / median_s - 1.0).abs() <= NEAR;
     let singles = steps_s.iter().filter(is_near).count();
@@ -317,45 +338,35 @@ fn singles(steps_s: &[f64]) -> Option<Steps> {
     let (every, length) = even_pauses(&kept);
     let whole_s = kept.iter().sum::<f64>() * single_s / kept.iter().map(|periods| periods.round()).sum::<f64>();
     let count = |is: &dyn Fn(f64) -> bool| kept.iter().filter(|periods| is(**periods)).count();
-    let short = count(&|periods| periods < SHORT);
-    let on_ticks = count(&|periods| (periods - periods.round()).abs() <= 0.5 * NEAR);
-    let summed = (IN_A_SUM / (mean - 1.0).max(0.0)).ceil() as usize;
+    // after a stall several follow each other
+    let alone = |most: f64| kept.windows(2).filter(|pair| pair[1] < most && (SHORT..2.5).contains(&pair[0])).count();
+    let on_ticks = count(&|periods| (periods - periods.round()).abs() <= ON_TICKS);
+    let summed = (IN_A_SUM / (mean - 1.0).abs()).ceil() as usize;
     // uneven stamps are late at times, for long
     let uneven = |unevenness| {
         let period_s = mean * single_s;
         Some(Steps { period_s, unevenness: Some(unevenness), jump_s: period_s })
     };
-    match () {
+    Some(match () {
         // a clock whose ticks are about as long as the steps skips one occasionally, or repeats one
-        () if 20 * on_ticks >= 19 * kept.len() && (short > 0 || every && length < 2.5) => {
+        () if 20 * on_ticks >= 19 * kept.len() && (alone(ON_TICKS) > 0 || every && length < 2.5) => {
             uneven(Unevenness::CoarseClock)
         }
-        () if summed <= MOST_BALANCED && are_balanced(&kept, summed.max(LEAST_BALANCED)) => {
+        () if summed <= MOST_BALANCED.min(kept.len() / 8) && are_balanced(&kept, summed.max(LEAST_BALANCED)) => {
             uneven(Unevenness::CoarseClock)
         }
-        () if are_ticks_more(&kept) => uneven(Unevenness::CoarseClock),
-        () if 50 * short > kept.len() => uneven(Unevenness::Irregular),
+        () if 50 * alone(SHORT) > kept.len() => uneven(Unevenness::Irregular),
         () if every => None,
         () => Some(Steps { period_s: whole_s, unevenness: None, jump_s: 0.0 }),
-    }
+    })
 }
 
-/// Whether the steps that are no multiples of a single one are equal, as with a clock for which a
-/// single step has some ticks and the others one more.
-fn are_ticks_more(periods: &[f64]) -> bool {
-    let others: Vec<f64> =
-        periods.iter().copied().filter(|periods| (periods - periods.round()).abs() > NEAR && *periods < 2.0).collect();
-    let Some(other) = median(&others) else { return false };
-    let equal = others.iter().filter(|periods| (*periods - other).abs() < NEAR_SUM).count();
-    others.len() >= 4 && 10 * equal >= 9 * others.len()
-}
-
-/// Whether longer steps come after equal numbers of single ones, as for reads of a buffer, or after
+/// Whether other steps come after equal numbers of single ones, as for reads of a buffer, or after
 /// numbers that change slowly, as for a rate that wanders; and the length of such a step in single ones.
 fn even_pauses(periods: &[f64]) -> (bool, f64) {
-    let long: Vec<usize> = (0..periods.len()).filter(|place| periods[*place] > 1.5).collect();
-    let between: Vec<f64> = long.windows(2).map(|pair| (pair[1] - pair[0]) as f64).collect();
-    let lengths: Vec<f64> = long.iter().map(|place| periods[*place]).collect();
+    let other: Vec<usize> = (0..periods.len()).filter(|place| (periods[*place] - 1.0).abs() > NEAR).collect();
+    let between: Vec<f64> = other.windows(2).map(|pair| (pair[1] - pair[0]) as f64).collect();
+    let lengths: Vec<f64> = other.iter().map(|place| periods[*place]).collect();
     let (Some(middle), Some(length)) = (median(&between), median(&lengths)) else { return (false, 0.0) };
     let is_even = |run: &&[f64]| (run[1] - 0.5 * (run[0] + run[2])).abs() <= f64::max(1.0, NEAR * run[1]);
     let even = between.windows(3).filter(is_even).count();
@@ -374,7 +385,7 @@ fn edge_step(stamps_s: &[f64]) -> Option<(f64, f64)> {
     let rises = || points.windows(2).map(|pair| (pair[1] - pair[0], stamps_s[pair[1]] - stamps_s[pair[0]]));
     let slopes: Vec<f64> = rises().map(|(samples, rise_s)| rise_s / samples as f64).collect();
     let slope_s = median(&slopes).filter(|slope_s| *slope_s > 0.0)?;
-    let positive: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).filter(|step_s| *step_s > 0.0).collect();
+    let positive: Vec<f64> = differences(stamps_s).into_iter().filter(|step_s| *step_s > 0.0).collect();
     let tick_s = median(&positive)?;
     // a coarse clock moves the edge by a tick
     let tick = 1.2 * tick_s / slope_s;
@@ -412,9 +423,9 @@ fn unevenness(steps_s: &[f64], period_s: f64) -> (Unevenness, f64) {
     (unevenness, tick_s)
 }
 
-/// The period, between the mean step and the `most`-th part of it, for which all stamps are
-/// multiples, with any missing and slightly late samples; with the resultant length.
-fn common_period(stamps_s: &[f64], most: f64) -> Option<(f64, f64)> {
+/// The period, between the mean step and the part of it that missing samples leave at least, for which
+/// all stamps are multiples, with any missing and slightly late samples; with the resultant length.
+fn common_period(stamps_s: &[f64]) -> Option<(f64, f64)> {
     let span_s = stamps_s.last()? - stamps_s.first()?;
     let mean_hz = (stamps_s.len() - 1) as f64 / span_s;
     let step_hz = 0.25 / span_s;
@@ -423,7 +434,7 @@ fn common_period(stamps_s: &[f64], most: f64) -> Option<(f64, f64)> {
     }
     let with_length = |hz: f64| (resultant(stamps_s, hz), hz);
     let lowest_hz = mean_hz - 8.0 * step_hz;
-    let candidates = ((most * mean_hz - lowest_hz) / step_hz) as u32;
+    let candidates = ((MOST_MISSING * mean_hz - lowest_hz) / step_hz) as u32;
     let all: Vec<_> = (0..candidates).map(|index| with_length(lowest_hz + f64::from(index) * step_hz)).collect();
     let longest = all.iter().map(|(length, _)| *length).fold(0.0, f64::max);
     // multiples of the rate, and sums with that of the digits of the stamps, fit about as well
@@ -444,6 +455,10 @@ pub(super) fn resultant(stamps_s: &[f64], hz: f64) -> f64 {
         sines += sine;
     }
     f64::hypot(cosines, sines) / stamps_s.len() as f64
+}
+
+fn differences(values: &[f64]) -> Vec<f64> {
+    values.windows(2).map(|pair| pair[1] - pair[0]).collect()
 }
 
 /// The lower median; `None` without values.
