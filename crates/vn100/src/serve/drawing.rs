@@ -14,7 +14,7 @@ use axum::body::Bytes;
 use tokio::{sync::watch, time::Instant};
 use vn100_analysis::{Assessment, Parts, SourceFacts, SourceResult};
 use vn100_report::{
-    Document, Evaluation, MeasuredSource,
+    DEFAULT_SPAN_S, Document, Evaluation, MeasuredSource,
     figure::Figures,
     goals::Goals,
     html::{
