@@ -94,6 +94,23 @@ impl StatusLine {
         if let Some(state) = link {
             self.report_link(state);
         }
+        self.report_recording(recording);
+        let state = link.map_or("reading".into(), |link| link_word(&link_facts(link)));
+        let recorded = recording.map_or(String::new(), |recording| match recording.error {
+            Some(_) => "RECORDING FAILED  ".into(),
+            None => format!("recorded {}  ", HumanBytes(recording.bytes)),
+        });
+        self.bar.set_message(format!("{}  {state}  {recorded}{}", self.name, counts(snapshot)));
+        self.bar.tick();
+    }
+
+    /// Takes the line from the terminal; what happened can be reported after that.
+    pub(crate) fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+
+    /// Reports once that the recording has failed, and once that its disk is nearly full.
+    pub(crate) fn report_recording(&mut self, recording: Option<&RecordingState>) {
         if let Some(RecordingState { path, error: Some(error), .. }) = recording
             && !self.failure_reported
         {
@@ -112,13 +129,6 @@ impl StatusLine {
                 self.name
             ));
         }
-        let state = link.map_or("reading".into(), |link| link_word(&link_facts(link)));
-        let recorded = recording.map_or(String::new(), |recording| match recording.error {
-            Some(_) => "RECORDING FAILED  ".into(),
-            None => format!("recorded {}  ", HumanBytes(recording.bytes)),
-        });
-        self.bar.set_message(format!("{}  {state}  {recorded}{}", self.name, counts(snapshot)));
-        self.bar.tick();
     }
 
     /// Reports each link event once; of repeated failures the first, and those that need the user.

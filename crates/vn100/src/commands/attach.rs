@@ -323,6 +323,9 @@ async fn follow(
                 }
             }
             result = &mut session.result => {
+                // the recording may have failed since the last tick
+                let line = line.get_or_insert_with(|| job.status.line(&name, next));
+                line.report_recording(session.state.borrow().recording.as_ref());
                 let result = result.context(FAULT)?;
                 return Ok(if is_left { SessionResult { shortfall: None, unmet: Vec::new(), ..result } } else { result });
             }
@@ -332,7 +335,7 @@ async fn follow(
                     Stage::Measuring => {}
                     Stage::Preparing => continue,
                     Stage::Finishing | Stage::Ended(_) => {
-                        line = None;
+                        line.iter().for_each(StatusLine::clear);
                         continue;
                     }
                 }
@@ -355,8 +358,8 @@ async fn follow(
                 }
             }
             _ = ticks.tick() => {
-                if let Some(line) = &mut line {
-                    let state = session.state.borrow().clone();
+                let state = session.state.borrow().clone();
+                if let (Some(line), Stage::Measuring) = (&mut line, &state.stage) {
                     line.show(state.link.as_ref(), state.recording.as_ref(), &state.snapshot);
                 }
             }
