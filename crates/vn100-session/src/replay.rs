@@ -24,7 +24,7 @@ use crate::{
 };
 
 /// A capture, and the options of its measurement.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub struct ReplaySpec {
     /// The file; `-` is standard input.
     pub path: PathBuf,
@@ -54,18 +54,7 @@ impl ReplaySpec {
     /// The whole file, as fast as the machine can, with all options at their defaults.
     #[must_use]
     pub fn of(path: impl Into<PathBuf>) -> Self {
-        Self {
-            path: path.into(),
-            capture: CaptureOptions::default(),
-            is_one_of_several: false,
-            settings: Settings::default(),
-            read: ReadOptions::default(),
-            speed: None,
-            each_second: false,
-            samples: None,
-            observer: None,
-            stop: CancellationToken::new(),
-        }
+        Self { path: path.into(), ..Self::default() }
     }
 
     /// The name of the source in results: the file's name without its folder, because a result does
@@ -77,21 +66,20 @@ impl ReplaySpec {
             true => self.path.clone(),
             false => recording_path(&self.path),
         };
-        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        match self.capture.topic.as_deref().filter(|_| self.is_one_of_several) {
-            Some(topic) => format!("{name} {topic}"),
-            None => name.into_owned(),
-        }
+        self.with_topic(&path.file_name().unwrap_or(path.as_os_str()).to_string_lossy())
     }
 
     /// The name of the source in an archive: the path as given, and the topic if it is one of
     /// several streams. Bytes of a path that are not text are escaped.
     #[must_use]
     pub fn name_with_folder(&self) -> String {
-        let path = self.path.to_str().map_or_else(|| format!("{:?}", self.path), str::to_owned);
+        self.with_topic(&self.path.to_str().map_or_else(|| format!("{:?}", self.path), str::to_owned))
+    }
+
+    fn with_topic(&self, name: &str) -> String {
         match self.capture.topic.as_deref().filter(|_| self.is_one_of_several) {
-            Some(topic) => format!("{path} {topic}"),
-            None => path,
+            Some(topic) => format!("{name} {topic}"),
+            None => name.to_owned(),
         }
     }
 

@@ -89,7 +89,7 @@ pub(crate) struct CommandHelp {
 /// That of the command of this name; of the program, if none has it.
 pub(crate) fn help_of(command: &str) -> CommandHelp {
     let head = |line: &'static str| line.split_once(": ").filter(|_| !line.starts_with(' '));
-    let is_other = |line: &&'static str| head(*line).is_none_or(|(name, _)| name != command);
+    let is_other = |line: &&'static str| head(line).is_none_or(|(name, _)| name != command);
     let mut lines = COMMANDS.lines().skip_while(is_other).chain(COMMANDS.lines());
     let (_, highest) = lines.next().and_then(head).unwrap_or_default();
     let examples = lines.map_while(|line| line.strip_prefix("  ")?.split_once(" | ")).collect();

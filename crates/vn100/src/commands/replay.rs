@@ -63,12 +63,12 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
 
 /// Replays in the view until the user quits it, and writes the results as any replay does.
 fn replay_in_view(args: &ReplayArgs, speed: Speed) -> Result<Completion> {
-    if !args.serve.serve.is_some() && !vn100_view::is_there() {
+    if args.serve.serve.is_none() && !vn100_view::is_there() {
         bail!(
             "--speed needs the live view, and that a terminal for input and output, or a page (--serve); without --speed the result is printed at once"
         );
     }
-    if !args.serve.serve.is_some() && takes_terminal(&args.files.log) {
+    if args.serve.serve.is_none() && takes_terminal(&args.files.log) {
         bail!("-v would overwrite the view: send it to a file, as in -v 2>FILE");
     }
     let work = async |log| replay_all(args, speed, log).await;

@@ -102,10 +102,11 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
     file.check(output, &[])?;
     let is_recording = output.extension().is_some_and(|extension| extension == "mcap");
     file.write(output, |out| {
-        Ok(match is_recording {
-            true => record(out, &mut *write_frame, samples, rate_hz, args)?,
-            false => write(out, &mut *write_frame, samples)?,
-        })
+        let written = match is_recording {
+            true => record(out, &mut *write_frame, samples, rate_hz, args),
+            false => write(out, &mut *write_frame, samples),
+        };
+        Ok(written?)
     })?;
     Ok(Completion::Complete)
 }
