@@ -186,7 +186,7 @@ impl TimeSearch<'_> {
         let stamps: Vec<Number> = numbers_at(self.rows, place).collect();
         let cells = self.cells(place).filter(|cell| !cell.is_empty()).count();
         // a number among dates is a damaged date
-        if 2 * stamps.len() <= cells {
+        if stamps.is_empty() || 2 * stamps.len() < cells {
             if let Some((_, unit_ns)) = self.cells(place).find_map(with_unit) {
                 return Ok(StampForm::Unit(unit_ns));
             }
