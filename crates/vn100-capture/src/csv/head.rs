@@ -52,7 +52,10 @@ pub(crate) fn detect(head: &[u8], said: Said<'_>) -> Result<Option<CsvPlan>, Csv
         head.split(|&byte| byte == line_end).map(|line| line.strip_suffix(b"\r").unwrap_or(line)).collect();
     // a zero byte in the names of the columns is no damage: the file is binary data, or UTF-16
     let first = lines.iter().position(|line| !is_comment_or_blank(line)).filter(|&first| !lines[first].contains(&0));
-    let Some(first) = first else { return Ok(None) };
+    // an object of JSON names its values in each line, which no header does
+    let is_json =
+        |line: &[u8]| [&b"{\""[..], b"[{", b"{ \""].iter().any(|begin| line.trim_ascii_start().starts_with(begin));
+    let Some(first) = first.filter(|&first| !is_json(lines[first])) else { return Ok(None) };
     let names_channels = said.map.is_some_and(|map| map.has_channels());
     if !names_channels && let Some(plan) = sentence_rows::detect(&lines, said)? {
         return Ok(Some(CsvPlan { line_end, ..plan }));

@@ -119,6 +119,13 @@ impl Number {
         i64::try_from(if self.negative { -magnitude } else { magnitude }).ok()
     }
 
+    /// The number less a whole one; `None` if it is smaller, or has an exponent.
+    pub(super) fn minus(&self, whole: u64) -> Option<Self> {
+        let power = u32::try_from(self.decimals).ok().and_then(|decimals| 10_u64.checked_pow(decimals))?;
+        let digits = self.digits.checked_sub(whole.checked_mul(power)?)?;
+        (!self.negative).then_some(Self { digits, ..*self })
+    }
+
     /// The number of digits after the point, as if an exponent were written out, without trailing zeros.
     pub(super) fn significant_decimals(&self) -> u32 {
         let (mut digits, mut decimals) = (self.digits, self.decimals);

@@ -17,6 +17,13 @@ const SINCE_EPOCH_S: Range<f64> = 1e9..4.2e9;
 /// The same years in days since 1900, as spreadsheets count them, and since the year 0, as MATLAB does.
 const DAYS_OF_THIS_CENTURY: [Range<f64>; 2] = [36_892.0..73_800.0, 730_852.0..767_800.0];
 
+/// 1970-01-01 in days since the year 0. In nanoseconds such days are beyond 64 bits, and their zero is
+/// moved to 1970.
+const MATLAB_DAYS_OF_1970: u64 = 719_529;
+
+/// One stamp in so many may be damaged without being taken for another form.
+const STAMPS_A_DAMAGED_ONE: usize = 20;
+
 /// An inertial sensor sends 1 to 1000 lines a second; the limits allow a tenth more for the clock.
 const SHORTEST_STEP_S: f64 = 0.9e-3;
 const LONGEST_STEP_S: f64 = 1.1;
@@ -94,6 +101,9 @@ impl StampForm {
     pub(super) fn nanoseconds(self, stamp: &[u8]) -> Option<i64> {
         let Self::Unit(unit_ns) = self else { return self.text_ns(str::from_utf8(stamp).ok()?) };
         match Number::parse(stamp) {
+            Some(number) if unit_ns == DAY_NS => {
+                number.times(DAY_NS).or_else(|| number.minus(MATLAB_DAYS_OF_1970)?.times(DAY_NS))
+            }
             Some(number) => number.times(unit_ns),
             None => with_unit(stamp).and_then(|(number, unit_ns)| number.times(unit_ns)),
         }
@@ -123,16 +133,20 @@ impl StampForm {
         i64::try_from(moment.as_nanosecond() - i128::from(offset_s) * i128::from(SECOND_NS)).ok()
     }
 
-    /// The form of all these texts, if they are dates or times of day.
+    /// The form of these texts, if they are dates or times of day; a few may be damaged.
     ///
     /// # Errors
     /// If the day or the month may come first.
     pub(super) fn of_texts(texts: &[&[u8]]) -> Result<Option<Self>, ()> {
-        let fits = |form: &Self| !texts.is_empty() && texts.iter().all(|text| form.nanoseconds(text).is_some());
-        match Self::OF_TEXT.into_iter().filter(fits).collect::<Vec<_>>()[..] {
+        let fitting = |form: Self| texts.iter().filter(|text| form.nanoseconds(text).is_some()).count();
+        let counts = Self::OF_TEXT.map(|form| (form, fitting(form)));
+        let most = counts.iter().map(|(_, count)| *count).max().unwrap_or(0);
+        if most == 0 || (texts.len() - most) * STAMPS_A_DAMAGED_ONE > texts.len() {
+            return Ok(None);
+        }
+        match counts.into_iter().filter(|(_, count)| *count == most).map(|(form, _)| form).collect::<Vec<_>>()[..] {
             [Self::DayFirst, Self::MonthFirst] => Err(()),
-            [form, ..] => Ok(Some(form)),
-            [] => Ok(None),
+            ref forms => Ok(forms.first().copied()),
         }
     }
 
@@ -255,6 +269,26 @@ mod tests {
     fn unit<T: ToString>(stamps: impl IntoIterator<Item = T>) -> Result<&'static str, String> {
         let numbers = stamps.into_iter().map(|stamp| Number::parse(stamp.to_string().as_bytes()).unwrap());
         unit_of(&numbers.collect::<Vec<_>>()).map(|unit_ns| StampForm::Unit(unit_ns).name())
+    }
+
+    #[test]
+    fn days_of_matlab_are_days_of_1970() {
+        let since_1970 = |text: &str| StampForm::Unit(DAY_NS).nanoseconds(text.as_bytes());
+        assert_eq!(since_1970("719529.5"), Some(DAY_NS / 2));
+        assert_eq!(since_1970("737520.0000000001"), Some(17_991 * DAY_NS + 8640));
+        assert_eq!(since_1970("45000.5"), Some(45_000 * DAY_NS + DAY_NS / 2), "of a spreadsheet");
+        assert_eq!(since_1970("999999999"), None);
+    }
+
+    #[test]
+    fn a_damaged_text_among_forty_changes_no_form() {
+        let mut texts = vec![b"05-Apr-2019 11:00:00.010".as_slice(); 39];
+        for damaged in [b"05-Apx-2019 11:00:00.010".as_slice(), b"", b"17"] {
+            texts.push(damaged);
+            assert_eq!(StampForm::of_texts(&texts), Ok(Some(StampForm::DayFirst)));
+            texts.pop();
+        }
+        assert_eq!(StampForm::of_texts(&[b"none"]), Ok(None));
     }
 
     #[test]

@@ -184,7 +184,9 @@ impl TimeSearch<'_> {
     /// The form of the stamps of a column.
     fn form(&self, place: usize) -> Result<StampForm, CsvError> {
         let stamps: Vec<Number> = numbers_at(self.rows, place).collect();
-        if stamps.is_empty() {
+        let cells = self.cells(place).filter(|cell| !cell.is_empty()).count();
+        // a number among dates is a damaged date
+        if stamps.is_empty() || 2 * stamps.len() < cells {
             if let Some((_, unit_ns)) = self.cells(place).find_map(with_unit) {
                 return Ok(StampForm::Unit(unit_ns));
             }
