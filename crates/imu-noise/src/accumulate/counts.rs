@@ -17,7 +17,9 @@ const LANES: usize = 8;
 /// Sum of `term` over the places of `slices`, which are equally long.
 #[inline(always)]
 pub(crate) fn lane_sum<T: Copy, const S: usize>(slices: [&[T]; S], term: impl Fn([T; S]) -> f64) -> f64 {
-    let chunks = slices.map(|slice| slice.as_chunks::<LANES>());
+    // one length for all of them spares the loop its checks
+    let len = slices[0].len();
+    let chunks = slices.map(|slice| slice[..len].as_chunks::<LANES>());
     let mut lanes = [0.0_f64; LANES];
     for chunk in 0..chunks[0].0.len() {
         let chunk = chunks.map(|(whole, _)| &whole[chunk]);
