@@ -1,5 +1,5 @@
 //! The table of the codes of documents: the word for each code in text and pages, and its meaning, as
-//! `docs/words.md` lists them.
+//! `vn100 explain` lists them.
 
 use serde::Serialize;
 use serde_json::Value;
