@@ -12,14 +12,14 @@ use serde_json::Value;
 use crate::support::{capture, replay, vn100};
 
 /// Three recordings of one sensor, a damaged file and one that is no capture.
-fn archive(folder: &Path) {
+fn archive(folder: &Path, message: &str) {
     fs::create_dir_all(folder.join("in/deep")).unwrap();
     for seed in ["1", "3", "4"] {
         let place = if seed == "1" { "in/deep" } else { "in" };
         let path = capture(
             &folder.join(place),
             &format!("{seed}.vnimu"),
-            &["--message", "VNIMU", "--seed", seed, "--duration", "20s"],
+            &["--message", message, "--seed", seed, "--duration", "20s"],
         );
         let mut text = fs::read_to_string(&path).unwrap();
         let body = "VNRRG,03,0100012345";
@@ -48,7 +48,7 @@ const CHANNELS: usize = 11;
 #[test]
 fn each_recording_and_channel_is_a_row_with_the_numbers_of_its_replay() {
     let folder = tempfile::tempdir().unwrap();
-    archive(folder.path());
+    archive(folder.path(), "VNIMU");
     let (text, exit, said) = run(folder.path(), &[]);
     assert_eq!(exit, 3, "a file held nothing: {said}");
     assert!(said.contains("vn100: in/broken.vnymr"), "the place of the file too: {said}");
@@ -83,7 +83,7 @@ fn each_recording_and_channel_is_a_row_with_the_numbers_of_its_replay() {
 #[test]
 fn an_archive_continues_where_it_stopped() {
     let folder = tempfile::tempdir().unwrap();
-    archive(folder.path());
+    archive(folder.path(), "VNGYR");
     let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
     for name in ["rows.jsonl", "rows.csv"] {
         let output = ["-o", name];
@@ -147,7 +147,7 @@ fn files_of_a_capture_count_as_part_of_it() {
 #[test]
 fn an_interrupted_archive_keeps_the_rows_it_has() {
     let folder = tempfile::tempdir().unwrap();
-    archive(folder.path());
+    archive(folder.path(), "VNGYR");
     let pipe = folder.path().join("in/endless.vnimu");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     let mut command = vn100();

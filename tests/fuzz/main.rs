@@ -19,7 +19,7 @@ use mutate::Mutator;
 use targets::{TARGETS, Target};
 
 /// Mutations of each target unless the environment sets another number.
-const CASES: u64 = 1500;
+const CASES: u64 = 700;
 
 fn run(name: &str) {
     let Target { check, seeds, .. } = TARGETS.iter().find(|target| target.name == name).unwrap();

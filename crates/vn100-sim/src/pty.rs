@@ -47,7 +47,7 @@ pub struct PtyOptions {
 pub struct PtyStats {
     /// Number of openings of the port.
     pub openings: u64,
-    /// Bytes that the host has received.
+    /// Bytes in the terminal of the host; after the end, those that it has read.
     pub bytes_sent: u64,
     /// Bytes that were dropped because the terminal and the 64 KiB after it were full.
     pub bytes_dropped: u64,

@@ -161,13 +161,20 @@ impl PseudoTerminal {
 
     /// Bytes that the host has not read; 0 if a host with exclusive access prevents the query.
     pub(super) fn unread(&self) -> io::Result<u64> {
-        match &self.slave {
-            Some(slave) => Ok(ioctl_fionread(slave)?),
+        let opened;
+        let slave = match &self.slave {
+            Some(slave) => slave,
             None => match open(&self.path, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty()) {
-                Ok(slave) => Ok(ioctl_fionread(slave)?),
-                Err(_) => Ok(0),
+                Ok(slave) => {
+                    opened = slave;
+                    &opened
+                }
+                Err(_) => return Ok(0),
             },
-        }
+        };
+        // a poll makes the system pass on the bytes that are on their way between the two sides: otherwise they are not counted
+        poll(&mut [PollFd::new(slave, PollFlags::IN)], Some(&Timespec::default()))?;
+        Ok(ioctl_fionread(slave)?)
     }
 }
 

@@ -27,10 +27,8 @@ use crate::{device::Device, fault::PlugEvent, wire::Wire};
 /// The longest wait at the end for a host that still reads.
 const LINGER: Duration = Duration::from_secs(1);
 
-/// The interval for checking whether the host has read all bytes, and the number of consecutive
-/// checks without pending bytes: the machine passes bytes on in steps, and late if it is busy.
+/// The interval for checking whether the host has read all bytes.
 const LINGER_STEP: Timespec = Timespec { tv_sec: 0, tv_nsec: 2_000_000 };
-const LINGER_LOOKS: u32 = 25;
 
 /// The time during which a port whose host has left can still be opened: a host that looked up its
 /// name just before finds a sensor there, and not a port that is hung up.
@@ -298,14 +296,15 @@ impl Server {
     /// Waits for the host, because bytes that it has not read are lost when the port is removed.
     fn linger(mut self) -> io::Result<()> {
         let since = Instant::now();
-        let mut empty = 0;
         loop {
             self.give(&[])?;
             let Some(port) = &mut self.port else { break };
             let left = port.host_change()? == Some(HostChange::Left);
-            let all_read = self.outbox.is_empty() && port.unread()? == 0;
-            empty = if all_read { empty + 1 } else { 0 };
-            if left || empty > LINGER_LOOKS || since.elapsed() > LINGER {
+            let in_terminal = port.unread()?;
+            if left || (self.outbox.is_empty() && in_terminal == 0) || since.elapsed() > LINGER {
+                let mut state = self.shared.state();
+                state.stats.bytes_sent = state.stats.bytes_sent.saturating_sub(in_terminal);
+                state.stats.bytes_unread += in_terminal;
                 break;
             }
             // the waker is readable now, so this waits only for the time

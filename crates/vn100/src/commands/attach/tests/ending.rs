@@ -112,7 +112,7 @@ async fn with_stalls(options: String, reboot_at_s: u64, stalls: Vec<(u64, u64)>)
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 16, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 6, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn a_restart_at_any_moment_ends_the_measurement_or_comes_before_it(
@@ -157,7 +157,7 @@ async fn nothing_is_lost(rate_hz: u32, message: &str, stalls: Vec<(u64, u64)>) -
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 5, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Up to the two and a half seconds in which a sensor that does not answer is not lost yet.
     #[test]

@@ -106,7 +106,7 @@ async fn cut_and_resumed(options: &str, cuts: &[f64]) -> Result<(), TestCaseErro
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 8, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 4, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn a_recording_cut_at_any_byte_is_read_and_resumed(

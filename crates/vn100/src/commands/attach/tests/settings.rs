@@ -111,7 +111,7 @@ async fn interrupted(options: &str, was_paused: bool, after: Duration) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 10, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 5, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn an_interrupt_at_any_moment_leaves_the_sensor_as_it_was_found(
@@ -149,7 +149,7 @@ async fn paused_again(stall_at: Duration, stall: Duration) -> Result<(), TestCas
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 6, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn a_paused_sensor_is_paused_again_however_its_host_stands_still(at_ms in 0_u64..6000, for_ms in 30_u64..1500) {
