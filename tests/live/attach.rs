@@ -91,25 +91,6 @@ fn several_sources_get_a_result_each() {
 }
 
 #[test]
-fn every_second_of_a_pipe_gives_the_same_lines_as_the_file() {
-    let log = replay_log(CLEAN);
-    let samples = |output: &[u8]| {
-        let text = String::from_utf8(output.to_vec()).unwrap();
-        let line = |line: &str| serde_json::from_str::<Value>(line).unwrap()["timing"]["samples"].as_u64().unwrap();
-        text.lines().map(line).collect::<Vec<_>>()
-    };
-    let live = with_stdin(vn100().args(["attach", "-", "--ndjson"]), &fs::read(&log).unwrap());
-    let file = vn100().args(["replay", "--ndjson"]).arg(&log).output().unwrap();
-    assert_eq!(samples(&live.stdout), samples(&file.stdout));
-    let each_second_and_the_end = (1..=60).chain([60]).map(|second| 40 * second);
-    assert_eq!(samples(&file.stdout), each_second_and_the_end.collect::<Vec<_>>());
-    // so few that their rate is not known before the end
-    let few = &fs::read(&log).unwrap()[..400 * 122];
-    let live = with_stdin(vn100().args(["attach", "-", "--ndjson"]), few);
-    assert_eq!(samples(&live.stdout), (1..=10).chain([10]).map(|second| 40 * second).collect::<Vec<_>>());
-}
-
-#[test]
 fn a_lost_sensor_gives_a_heartbeat_each_second() {
     let server = TcpListener::bind("127.0.0.1:0").unwrap();
     let source = format!("tcp://{}", server.local_addr().unwrap());

@@ -43,16 +43,6 @@ fn invalid_arguments_end_with_exit_code_two() {
 }
 
 #[test]
-fn a_sensor_is_identified_and_set() {
-    let info = document(&run(vn100().args(["info", "sim", "--json"])));
-    assert_eq!((&info["rate_hz"], &info["message"]), (&40.into(), &"VNYMR".into()));
-    let configured = run(vn100().args(["configure", "sim", "--set-message", "VNYPR"]));
-    assert_eq!(configured.status.code(), Some(0), "its lines come as set: {configured:?}");
-    let told = String::from_utf8(configured.stdout).unwrap();
-    assert!(told.contains("from 14 to 1;") && told.contains("unless --save is given"), "{told}");
-}
-
-#[test]
 fn a_signal_without_a_view_ends_with_the_result() {
     for signal in [Signal::INT, Signal::HUP, Signal::TERM] {
         let folder = tempfile::tempdir().unwrap();

@@ -100,36 +100,6 @@ async fn a_sensor_without_output_is_kept_and_one_that_is_gone_is_not() {
 const BOOT: Duration = ms(1250);
 
 #[tokio::test(start_paused = true)]
-async fn a_restart_of_the_sensor_begins_a_new_segment() {
-    for (rate_hz, baud) in RATES {
-        let sensor = Sensor::new(baud, rate_hz);
-        let mut link = sensor.link(LinkOptions::default());
-        link.until_up().await;
-        link.run(ms(5000)).await;
-        // it boots, and does not answer meanwhile
-        sensor.world().says = Some("VNERR,0A");
-        (sensor.world().streams, sensor.world().answers) = (false, false);
-        link.until_down().await;
-        link.run(BOOT).await;
-        (sensor.world().streams, sensor.world().answers) = (true, true);
-        link.until_up().await;
-        let of = |is: fn(&LinkEventKind) -> bool| link.told.link.iter().rfind(|(_, kind)| is(kind)).unwrap().0;
-        let without =
-            of(|kind| matches!(kind, LinkEventKind::Up { .. })) - of(|kind| matches!(kind, LinkEventKind::Down { .. }));
-        assert!((1150..1350).contains(&without), "{without} ms");
-        let cause = "VNERR 0A: the sensor was restarted by its watchdog".into();
-        assert!(link.told.link.iter().any(|(_, kind)| *kind == LinkEventKind::Down { cause: String::clone(&cause) }));
-        link.run(ms(5000)).await;
-        let told = link.stop().await;
-        assert_eq!((told.counts.connects, sensor.world().opened.len()), (2, 1));
-        for wanted in [1, 5, 6, 7] {
-            let times = told.registers.iter().filter(|(register, _)| *register == wanted).count();
-            assert!(times >= 2, "register {wanted}: identified again");
-        }
-    }
-}
-
-#[tokio::test(start_paused = true)]
 async fn an_unplug_in_the_middle_of_a_line_is_a_new_segment() {
     for (rate_hz, baud) in RATES {
         let sensor = Sensor::new(baud, rate_hz);
@@ -256,29 +226,6 @@ async fn a_sensor_that_cannot_be_configured_again_is_not_measured() {
     sensor.world().read_only = None;
     link.until_up().await;
     assert!(sensor.world().streams);
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_garbled_session_is_closed_within_a_third_of_a_second_and_opened_again() {
-    for (rate_hz, baud) in RATES {
-        let sensor = Sensor::new(baud, rate_hz);
-        let mut link = sensor.link(LinkOptions::default());
-        link.until_up().await;
-        // its answers would stay readable
-        link.run(ms(6000)).await;
-        sensor.world().garbled = true;
-        let garbled_at = sensor.world().bytes;
-        let began = tokio::time::Instant::now();
-        link.until_down().await;
-        assert!(began.elapsed() <= ms(350), "{:?}", began.elapsed());
-        let bytes = sensor.world().bytes - garbled_at;
-        let cause = format!("{bytes} bytes received in 300 ms contain no valid sentence");
-        assert_eq!(link.told.link.last().unwrap().1, LinkEventKind::Down { cause });
-        link.until_up().await;
-        link.run(ms(500)).await;
-        let told = link.stop().await;
-        assert_eq!((told.counts.connects, told.rows), (2, sensor.world().lines));
-    }
 }
 
 #[tokio::test(start_paused = true)]

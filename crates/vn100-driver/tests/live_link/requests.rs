@@ -84,21 +84,6 @@ async fn a_sensor_that_sends_and_does_not_answer_has_a_wire_of_one_way() {
     }
 }
 
-#[tokio::test(start_paused = true)]
-async fn the_temperature_is_read_between_the_lines() {
-    let sensor = Sensor::new(115_200, 40);
-    let reading =
-        "-02.0841,+00.6045,+02.8911,+00.381,-00.154,-09.657,-00.005683,+00.000262,+00.001475,+21.6,+00099.761";
-    sensor.world().registers.insert(54, reading.into());
-    let poll_temperature = Some(ms(10_000));
-    let mut link = sensor.link(LinkOptions { poll_temperature, ..LinkOptions::default() });
-    link.until_up().await;
-    link.run(ms(31_000)).await;
-    let told = link.stop().await;
-    let readings = told.registers.iter().filter(|(register, fields)| *register == 54 && fields == reading);
-    assert_eq!(readings.count(), 3);
-}
-
 /// A sensor on a line that echoes, such as RS-485 over two wires.
 fn echoing(baud: u32) -> Sensor {
     let sensor = Sensor::new(baud, 40);

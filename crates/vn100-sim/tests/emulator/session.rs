@@ -1,6 +1,5 @@
 //! The request machine of the protocol against the emulated sensor, on one clock that the test
 //! controls.
 
-mod faults;
 mod link;
 mod properties;

@@ -81,17 +81,6 @@ pub(crate) struct Outcome {
     pub(crate) result: Result<Response, RequestFailure>,
 }
 
-impl Outcome {
-    /// The received fields; `Done` for a command without fields.
-    pub(crate) fn told(&self) -> &str {
-        match &self.result {
-            Ok(Response::Register(contents)) => contents.fields.as_str(),
-            Ok(Response::Done) => "Done",
-            Err(failure) => panic!("{failure}"),
-        }
-    }
-}
-
 pub(crate) struct Link {
     pub(crate) device: Device,
     pub(crate) session: RequestQueue,
@@ -101,13 +90,9 @@ pub(crate) struct Link {
     pub(crate) answers: Direction,
     /// Bits of the next measurements that are inverted.
     pub(crate) flips: VecDeque<usize>,
-    pub(crate) host_baud: u32,
     /// The commands sent, with `$` and checksum, and their times.
     pub(crate) sent: Vec<(Duration, String)>,
     pub(crate) outcomes: Vec<Outcome>,
-    /// Good measurements, and other lines.
-    pub(crate) samples: u64,
-    pub(crate) bad: u64,
     decoder: Decoder,
     /// The sent part of the sensor's next line.
     begun: Vec<u8>,
@@ -123,30 +108,14 @@ impl Link {
             commands: Direction::default(),
             answers: Direction::default(),
             flips: VecDeque::new(),
-            host_baud: 115_200,
             sent: Vec::new(),
             outcomes: Vec::new(),
-            samples: 0,
-            bad: 0,
             decoder: Decoder::new(Options::default()),
             begun: Vec::new(),
         };
         // earlier output was not received
         link.device.poll_bytes(link.now, |_| {});
         link
-    }
-
-    /// Sends all these commands, and waits until each has ended.
-    pub(crate) fn ask(&mut self, commands: &[SensorCommand]) -> Vec<Outcome> {
-        let before = self.outcomes.len();
-        for command in commands {
-            self.session.submit(command.clone()).unwrap();
-        }
-        // longer than a session of this many commands takes
-        self.run(self.now + ms(10_000 * commands.len() as u64), before + commands.len());
-        let outcomes = self.outcomes[before..].to_vec();
-        assert_eq!(outcomes.len(), commands.len(), "{outcomes:?}");
-        outcomes
     }
 
     pub(crate) fn wait(&mut self, time: Duration) {
@@ -201,10 +170,7 @@ impl Link {
     }
 
     fn deliver_commands(&mut self) {
-        while let Some(mut line) = self.commands.take_due(self.now) {
-            if self.host_baud != self.device.baud() {
-                line.iter_mut().for_each(|byte| *byte = !*byte);
-            }
+        while let Some(line) = self.commands.take_due(self.now) {
             self.device.receive(&line, self.now);
         }
     }
@@ -215,7 +181,7 @@ impl Link {
         let mut sent = Vec::new();
         self.device.poll_bytes(self.now, |byte| sent.push(byte));
         for byte in sent {
-            self.begun.push(if byte.baud == self.host_baud { byte.byte } else { !byte.byte });
+            self.begun.push(byte.byte);
             if self.begun.ends_with(b"\n") {
                 let mut line = std::mem::take(&mut self.begun);
                 if line.windows(7).any(|bytes| bytes == b"$VNYMR,") {
@@ -230,14 +196,10 @@ impl Link {
             }
         }
         while let Some(line) = self.answers.take_due(self.now) {
-            self.decoder.push(&line, |item| match item {
-                Item::Sample(_) => self.samples += 1,
-                Item::Rejected(_) => self.bad += 1,
-                Item::Reply(sentence) => {
-                    let reply = Reply::parse(&sentence).unwrap();
-                    self.session.handle_reply(&reply, self.now);
+            self.decoder.push(&line, |item| {
+                if let Item::Reply(sentence) = item {
+                    self.session.handle_reply(&Reply::parse(&sentence).unwrap(), self.now);
                 }
-                Item::Other(_) | Item::Packet(_) => {}
             });
         }
     }

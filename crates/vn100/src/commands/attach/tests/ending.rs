@@ -8,17 +8,6 @@ use super::{Bench, message, rate, replayed};
 use crate::commands::attach::Completion;
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_that_comes_back_with_another_message_ends_the_measurement() {
-    let bench = Bench::new("--faults reboot@15s");
-    bench.configure(message("VNIMU")).await;
-    let told = bench.run("attach --duration 60s --json").await;
-    assert_eq!((told.completion, &told.document["source"]["message"]), (Completion::Failed, &"VNIMU".into()));
-    assert!(told.number("/timing/samples") > 0);
-    let error = told.document["warnings"].to_string() + &told.messages.join(" ") + told.error();
-    assert!(error.contains("VNYMR") && error.contains("--set-message VNIMU"), "{error}");
-}
-
-#[tokio::test(start_paused = true)]
 async fn a_sensor_that_returns_at_another_rate_ends_the_measurement() {
     let bench = Bench::new("--faults reboot@15s");
     bench.configure(rate(20)).await;
@@ -34,22 +23,6 @@ async fn a_sensor_that_returns_at_another_rate_ends_the_measurement() {
         (Completion::Complete, &told.document["channels"])
     );
     assert_eq!(replayed.document["source"]["recorded"]["end_reason"], "the sensor sends at another rate");
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_sensor_that_goes_for_good_is_given_up_with_the_result_so_far() {
-    let bench = Bench::new("--faults unplug@8s+1h");
-    let told = bench.run("attach --duration 20s --give-up 1s --json").await;
-    assert_eq!((told.completion, &told.document["end_reason"]), (Completion::Failed, &"gave-up".into()));
-    assert!((100..=240).contains(&told.number("/timing/samples")), "{}", told.document["timing"]);
-    let down_s = told.document["link"]["down_s"].as_f64().unwrap();
-    assert!((0.9..=1.1).contains(&down_s), "{down_s}");
-    let warnings = told.document["warnings"].as_array().unwrap();
-    let early = warnings.iter().find(|warning| warning["kind"] == "incomplete").unwrap();
-    assert_eq!(early["severity"], "problem");
-    let text = early["text"].as_str().unwrap();
-    assert!(text.starts_with("no sample came for 1 s after "), "{text}");
-    assert!(text.contains(" of data of the 20 s asked for. The link is "), "{text}");
 }
 
 #[tokio::test(start_paused = true)]

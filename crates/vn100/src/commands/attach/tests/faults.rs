@@ -52,43 +52,6 @@ async fn a_counter_in_each_line_makes_the_losses_exact() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn flipped_bits_cost_their_lines_and_nothing_else() {
-    for seed in 1..=8 {
-        let bench = Bench::new(&format!("--faults flip@0.02% --seed {seed}"));
-        let measured = bench.run("attach --duration 10s --json").await;
-        assert!(measured.number("/link/bad_frames/checksum") > 0, "{}", measured.document["link"]);
-        assert_eq!(measured.expected_samples(), 400, "seed {seed}: {}", measured.document["timing"]);
-        measured.assert_conserved();
-        assert!(measured.warned("bad-lines"));
-    }
-}
-
-#[tokio::test(start_paused = true)]
-async fn an_unplugged_sensor_is_reconnected_and_the_measurement_continues() {
-    let bench = Bench::new("--faults unplug@6s+1s");
-    let measured = bench.run("attach --duration 6s --json --record {}/unplugged.mcap").await;
-    assert_eq!(measured.expected_samples(), 240, "{:?}", measured.messages);
-    let down_s = measured.document["link"]["down_s"].as_f64().unwrap();
-    assert!(down_s > 0.0 && down_s.to_string().len() <= 6, "milliseconds are enough: {down_s}");
-    assert_eq!((measured.number("/link/reconnects"), measured.number("/timing/segments")), (1, 2));
-    measured.assert_conserved();
-    assert_eq!(measured.said(": disconnected: "), 1, "not for every attempt: {:?}", measured.messages);
-    assert_eq!(measured.said("disconnected: the port disappeared"), 1, "the first cause: {:?}", measured.messages);
-    assert_same_but_source(&replayed(&bench.file("unplugged.mcap"), "").await.document, &measured.document);
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_sensor_that_returns_under_another_name_is_followed() {
-    let bench = Bench::new("--faults unplug@6s+1s:other");
-    let measured = bench.run("attach --duration 6s --json").await;
-    assert_eq!((measured.completion, measured.expected_samples()), (Completion::Complete, 240));
-    assert_eq!((measured.number("/link/reconnects"), measured.number("/timing/segments")), (1, 2));
-    assert!(measured.document["link"]["down_s"].as_f64().is_some_and(|down_s| down_s > 0.0));
-    measured.assert_conserved();
-    assert_eq!(measured.said("disconnected: the port disappeared"), 1, "{:?}", measured.messages);
-}
-
-#[tokio::test(start_paused = true)]
 async fn settings_are_restored_under_the_other_name() {
     let bench = Bench::new("--faults unplug@12s+1s:other");
     let measured = bench.run("attach --set-rate 20 --duration 12s --json").await;

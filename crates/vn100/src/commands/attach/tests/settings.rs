@@ -28,27 +28,6 @@ async fn what_is_configured_is_read_back_and_what_attach_changes_is_put_back() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_output_that_was_found_paused_is_reported_and_paused_again() {
-    let bench = Bench::new("");
-    bench.pause().await;
-    let measured = bench.run("attach --duration 1s --json --record {}/resumed.mcap").await;
-    assert_eq!(
-        (measured.completion, measured.number("/link/outputs_resumed")),
-        (Completion::Complete, 1),
-        "{:?}",
-        measured.messages
-    );
-    for told in
-        ["the sensor's output was paused; it is resumed", "its output is paused again, as before the measurement"]
-    {
-        assert_eq!(measured.said(&format!("imu: {told}")), 1, "{:?}", measured.messages);
-    }
-    let recorded = replayed(&bench.file("resumed.mcap"), "").await;
-    assert_eq!(recorded.document["link"], measured.document["link"]);
-    assert!(!bench.sends().await);
-}
-
-#[tokio::test(start_paused = true)]
 async fn an_output_that_was_found_paused_and_set_is_left_so_by_attach_and_on_by_configure() {
     let bench = Bench::new("");
     bench.pause().await;
@@ -62,14 +41,6 @@ async fn an_output_that_was_found_paused_and_set_is_left_so_by_attach_and_on_by_
     bench.configure(rate(20)).await;
     assert!(bench.sends().await);
     assert_eq!(bench.run("attach --duration 1s --json").await.number("/link/outputs_resumed"), 0);
-}
-
-#[tokio::test(start_paused = true)]
-async fn listening_only_asks_nothing() {
-    let bench = Bench::new("");
-    let measured = bench.run("attach --listen-only --baud 115200 --duration 2s --json").await;
-    assert_eq!((measured.number("/timing/samples"), measured.number("/link/replies")), (80, 0));
-    assert_eq!(measured.document["source"]["device"], serde_json::Value::Null);
 }
 
 #[tokio::test(start_paused = true)]
