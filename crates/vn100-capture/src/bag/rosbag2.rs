@@ -10,9 +10,9 @@ use ruzstd::decoding::FrameDecoder;
 
 use super::{
     sqlite::{Database, Row, SqlValue, SqliteTable, TableScan, damaged},
-    topic::{BagError, BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MOST_TOPICS, MessageHead, Topic},
+    topic::{BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MOST_TOPICS, MessageHead, Topic},
 };
-use crate::{unpack::ZSTD_MAGIC, zstd_reader::ZstdReader};
+use crate::{open_error::Problem, unpack::ZSTD_MAGIC, zstd_reader::ZstdReader};
 
 /// The messages of a bag in the order they were written.
 pub(super) struct Rosbag2<R> {
@@ -36,7 +36,7 @@ struct MessageTable {
 
 impl<R: Read + Seek> Rosbag2<R> {
     /// A bag before its first message; `None` if the database is no bag.
-    pub(super) fn open(file: R) -> Result<Option<Self>, BagError> {
+    pub(super) fn open(file: R) -> Result<Option<Self>, Problem> {
         let mut database = Database::open(file)?;
         let tables = database.tables()?;
         let table = |name: &str| tables.iter().find(|table| table.name == name);

@@ -1,27 +1,24 @@
 //! The choice of the topics of a bag that are streams of a sensor.
 
 use super::{
-    files::Bag,
+    files::{Bag, BagForm},
     numbers::NumberFields,
-    standard_types::Part,
-    topic::{BagError, Topic, lines},
+    topic::{Topic, TopicSummary, lines},
     topic_scan::{ScannedTopic, TopicScan},
 };
-use crate::{capture_options::CaptureOptions, csv::ColumnMap};
+use crate::{
+    capture_options::CaptureOptions,
+    csv::ColumnMap,
+    open_error::{OpenHint, Problem, Unusable},
+};
 
-/// A topic that is read, and the content that becomes samples.
+/// A topic that is read.
 #[derive(Debug)]
 pub(crate) struct TopicStream {
     pub(crate) topic: Topic,
-    pub(super) content: Content,
-}
-
-#[derive(Debug)]
-pub(super) enum Content {
-    /// The VectorNav sentences inside the messages, at the times of the recording or of the
-    /// messages.
-    Sentences(Option<NumberFields>),
-    Numbers(NumberFields),
+    /// The numbers that become samples. For the VectorNav sentences inside the messages only the
+    /// time, unless the times of the recording are used.
+    pub(super) fields: Option<NumberFields>,
 }
 
 /// The topics to be read: the requested topic, or the only one with sentences, else the only one of
@@ -29,8 +26,8 @@ pub(super) enum Content {
 /// send them separately.
 ///
 /// # Errors
-/// [`BagError`] if no topic qualifies, or more than one.
-pub(crate) fn choose(bag: &Bag, options: &CaptureOptions) -> Result<Vec<TopicStream>, BagError> {
+/// [`Problem`] if no topic qualifies, or more than one.
+pub(crate) fn choose(bag: &Bag, options: &CaptureOptions) -> Result<Vec<TopicStream>, Problem> {
     let mut scan = TopicScan::of(bag)?;
     chosen(&scan, options).or_else(|_| {
         // messages are counted only if they are listed
@@ -42,8 +39,8 @@ pub(crate) fn choose(bag: &Bag, options: &CaptureOptions) -> Result<Vec<TopicStr
 /// The only topic to be read.
 ///
 /// # Errors
-/// [`BagError`] if no topic qualifies, or more than one.
-pub(crate) fn choose_one(bag: &Bag, options: &CaptureOptions) -> Result<TopicStream, BagError> {
+/// [`Problem`] if no topic qualifies, or more than one.
+pub(crate) fn choose_one(bag: &Bag, options: &CaptureOptions) -> Result<TopicStream, Problem> {
     let mut streams = choose(bag, options)?;
     match (streams.pop(), streams.is_empty()) {
         (Some(one), true) => Ok(one),
@@ -52,29 +49,33 @@ pub(crate) fn choose_one(bag: &Bag, options: &CaptureOptions) -> Result<TopicStr
             scan.count(bag)?;
             let is_meant =
                 |topic: &&ScannedTopic| streams.iter().chain(&last).any(|stream| stream.topic.is(&topic.topic));
-            let topics = scan.topics.iter().filter(is_meant).map(ScannedTopic::summary).collect();
-            Err(BagError::SeveralTopics { form: bag.form.words(), topics })
+            Err(several_topics(bag.form, scan.topics.iter().filter(is_meant)))
         }
     }
 }
 
-fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>, BagError> {
+fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>, Problem> {
     let (topic, columns) = (options.topic.as_deref(), options.columns.as_ref());
     let form = scan.form.words();
     if scan.topics.iter().all(|topic| topic.count.is_some_and(|count| count.messages == 0)) {
         let topics =
             if scan.topics.is_empty() { String::new() } else { format!(". Its topics:{}", lines(&scan.summaries())) };
-        return Err(BagError::Unusable(format!("it is {form} without a message{topics}")));
+        return Err(Problem::new(format!("it is {form} without a message{topics}")));
     }
     let mapped = columns.filter(|map| map.has_channels());
     if let Some(name) = topic {
         let slashless = |name: &str| name.trim_start_matches('/').to_owned();
         let exact = scan.topics.iter().find(|topic| topic.topic.name == name);
         let found = exact.or_else(|| scan.topics.iter().find(|topic| slashless(&topic.topic.name) == slashless(name)));
-        let found = found.ok_or_else(|| BagError::NoTopic { name: name.into(), topics: scan.summaries() })?;
+        let found = found.ok_or_else(|| {
+            let problem = Unusable::new(format!("it has no topic {name:?}. It holds:{}", lines(&scan.summaries())));
+            match scan.names() {
+                names if names.is_empty() => problem,
+                names => problem.with_hint(OpenHint::Topic(names)),
+            }
+        })?;
         return Ok(vec![stream(found, columns)?]);
     }
-    let list = |topics: &[&ScannedTopic]| topics.iter().map(|topic| topic.summary()).collect();
     if let Some(map) = mapped {
         let has_fields = |topic: &&ScannedTopic| NumberFields::mapped(topic, map).is_ok();
         let found: Vec<_> = scan.topics.iter().filter(has_fields).collect();
@@ -86,15 +87,16 @@ fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>
                 _ => {
                     let paths: Vec<_> = map.columns().map(|(_, column)| column.to_string()).collect();
                     let (paths, topics) = (paths.join(", "), lines(&scan.summaries()));
-                    Err(BagError::Unusable(format!("no topic has the numbers {paths}. It holds:{topics}")))
+                    Err(Problem::new(format!("no topic has the numbers {paths}. It holds:{topics}")))
                 }
             },
-            several => Err(BagError::SeveralTopics { form, topics: list(several) }),
+            several => Err(several_topics(scan.form, several.iter().copied())),
         };
     }
     let with_sentences: Vec<_> = scan.topics.iter().filter(|topic| topic.has_sentences()).collect();
-    let has_rates = |topic: &ScannedTopic| has(topic, |part| part.channel == "gyro");
-    let has_accelerations = |topic: &ScannedTopic| has(topic, |part| part.channel == "accel");
+    let has = |topic: &ScannedTopic, channel| topic.parts.iter().any(|found| found.part.channel == channel);
+    let has_rates = |topic: &ScannedTopic| has(topic, "gyro");
+    let has_accelerations = |topic: &ScannedTopic| has(topic, "accel");
     let is_inertial = |topic: &&ScannedTopic| has_rates(topic) || has_accelerations(topic);
     let inertial: Vec<_> = scan.topics.iter().filter(is_inertial).collect();
     let of_sensor: Vec<_> = scan.topics.iter().filter(|topic| !topic.parts.is_empty()).collect();
@@ -107,7 +109,7 @@ fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>
         ([], [a, b], _) if are_apart(b, a) => vec![*b, *a],
         ([], [], []) => return Err(no_sensor(scan)),
         ([], [], several) | ([], several, _) | (several, _, _) => {
-            return Err(BagError::SeveralTopics { form, topics: list(several) });
+            return Err(several_topics(scan.form, several.iter().copied()));
         }
     };
     chosen.into_iter().map(|topic| stream(topic, columns)).collect()
@@ -115,43 +117,51 @@ fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>
 
 impl TopicStream {
     /// Sets properties that only the whole bag shows, such as the scales of series.
-    pub(crate) fn fit(&mut self, bag: &Bag) -> Result<(), BagError> {
-        match &mut self.content {
-            Content::Sentences(_) => Ok(()),
-            Content::Numbers(fields) => fields.fit(bag, &self.topic),
-        }
+    pub(crate) fn fit(&mut self, bag: &Bag) -> Result<(), Problem> {
+        self.fields.as_mut().map_or(Ok(()), |fields| fields.fit(bag, &self.topic))
     }
 
     /// Whether the topic holds numbers that may be of any sensor.
-    pub(crate) const fn holds_values(&self) -> bool {
-        matches!(self.content, Content::Numbers(_))
+    pub(crate) fn holds_values(&self) -> bool {
+        self.fields.as_ref().is_some_and(|fields| !fields.layout.channels.is_empty())
     }
 }
 
-fn has(topic: &ScannedTopic, is: impl Fn(&Part) -> bool) -> bool {
-    topic.parts.iter().any(|(part, _)| is(part))
+fn several_topics<'a>(form: BagForm, topics: impl Iterator<Item = &'a ScannedTopic>) -> Problem {
+    let topics: Vec<TopicSummary> = topics.map(ScannedTopic::summary).collect();
+    let reason = format!("it is {} with several topics that may be meant:{}", form.words(), lines(&topics));
+    let names = topics.into_iter().map(|topic| topic.name).collect();
+    Unusable::new(reason).with_hint(OpenHint::Topic(names)).into()
 }
 
-fn no_sensor(scan: &TopicScan) -> BagError {
-    let form = scan.form.words();
+fn no_sensor(scan: &TopicScan) -> Problem {
     let only_zero = scan.topics.iter().find(|topic| !topic.zero_parts.is_empty());
     match (&*scan.topics, only_zero) {
         ([topic], _) | (_, Some(topic)) => no_sensor_in(topic),
-        _ => BagError::NoSensor { form, topics: scan.summaries() },
+        _ => {
+            let (form, topics) = (scan.form.words(), lines(&scan.summaries()));
+            let reason = format!(
+                "it is {form} in which no topic has VectorNav sentences or messages of an inertial sensor. It holds:{topics}"
+            );
+            Unusable::new(reason).with_hint(OpenHint::TopicAndColumns(scan.names())).into()
+        }
     }
 }
 
-fn no_sensor_in(topic: &ScannedTopic) -> BagError {
+fn no_sensor_in(topic: &ScannedTopic) -> Problem {
     let Topic { name, type_name, .. } = &topic.topic;
     if topic.zero_parts.is_empty() {
-        return topic.definitions().err().unwrap_or_else(|| BagError::NotOfSensor {
-            topic: name.clone(),
-            type_name: type_name.clone(),
-            fields: topic.number_paths(),
+        return topic.structure().err().unwrap_or_else(|| {
+            let reason = format!(
+                "messages of topic {name:?} ({type_name}) hold neither VectorNav sentences nor a message of an inertial \
+                 sensor; their numbers are: {}",
+                topic.number_paths().join(", ")
+            );
+            Unusable::new(reason).with_hint(OpenHint::ColumnsOfTopic).into()
         });
     }
-    let paths: Vec<_> = topic.zero_parts.iter().map(|(part, prefix)| format!("{prefix}{}", part.field)).collect();
-    BagError::Unusable(format!(
+    let paths: Vec<_> = topic.zero_parts.iter().map(|found| &*found.path).collect();
+    Problem::new(format!(
         "messages of topic {name:?} ({type_name}) have {}, and all of it is zero in the first {} messages: is the sensor \
          read? Name their numbers as columns if they are not zero later",
         paths.join(", "),
@@ -159,13 +169,13 @@ fn no_sensor_in(topic: &ScannedTopic) -> BagError {
     ))
 }
 
-fn stream(topic: &ScannedTopic, columns: Option<&ColumnMap>) -> Result<TopicStream, BagError> {
-    let content = match columns {
-        Some(map) if map.has_channels() => Content::Numbers(NumberFields::mapped(topic, map)?),
-        Some(map) if topic.has_sentences() => Content::Sentences(NumberFields::of_time(topic, map)?),
-        None if topic.has_sentences() => Content::Sentences(None),
+fn stream(topic: &ScannedTopic, columns: Option<&ColumnMap>) -> Result<TopicStream, Problem> {
+    let fields = match columns {
+        Some(map) if map.has_channels() => Some(NumberFields::mapped(topic, map)?),
+        Some(map) if topic.has_sentences() => NumberFields::of_time(topic, map)?,
+        None if topic.has_sentences() => None,
         _ if topic.parts.is_empty() => return Err(no_sensor_in(topic)),
-        map => Content::Numbers(NumberFields::standard(topic, map)?),
+        map => Some(NumberFields::standard(topic, map)?),
     };
-    Ok(TopicStream { topic: topic.topic.clone(), content })
+    Ok(TopicStream { topic: topic.topic.clone(), fields })
 }
