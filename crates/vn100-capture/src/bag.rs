@@ -31,5 +31,5 @@ pub(crate) use self::{
     files::Bag,
     open::{Stream, check_log, detect_bag, form_of},
     samples::BagSamples,
-    streams::{choose, choose_one},
+    streams::choose,
 };

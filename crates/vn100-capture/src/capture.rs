@@ -189,7 +189,8 @@ impl Capture {
         read: Arc<AtomicU64>,
         options: &CaptureOptions,
     ) -> Result<Self, Problem> {
-        let mut stream = bag::choose_one(&bag, options)?;
+        let stream = bag::choose(&bag, options, 1)?.pop();
+        let mut stream = stream.ok_or_else(|| Problem::new("it has no topic"))?;
         stream.fit(&bag)?;
         // the bytes read of an unpacked bag are not the stored bytes
         let stored_bytes_read = if bag.unpacked_bytes > 0 { read } else { Arc::default() };
@@ -294,7 +295,7 @@ fn one_or_several(names: Option<Vec<String>>, options: &CaptureOptions) -> Vec<O
 }
 
 fn topics(bag: &Bag, options: &CaptureOptions) -> Option<Vec<String>> {
-    let streams = bag::choose(bag, options).ok()?;
+    let streams = bag::choose(bag, options, usize::MAX).ok()?;
     Some(streams.into_iter().map(|stream| stream.topic.name).collect())
 }
 

@@ -73,10 +73,7 @@ pub(crate) fn unpacked_stored<R: Read + Send + 'static>(
     }
     let member = Member::only(file, is_capture)?;
     opened.seek(SeekFrom::Start(member.start))?;
-    let packed = counted(opened).take(member.packed_bytes);
-    let inner: Box<dyn Read + Send> =
-        if member.is_deflated { Box::new(DeflateDecoder::new(packed)) } else { Box::new(packed) };
-    unpacked(MemberReader { inner: CrcReader::new(inner), member })
+    unpacked(MemberReader { inner: CrcReader::new(member.content(counted(opened))), member })
 }
 
 /// The decompressed content of a stream, with text in UTF-16 converted to UTF-8.
@@ -225,16 +222,16 @@ impl Member {
         Ok(Self { name, start, packed_bytes: entry.compressed_size(), is_deflated, crc32: entry.crc32() })
     }
 
+    /// The content, from the archive at the place where it begins.
+    fn content(&self, archive: impl Read + Send + 'static) -> Box<dyn Read + Send> {
+        let packed = archive.take(self.packed_bytes);
+        if self.is_deflated { Box::new(DeflateDecoder::new(packed)) } else { Box::new(packed) }
+    }
+
     /// Whether its first bytes are those of a capture.
     fn begins_as(&self, file: &dyn StoredFile, is_capture: IsCapture<'_>) -> bool {
         let Ok(mut file) = file.open() else { return false };
-        if file.seek(SeekFrom::Start(self.start)).is_err() {
-            return false;
-        }
-        let packed = file.take(self.packed_bytes);
-        let mut inner: Box<dyn Read + '_> =
-            if self.is_deflated { Box::new(DeflateDecoder::new(packed)) } else { Box::new(packed) };
-        is_capture(&mut inner, &self.name)
+        file.seek(SeekFrom::Start(self.start)).is_ok() && is_capture(&mut self.content(file), &self.name)
     }
 }
 

@@ -3,8 +3,8 @@
 use super::{
     files::{Bag, BagForm},
     numbers::NumberFields,
-    topic::{Topic, TopicSummary, lines},
-    topic_scan::{ScannedTopic, TopicScan},
+    topic::Topic,
+    topic_scan::{ScannedTopic, TopicScan, lines},
 };
 use crate::{
     capture_options::CaptureOptions,
@@ -21,45 +21,31 @@ pub(crate) struct TopicStream {
     pub(super) fields: Option<NumberFields>,
 }
 
-/// The topics to be read: the requested topic, or the only one with sentences, else the only one of
-/// an inertial sensor; else one of angular rates and one of accelerations, because some drivers
-/// send them separately.
+/// The topics to be read, `most` at most: the requested topic, or the only one with sentences, else
+/// the only one of an inertial sensor; else one of angular rates and one of accelerations, because
+/// some drivers send them separately.
 ///
 /// # Errors
-/// [`Problem`] if no topic qualifies, or more than one.
-pub(crate) fn choose(bag: &Bag, options: &CaptureOptions) -> Result<Vec<TopicStream>, Problem> {
+/// [`Problem`] if no topic qualifies, or too many.
+pub(crate) fn choose(bag: &Bag, options: &CaptureOptions, most: usize) -> Result<Vec<TopicStream>, Problem> {
+    let streams = |scan: &TopicScan| match chosen(scan, options)? {
+        topics if topics.len() > most => Err(several_topics(scan.form, &topics)),
+        topics => topics.into_iter().map(|topic| stream(topic, options.columns.as_ref())).collect(),
+    };
     let mut scan = TopicScan::of(bag)?;
-    chosen(&scan, options).or_else(|_| {
+    streams(&scan).or_else(|_| {
         // messages are counted only if they are listed
         scan.count(bag)?;
-        chosen(&scan, options)
+        streams(&scan)
     })
 }
 
-/// The only topic to be read.
-///
-/// # Errors
-/// [`Problem`] if no topic qualifies, or more than one.
-pub(crate) fn choose_one(bag: &Bag, options: &CaptureOptions) -> Result<TopicStream, Problem> {
-    let mut streams = choose(bag, options)?;
-    match (streams.pop(), streams.is_empty()) {
-        (Some(one), true) => Ok(one),
-        (last, _) => {
-            let mut scan = TopicScan::of(bag)?;
-            scan.count(bag)?;
-            let is_meant =
-                |topic: &&ScannedTopic| streams.iter().chain(&last).any(|stream| stream.topic.is(&topic.topic));
-            Err(several_topics(bag.form, scan.topics.iter().filter(is_meant)))
-        }
-    }
-}
-
-fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>, Problem> {
+fn chosen<'a>(scan: &'a TopicScan, options: &CaptureOptions) -> Result<Vec<&'a ScannedTopic>, Problem> {
     let (topic, columns) = (options.topic.as_deref(), options.columns.as_ref());
     let form = scan.form.words();
     if scan.topics.iter().all(|topic| topic.count.is_some_and(|count| count.messages == 0)) {
         let topics =
-            if scan.topics.is_empty() { String::new() } else { format!(". Its topics:{}", lines(&scan.summaries())) };
+            if scan.topics.is_empty() { String::new() } else { format!(". Its topics:{}", lines(&scan.topics)) };
         return Err(Problem::new(format!("it is {form} without a message{topics}")));
     }
     let mapped = columns.filter(|map| map.has_channels());
@@ -68,29 +54,29 @@ fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>
         let exact = scan.topics.iter().find(|topic| topic.topic.name == name);
         let found = exact.or_else(|| scan.topics.iter().find(|topic| slashless(&topic.topic.name) == slashless(name)));
         let found = found.ok_or_else(|| {
-            let problem = Unusable::new(format!("it has no topic {name:?}. It holds:{}", lines(&scan.summaries())));
+            let problem = Unusable::new(format!("it has no topic {name:?}. It holds:{}", lines(&scan.topics)));
             match scan.names() {
                 names if names.is_empty() => problem,
                 names => problem.with_hint(OpenHint::Topic(names)),
             }
         })?;
-        return Ok(vec![stream(found, columns)?]);
+        return Ok(vec![found]);
     }
     if let Some(map) = mapped {
         let has_fields = |topic: &&ScannedTopic| NumberFields::mapped(topic, map).is_ok();
         let found: Vec<_> = scan.topics.iter().filter(has_fields).collect();
         return match &*found {
-            [one] => Ok(vec![stream(one, columns)?]),
+            [one] => Ok(vec![*one]),
             // the error names what the only topic lacks, or lists the topics
             [] => match &*scan.topics {
-                [one] => stream(one, columns).map(|stream| vec![stream]),
+                [one] => Ok(vec![one]),
                 _ => {
                     let paths: Vec<_> = map.columns().map(|(_, column)| column.to_string()).collect();
-                    let (paths, topics) = (paths.join(", "), lines(&scan.summaries()));
+                    let (paths, topics) = (paths.join(", "), lines(&scan.topics));
                     Err(Problem::new(format!("no topic has the numbers {paths}. It holds:{topics}")))
                 }
             },
-            several => Err(several_topics(scan.form, several.iter().copied())),
+            several => Err(several_topics(scan.form, several)),
         };
     }
     let with_sentences: Vec<_> = scan.topics.iter().filter(|topic| topic.has_sentences()).collect();
@@ -103,16 +89,13 @@ fn chosen(scan: &TopicScan, options: &CaptureOptions) -> Result<Vec<TopicStream>
     let are_apart = |a: &ScannedTopic, b: &ScannedTopic| {
         has_rates(a) && !has_accelerations(a) && !has_rates(b) && has_accelerations(b)
     };
-    let chosen = match (&*with_sentences, &*inertial, &*of_sensor) {
-        ([one], _, _) | ([], [one], _) | ([], [], [one]) => vec![*one],
-        ([], [a, b], _) if are_apart(a, b) => vec![*a, *b],
-        ([], [a, b], _) if are_apart(b, a) => vec![*b, *a],
-        ([], [], []) => return Err(no_sensor(scan)),
-        ([], [], several) | ([], several, _) | (several, _, _) => {
-            return Err(several_topics(scan.form, several.iter().copied()));
-        }
-    };
-    chosen.into_iter().map(|topic| stream(topic, columns)).collect()
+    match (&*with_sentences, &*inertial, &*of_sensor) {
+        ([one], _, _) | ([], [one], _) | ([], [], [one]) => Ok(vec![*one]),
+        ([], [a, b], _) if are_apart(a, b) => Ok(vec![*a, *b]),
+        ([], [a, b], _) if are_apart(b, a) => Ok(vec![*b, *a]),
+        ([], [], []) => Err(no_sensor(scan)),
+        ([], [], several) | ([], several, _) | (several, _, _) => Err(several_topics(scan.form, several)),
+    }
 }
 
 impl TopicStream {
@@ -127,10 +110,10 @@ impl TopicStream {
     }
 }
 
-fn several_topics<'a>(form: BagForm, topics: impl Iterator<Item = &'a ScannedTopic>) -> Problem {
-    let topics: Vec<TopicSummary> = topics.map(ScannedTopic::summary).collect();
-    let reason = format!("it is {} with several topics that may be meant:{}", form.words(), lines(&topics));
-    let names = topics.into_iter().map(|topic| topic.name).collect();
+fn several_topics(form: BagForm, topics: &[&ScannedTopic]) -> Problem {
+    let reason =
+        format!("it is {} with several topics that may be meant:{}", form.words(), lines(topics.iter().copied()));
+    let names = topics.iter().map(|topic| topic.topic.name.clone()).collect();
     Unusable::new(reason).with_hint(OpenHint::Topic(names)).into()
 }
 
@@ -139,7 +122,7 @@ fn no_sensor(scan: &TopicScan) -> Problem {
     match (&*scan.topics, only_zero) {
         ([topic], _) | (_, Some(topic)) => no_sensor_in(topic),
         _ => {
-            let (form, topics) = (scan.form.words(), lines(&scan.summaries()));
+            let (form, topics) = (scan.form.words(), lines(&scan.topics));
             let reason = format!(
                 "it is {form} in which no topic has VectorNav sentences or messages of an inertial sensor. It holds:{topics}"
             );

@@ -1,12 +1,12 @@
-//! Topics of a bag, their messages, and why a bag cannot be read.
+//! Topics of a bag and their messages.
 
-use std::{fmt, io, sync::Arc};
+use std::{io, sync::Arc};
 
 /// The longest message that is read. Those of sensors have some hundred bytes; images may have
 /// more.
 pub(super) const MESSAGE_BYTES: usize = 4 * 1024 * 1024;
 
-pub(super) const MOST_TOPICS: usize = 4096;
+const MOST_TOPICS: usize = 4096;
 
 /// Most bytes of all definitions together.
 pub(super) const DEFINITION_BYTES: usize = 16 * 1024 * 1024;
@@ -167,42 +167,5 @@ impl Encoding {
             "cdr" => Self::Cdr,
             other => Self::Other(other.into()),
         }
-    }
-}
-
-/// A topic, as listed for the user to choose from.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct TopicSummary {
-    /// Name of the topic.
-    pub(super) name: String,
-    /// The type of its messages, as `package/Type`.
-    pub(super) type_name: String,
-    /// Number of messages of the topic.
-    pub(super) messages: u64,
-    /// Mean number of messages per second; `None` with fewer than two messages, or if all have the
-    /// same time.
-    pub(super) rate_hz: Option<f64>,
-}
-
-impl fmt::Display for TopicSummary {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, type_name, messages, rate_hz } = self;
-        let plural = if *messages == 1 { "" } else { "s" };
-        write!(f, "{name:.80} ({type_name:.80}, {messages} message{plural}")?;
-        match rate_hz {
-            Some(hz) => write!(f, ", {hz:.4} Hz)"),
-            None => f.write_str(")"),
-        }
-    }
-}
-
-/// The topics, each on a line of its own.
-pub(super) fn lines(topics: &[TopicSummary]) -> String {
-    const LISTED: usize = 40;
-    let listed: String = topics.iter().take(LISTED).map(|topic| format!("\n  {topic}")).collect();
-    match topics.len() {
-        0 => " no topic".into(),
-        count if count > LISTED => format!("{listed}\n  and {} more", count - LISTED),
-        _ => listed,
     }
 }

@@ -1,6 +1,6 @@
 //! The contents of the topics of a bag, judged by their types and first messages.
 
-use std::sync::Arc;
+use std::{fmt, sync::Arc};
 
 use super::{
     definition::Leaf,
@@ -9,7 +9,7 @@ use super::{
     sentences::has_sentence,
     standard_types::{PARTS, Part},
     structure::{Step, Structure},
-    topic::{Topic, TopicCount, TopicSummary},
+    topic::{Topic, TopicCount},
 };
 use crate::open_error::Problem;
 
@@ -88,11 +88,6 @@ impl TopicScan {
         self.topics.iter().map(|topic| topic.topic.name.clone()).collect()
     }
 
-    /// The topics, as listed for the user to choose from.
-    pub(super) fn summaries(&self) -> Vec<TopicSummary> {
-        self.topics.iter().map(ScannedTopic::summary).collect()
-    }
-
     fn probe(&mut self, bag: &Bag) -> Result<(), Problem> {
         let mut messages = bag.messages(&Arc::default())?;
         let mut places = Vec::new();
@@ -115,8 +110,31 @@ impl TopicScan {
     }
 }
 
+/// The topics as listed for the user to choose from, each on a line of its own.
+pub(super) fn lines<'a>(topics: impl IntoIterator<Item = &'a ScannedTopic>) -> String {
+    const LISTED: usize = 40;
+    let lines: Vec<String> = topics.into_iter().map(|topic| format!("\n  {topic}")).collect();
+    match lines.len() {
+        0 => " no topic".into(),
+        count if count > LISTED => format!("{}\n  and {} more", lines[..LISTED].concat(), count - LISTED),
+        _ => lines.concat(),
+    }
+}
+
 pub(super) fn unusable_definition(type_name: &str, problem: &str) -> Problem {
     Problem::new(format!("the definition of {type_name} cannot be used: {problem}"))
+}
+
+impl fmt::Display for ScannedTopic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Topic { name, type_name, .. }, count) = (&self.topic, self.count.unwrap_or_default());
+        let plural = if count.messages == 1 { "" } else { "s" };
+        write!(f, "{name:.80} ({type_name:.80}, {} message{plural}", count.messages)?;
+        match count.rate_hz() {
+            Some(hz) => write!(f, ", {hz:.4} Hz)"),
+            None => f.write_str(")"),
+        }
+    }
 }
 
 impl ScannedTopic {
@@ -181,15 +199,6 @@ impl ScannedTopic {
             structure.times().find(|(place, _)| are_times(times(*place))).map(|(_, path)| path.to_owned())
         });
         (self.stamp, self.values) = (stamp, Vec::new());
-    }
-
-    pub(super) fn summary(&self) -> TopicSummary {
-        TopicSummary {
-            name: self.topic.name.clone(),
-            type_name: self.topic.type_name.clone(),
-            messages: self.count.unwrap_or_default().messages,
-            rate_hz: self.count.and_then(|count| count.rate_hz()),
-        }
     }
 
     /// The paths of all numbers of its messages; the first element stands for a whole array.
