@@ -8,6 +8,7 @@ use vn100_protocol::{
 };
 
 /// The samples that no batch has yet.
+#[expect(clippy::large_enum_variant, reason = "there is one for each file")]
 pub(crate) enum RowSamples {
     Sentences(SampleReader),
     Numbers(NumberRows),
