@@ -9,7 +9,6 @@
 //! operating system.
 
 mod definition;
-mod fields;
 mod files;
 mod folder;
 mod mcap;
@@ -23,16 +22,14 @@ mod sentences;
 mod sqlite;
 mod standard_types;
 mod streams;
+mod structure;
 mod topic;
 mod topic_scan;
 
+pub use self::files::BagForm;
 pub(crate) use self::{
     files::Bag,
-    open::{Stream, detect_bag, form_of},
+    open::{Stream, check_log, detect_bag, form_of},
     samples::BagSamples,
-    streams::{choose, choose_one},
-};
-pub use self::{
-    files::BagForm,
-    topic::{BagError, TopicSummary},
+    streams::choose,
 };

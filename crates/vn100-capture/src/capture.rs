@@ -3,7 +3,7 @@
 use std::{
     fs::{self, File},
     io::{self, Read},
-    path::{Path, PathBuf},
+    path::Path,
     sync::{Arc, atomic::AtomicU64},
 };
 
@@ -11,18 +11,19 @@ use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 
 use crate::{
-    bag::{self, Bag, BagError, BagSamples},
+    bag::{self, Bag, BagSamples},
     capture_options::CaptureOptions,
     counted_reader::CountedReader,
-    csv::{CsvError, CsvReader, Said},
+    csv::{CsvReader, Said},
     detect_format::{Detected, Format, detect_format},
+    open_error::{OpenError, Problem},
     read_samples::{Event, FileEvents, FileReader, read_file, read_samples},
     recording::{LaterParts, Recorded, RecordingError, RecordingReader, RecordingSamples},
     source::ReaderSource,
     stored_file::StoredFile,
     telnet::Undoubled,
     timing_sidecar::{BytesReader, Sidecar},
-    unpack::{ArchiveError, UnpackError, unpacked, unpacked_file, unpacked_stored},
+    unpack::{unpacked, unpacked_stored},
 };
 use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 
@@ -77,41 +78,49 @@ impl Capture {
     /// streams and `options` name none of them.
     pub fn open(path: impl AsRef<Path>, options: &CaptureOptions) -> Result<Self, OpenError> {
         let path = path.as_ref();
-        let failed = |source| OpenError::Io { path: path.to_owned(), source };
-        let no_bag = |problem| OpenError::of_bag(path, problem);
-        let metadata = fs::metadata(path).map_err(failed)?;
-        let stored_bytes = metadata.is_file().then_some(metadata.len());
-        if let Some(bag) = Bag::at(path).map_err(no_bag)? {
-            let stored_bytes = stored_bytes.or_else(|| bag.stored_bytes());
-            return Self::of_bag(bag, stored_bytes, Arc::default(), options).map_err(no_bag);
-        }
-        let file = File::open(path).map_err(failed)?;
-        let sidecar = Sidecar::beside(path).map_err(failed)?;
-        let is_file = stored_bytes.is_some();
-        let stored_bytes_read = Arc::new(AtomicU64::new(0));
-        let counted = |inner| CountedReader { inner, read: Arc::clone(&stored_bytes_read) };
-        let reader = unpacked_file(file, counted, &is_capture).map_err(|error| OpenError::packed(path, error))?;
-        Self::start(reader, stored_bytes, stored_bytes_read, sidecar, options, path, is_file)
+        Self::at(path, options).map_err(|problem| problem.at(path))
     }
 
-    /// Opens a file wherever its bytes are, under this name. One without a folder has no times
-    /// beside it. Of a packed bag there is no place to unpack it to.
+    fn at(path: &Path, options: &CaptureOptions) -> Result<Self, Problem> {
+        let metadata = fs::metadata(path)?;
+        if metadata.is_file() {
+            bag::check_log(path)?;
+            return Self::of_stored(Box::new(File::open(path)?), Sidecar::beside(path)?, options, path);
+        }
+        let read = Arc::default();
+        if metadata.is_dir() {
+            let bag = Bag::in_folder(path)?;
+            let stored_bytes = bag.stored_bytes();
+            return Self::of_bag(bag, stored_bytes, read, options);
+        }
+        // a pipe can be read only once
+        let reader = unpacked(CountedReader { inner: File::open(path)?, read: Arc::clone(&read) })?;
+        Self::start(reader, None, read, Sidecar::beside(path)?, options, path)
+    }
+
+    /// Opens a file wherever its bytes are, under this name. It has no times beside it, and of a
+    /// packed bag there is no place to unpack it to.
     ///
     /// # Errors
     /// As for [`Capture::open`].
     pub fn of_file(file: Box<dyn StoredFile>, name: &str, options: &CaptureOptions) -> Result<Self, OpenError> {
         let path = Path::new(name);
-        let failed = |source| OpenError::Io { path: path.to_owned(), source };
-        let stored_bytes = file.bytes();
-        if let Some(form) = bag::form_of(&*file).map_err(failed)? {
-            let bag = Bag::new(form, vec![file]);
-            return Self::of_bag(bag, stored_bytes, Arc::default(), options)
-                .map_err(|problem| OpenError::of_bag(path, problem));
+        Self::of_stored(file, None, options, path).map_err(|problem| problem.at(path))
+    }
+
+    fn of_stored(
+        file: Box<dyn StoredFile>,
+        sidecar: Option<Sidecar>,
+        options: &CaptureOptions,
+        path: &Path,
+    ) -> Result<Self, Problem> {
+        let (stored_bytes, read) = (file.bytes(), Arc::new(AtomicU64::new(0)));
+        if let Some(form) = bag::form_of(&*file)? {
+            return Self::of_bag(Bag::new(form, vec![file]), stored_bytes, read, options);
         }
-        let stored_bytes_read = Arc::new(AtomicU64::new(0));
-        let counted = |inner| CountedReader { inner, read: Arc::clone(&stored_bytes_read) };
-        let reader = unpacked_stored(&*file, counted, &is_capture).map_err(|error| OpenError::packed(path, error))?;
-        Self::start(reader, stored_bytes, stored_bytes_read, None, options, path, true)
+        let counted = |inner| CountedReader { inner, read: Arc::clone(&read) };
+        let reader = unpacked_stored(&*file, counted, &is_capture)?;
+        Self::start(reader, stored_bytes, read, sidecar, options, path)
     }
 
     /// The streams of a file, by the names that [`topic`](CaptureOptions::topic) takes: the
@@ -120,23 +129,21 @@ impl Capture {
     #[must_use]
     pub fn streams(path: impl AsRef<Path>, options: &CaptureOptions) -> Vec<Option<String>> {
         let path = path.as_ref();
-        let names = || match Bag::at(path).ok()? {
-            Some(bag) => topics(&bag, options),
+        let names = || match fs::metadata(path).ok()? {
+            found if found.is_dir() => topics(&Bag::in_folder(path).ok()?, options),
+            found if found.is_file() && bag::check_log(path).is_ok() => {
+                stream_names(Box::new(File::open(path).ok()?), path, options)
+            }
             // a pipe or a device can be read only once
-            None if !fs::metadata(path).ok()?.is_file() => None,
-            None => groups_of_columns(&File::open(path).ok()?, path, options),
+            _ => None,
         };
-        one_or_several(names().unwrap_or_default(), options)
+        one_or_several(names(), options)
     }
 
     /// The same of a file wherever its bytes are.
     #[must_use]
     pub fn streams_of_file(file: Box<dyn StoredFile>, name: &str, options: &CaptureOptions) -> Vec<Option<String>> {
-        let names = match bag::form_of(&*file) {
-            Ok(Some(form)) => topics(&Bag::new(form, vec![file]), options),
-            _ => groups_of_columns(&*file, Path::new(name), options),
-        };
-        one_or_several(names.unwrap_or_default(), options)
+        one_or_several(stream_names(file, Path::new(name), options), options)
     }
 
     /// Opens any reader: standard input, or bytes in memory. A bag is unpacked to a temporary file
@@ -145,11 +152,10 @@ impl Capture {
     /// # Errors
     /// As for [`Capture::open`].
     pub fn from_reader(reader: impl Read + Send + 'static, options: &CaptureOptions) -> Result<Self, OpenError> {
-        let path = Path::new("-");
-        let stored_bytes_read = Arc::new(AtomicU64::new(0));
-        let counted = CountedReader { inner: reader, read: Arc::clone(&stored_bytes_read) };
-        let reader = unpacked(counted).map_err(|error| OpenError::packed(path, error))?;
-        Self::start(reader, None, stored_bytes_read, None, options, path, false)
+        let (path, read) = (Path::new("-"), Arc::new(AtomicU64::new(0)));
+        let counted = CountedReader { inner: reader, read: Arc::clone(&read) };
+        let started = unpacked(counted).and_then(|reader| Self::start(reader, None, read, None, options, path));
+        started.map_err(|problem| problem.at(path))
     }
 
     /// Starts to read. The events are those of [`read_samples`].
@@ -182,8 +188,9 @@ impl Capture {
         stored_bytes: Option<u64>,
         read: Arc<AtomicU64>,
         options: &CaptureOptions,
-    ) -> Result<Self, BagError> {
-        let mut stream = bag::choose_one(&bag, options)?;
+    ) -> Result<Self, Problem> {
+        let stream = bag::choose(&bag, options, 1)?.pop();
+        let mut stream = stream.ok_or_else(|| Problem::new("it has no topic"))?;
         stream.fit(&bag)?;
         // the bytes read of an unpacked bag are not the stored bytes
         let stored_bytes_read = if bag.unpacked_bytes > 0 { read } else { Arc::default() };
@@ -209,19 +216,15 @@ impl Capture {
         sidecar: Option<Sidecar>,
         options: &CaptureOptions,
         path: &Path,
-        is_file: bool,
-    ) -> Result<Self, OpenError> {
-        let failed = |source| OpenError::Io { path: path.to_owned(), source };
-        let no_bag = |problem| OpenError::of_bag(path, problem);
-        let mut reader = match bag::detect_bag(reader).map_err(no_bag)? {
-            bag::Stream::Bag(bag) => {
-                return Self::of_bag(bag, stored_bytes, stored_bytes_read, options).map_err(no_bag);
-            }
+    ) -> Result<Self, Problem> {
+        let is_file = stored_bytes.is_some();
+        let mut reader = match bag::detect_bag(reader)? {
+            bag::Stream::Bag(bag) => return Self::of_bag(bag, stored_bytes, stored_bytes_read, options),
             bag::Stream::Other(reader) => reader,
         };
         let file = path.file_name().map(|name| name.to_string_lossy());
         let said = Said { map: options.columns.as_ref(), stream: options.topic.as_deref(), file: file.as_deref() };
-        let (head, detected) = detect_format(&mut reader, said).map_err(failed)?;
+        let (head, detected) = detect_format(&mut reader, said)?;
         let is_of_telnet =
             matches!(detected, Detected::Bytes(Format::Raw, _)) && sidecar.is_none() && head.doubles_ff();
         let whole = head.chain(reader);
@@ -243,15 +246,15 @@ impl Capture {
                 let start: StartReading = if sidecar.is_some() || is_file {
                     Box::new(move |options| Reading::of(BytesReader::new(reader, sidecar, chosen(options))))
                 } else {
-                    let source = ReaderSource::spawn(reader, None).map_err(failed)?;
+                    let source = ReaderSource::spawn(reader, None)?;
                     Box::new(move |options| Ok(Reading::Stream(source, chosen(options))))
                 };
                 (format, start)
             }
             Detected::Mcap => {
                 let recording = RecordingReader::open(reader).map_err(|problem| match problem {
-                    RecordingError::Io(source) => failed(source),
-                    problem => OpenError::Recording { path: path.to_owned(), problem },
+                    RecordingError::Io(error) => Problem::Io(error),
+                    problem => Problem::NotACapture(format!("a recording this program reads: {problem}")),
                 })?;
                 let later = LaterParts::new(&options.later_parts, &stored_bytes_read);
                 recorded = Some(match options.later_parts.is_empty() {
@@ -262,8 +265,14 @@ impl Capture {
                     Box::new(|options| Reading::of(RecordingSamples::new(recording, later, options)));
                 (Format::Mcap, start)
             }
-            Detected::UnusableCsv(problem) => return Err(OpenError::Csv { path: path.to_owned(), problem }),
-            Detected::Unknown(found) => return Err(OpenError::NotACapture { path: path.to_owned(), found }),
+            Detected::UnusableCsv(problem) => return Err(problem.into()),
+            Detected::Unknown(found) => {
+                return Err(Problem::NotACapture(format!(
+                    "a capture this program reads: searched for VectorNav sentences ($VNYMR,… or $VNIMU,… with a checksum), \
+                     0xFA binary packets, CSV columns of known names and MCAP recordings, also inside gzip, zstd, bzip2, xz \
+                     and ZIP; found {found}"
+                )));
+            }
         };
         Ok(Self {
             format,
@@ -278,20 +287,27 @@ impl Capture {
     }
 }
 
-fn one_or_several(names: Vec<String>, options: &CaptureOptions) -> Vec<Option<String>> {
-    if names.len() > 1 { names.into_iter().map(Some).collect() } else { vec![options.topic.clone()] }
+fn one_or_several(names: Option<Vec<String>>, options: &CaptureOptions) -> Vec<Option<String>> {
+    match names {
+        Some(names) if names.len() > 1 => names.into_iter().map(Some).collect(),
+        _ => vec![options.topic.clone()],
+    }
 }
 
 fn topics(bag: &Bag, options: &CaptureOptions) -> Option<Vec<String>> {
-    let streams = bag::choose(bag, options).ok()?;
+    let streams = bag::choose(bag, options, usize::MAX).ok()?;
     Some(streams.into_iter().map(|stream| stream.topic.name).collect())
 }
 
-fn groups_of_columns(file: &dyn StoredFile, path: &Path, options: &CaptureOptions) -> Option<Vec<String>> {
+/// The names of the topics of a bag, or of the groups of columns of a table.
+fn stream_names(file: Box<dyn StoredFile>, path: &Path, options: &CaptureOptions) -> Option<Vec<String>> {
+    if let Some(form) = bag::form_of(&*file).ok()? {
+        return topics(&Bag::new(form, vec![file]), options);
+    }
     if options.topic.is_some() {
         return None;
     }
-    let mut reader = unpacked_stored(file, |file| file, &is_capture).ok()?;
+    let mut reader = unpacked_stored(&*file, |file| file, &is_capture).ok()?;
     let name = path.file_name().map(|name| name.to_string_lossy());
     let said = Said { map: options.columns.as_ref(), stream: None, file: name.as_deref() };
     match detect_format(&mut reader, said).ok()? {
@@ -304,78 +320,4 @@ fn groups_of_columns(file: &dyn StoredFile, path: &Path, options: &CaptureOption
 fn is_capture(mut bytes: &mut dyn Read, name: &str) -> bool {
     let detected = detect_format(&mut bytes, Said { file: Some(name), ..Said::default() });
     detected.is_ok_and(|(_, detected)| !matches!(detected, Detected::Unknown(_) | Detected::UnusableCsv(_)))
-}
-
-/// The reason why a capture could not be opened.
-#[derive(Debug, thiserror::Error)]
-pub enum OpenError {
-    /// The operating system, or the decompressor, reports an error.
-    #[error("cannot read {}", path.display())]
-    Io {
-        /// The file, `-` for standard input.
-        path: PathBuf,
-        /// The error.
-        source: io::Error,
-    },
-    /// The columns of a CSV file cannot be used.
-    #[error("{}: {problem}", path.display())]
-    Csv {
-        /// The file, `-` for standard input.
-        path: PathBuf,
-        /// The reason.
-        problem: CsvError,
-    },
-    /// The bag cannot be read, or none or several of its topics qualify.
-    #[error("{}: {problem}", path.display())]
-    Bag {
-        /// The file or folder, `-` for standard input.
-        path: PathBuf,
-        /// The reason, with the topics of the bag.
-        problem: Box<BagError>,
-    },
-    /// The MCAP file cannot be read as a recording.
-    #[error("{} is not a recording this program reads: {problem}", path.display())]
-    Recording {
-        /// The file, `-` for standard input.
-        path: PathBuf,
-        /// The reason.
-        problem: RecordingError,
-    },
-    /// The ZIP archive cannot be read.
-    #[error("{}: {problem}", path.display())]
-    Archive {
-        /// The file, `-` for standard input.
-        path: PathBuf,
-        /// The reason.
-        problem: ArchiveError,
-    },
-    /// The file can be read and is no capture.
-    #[error(
-        "{} is not a capture this program reads: searched for VectorNav sentences ($VNYMR,… or $VNIMU,… with a checksum), 0xFA \
-         binary packets, CSV columns of known names and MCAP recordings, also inside gzip, zstd, bzip2, xz and ZIP; found {found}",
-        path.display()
-    )]
-    NotACapture {
-        /// The file, `-` for standard input.
-        path: PathBuf,
-        /// The kind of content, as far as it is recognised.
-        found: String,
-    },
-}
-
-impl OpenError {
-    fn packed(path: &Path, error: UnpackError) -> Self {
-        let path = path.to_owned();
-        match error {
-            UnpackError::Io(source) => Self::Io { path, source },
-            UnpackError::Archive(problem) => Self::Archive { path, problem },
-        }
-    }
-
-    fn of_bag(path: &Path, problem: BagError) -> Self {
-        match problem {
-            BagError::Io(source) => Self::Io { path: path.to_owned(), source },
-            problem => Self::Bag { path: path.to_owned(), problem: problem.into() },
-        }
-    }
 }

@@ -28,13 +28,14 @@ mod time_columns;
 
 use std::sync::Arc;
 
-use thiserror::Error;
 use vn100_protocol::{Layout, stream::CsvReport};
 
-use self::{dialect::Dialect, fields::RowEnd, number::Number, resolution::Quantizer, stamp::StampForm};
-pub(crate) use channels::{Unit, by_name, known, units};
+use self::{dialect::Dialect, fields::RowEnd, number::Number, stamp::StampForm};
+use crate::open_error::{OpenHint, Unusable};
+pub(crate) use channels::{Unit, known, names, quantity_word, units};
 pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use head::detect;
+pub(crate) use resolution::Quantizer;
 pub(crate) use rows::CsvReader;
 pub(crate) use sentence_rows::checked_part;
 
@@ -72,7 +73,7 @@ pub(crate) struct CsvPlan {
     /// The names of the streams of different rates; empty if all columns are one stream, as in a
     /// table without times and so without a known rate, or with the fields of a message of the sensor.
     pub(crate) streams: Vec<String>,
-    /// The facts that are known before the first row; its absences have an entry for each channel.
+    /// The facts that are known before the first row.
     report: CsvReport,
 }
 
@@ -128,54 +129,16 @@ fn holds_number(row: &HeadRow, place: usize) -> bool {
     row.get(place).is_some_and(|cell| Number::parse(cell).is_some())
 }
 
-/// The reason why a CSV file cannot be read, in words.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[error("{reason}")]
-pub struct CsvError {
-    reason: String,
-    hint: Option<MapHint>,
-    /// Whether the columns are known, but their stamps are not understood or the requested stream
-    /// is missing.
-    is_certain: bool,
+/// A map gives one column to two channels.
+fn same_column(column: &str, one: &str, other: &str) -> Unusable {
+    Unusable::new(format!("column {column:?} is mapped to both {one} and {other}: give each its own"))
 }
 
-/// The part that a [`ColumnMap`] must add so that the file can be read.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum MapHint {
-    /// The columns; with a fitting map, if names, units and magnitudes fit exactly one.
-    Columns(Option<String>),
-    /// The unit of the stamps, one of s, ms, us and ns; with a map that names one.
-    StampUnit(String),
-    /// The order of the dates, dmy or mdy; with a map that names one.
-    DateOrder(String),
-}
-
-impl CsvError {
-    /// The part that a column map must add so that the file can be read; `None` if no map helps.
-    #[must_use]
-    pub fn hint(&self) -> Option<MapHint> {
-        self.hint.clone()
-    }
-
-    fn certain(reason: String) -> Self {
-        Self { reason, hint: None, is_certain: true }
-    }
-
-    fn uncertain(reason: String) -> Self {
-        Self { reason, hint: None, is_certain: false }
-    }
-
-    /// A map gives one column to two channels.
-    fn same_column(column: &str, one: &str, other: &str) -> Self {
-        Self::uncertain(format!("column {column:?} is mapped to both {one} and {other}: give each its own"))
-    }
-
-    /// Whether the day or the month comes first cannot be inferred from the dates. A column map names
-    /// the column by `argument`.
-    fn date_order(column: &str, argument: &str) -> Self {
-        let reason = format!("the dates in column {column:?} may begin with the day or with the month");
-        Self { hint: Some(MapHint::DateOrder(format!("t={argument}:dmy"))), ..Self::certain(reason) }
-    }
+/// Whether the day or the month comes first cannot be inferred from the dates. A column map names
+/// the column by `argument`.
+fn date_order(column: &str, argument: &str) -> Unusable {
+    let reason = format!("the dates in column {column:?} may begin with the day or with the month");
+    Unusable::certain(reason).with_hint(OpenHint::DateOrder(format!("t={argument}:dmy")))
 }
 
 /// The beginning of `text`, without control characters; read as Latin-1 if it is not UTF-8.

@@ -6,7 +6,8 @@ use vn100_protocol::{Decoder, Item, Options, RejectReason, stream::MeasuredFrame
 
 use crate::{
     bag::BagForm,
-    csv::{self, CsvError, CsvPlan, MapHint, Said},
+    csv::{self, CsvPlan, Said},
+    open_error::{OpenHint, Unusable},
     recording,
     telnet::doubles_ff,
 };
@@ -110,7 +111,7 @@ pub(crate) enum Detected {
     Csv(Box<CsvPlan>),
     Mcap,
     /// A CSV file whose columns cannot be used; with the reason.
-    UnusableCsv(CsvError),
+    UnusableCsv(Unusable),
     /// Not VN-100 data; a description of the content.
     Unknown(String),
 }
@@ -172,7 +173,7 @@ pub(crate) fn detect_format(reader: &mut impl Read, said: Said<'_>) -> io::Resul
             Ok(Some(plan)) => return Ok((head, Detected::Csv(plan.into()))),
             // the sentences could be read without stamps, but the user would not learn that a word turns the stamps
             // into a time base
-            Err(error) if matches!(error.hint(), Some(MapHint::StampUnit(_) | MapHint::DateOrder(_))) => {
+            Err(error) if matches!(error.hint(), Some(OpenHint::StampUnit(_) | OpenHint::DateOrder(_))) => {
                 return Ok((head, Detected::UnusableCsv(error)));
             }
             Err(error) if said.map.is_some() || !sentence_seen && begins_legibly(&head.bytes) => {

@@ -34,8 +34,10 @@ mod csv;
 mod detect_format;
 mod file_stamp;
 mod mcap_records;
+mod open_error;
 mod read_samples;
 mod recording;
+mod rows_of_samples;
 mod source;
 mod stored_file;
 mod telnet;
@@ -43,13 +45,14 @@ mod timing_sidecar;
 mod unpack;
 mod zstd_reader;
 
-pub use bag::{BagError, BagForm, TopicSummary};
-pub use capture::{Capture, OpenError};
+pub use bag::BagForm;
+pub use capture::Capture;
 pub use capture_options::CaptureOptions;
 pub use captures_below::captures_below;
-pub use csv::{ColumnMap, ColumnMapError, CsvError, MapHint};
+pub use csv::{ColumnMap, ColumnMapError};
 pub use detect_format::Format;
 pub use file_stamp::file_stamp;
+pub use open_error::{OpenError, OpenHint, Unusable};
 pub use read_samples::{End, Event, FileEvents, WAITING_BATCHES, read_samples};
 pub use recording::{
     LowSpace, RecordError, Recorded, Recorder, RecordingEnd, RecordingError, RecordingPart, RecordingReader,
@@ -57,4 +60,3 @@ pub use recording::{
 };
 pub use source::{Clock, ReaderSource, Source};
 pub use stored_file::{ReadSeek, StoredFile};
-pub use unpack::ArchiveError;

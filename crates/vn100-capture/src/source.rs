@@ -90,7 +90,8 @@ fn read_to_end(mut reader: impl Read, clock: Option<Clock>, chunks: &mpsc::Sende
 #[derive(Debug, Clone, Copy)]
 pub struct Clock {
     wall_at_start: Duration,
-    start: Moment,
+    /// The reading of the steady clock at the start.
+    start: Duration,
 }
 
 impl Clock {
@@ -99,13 +100,13 @@ impl Clock {
     pub fn start() -> Self {
         // a machine whose clock is not set may have a time before 1970; its stamps then count from 1970
         let wall_at_start = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
-        Self { wall_at_start, start: Moment::now() }
+        Self { wall_at_start, start: steady() }
     }
 
     /// Nanoseconds since 1970-01-01 00:00 UTC.
     #[must_use]
     pub fn now_ns(&self) -> i64 {
-        nanoseconds(self.wall_at_start.saturating_add(self.start.elapsed()))
+        nanoseconds(self.wall_at_start.saturating_add(steady().saturating_sub(self.start)))
     }
 }
 
@@ -114,35 +115,16 @@ fn nanoseconds(time: Duration) -> i64 {
     i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
 }
 
-/// A point on the clock that is never set. The standard library's stops during suspend.
+/// The reading of a clock that is never set. The standard library's stops during suspend.
 #[cfg(target_os = "linux")]
-#[derive(Debug, Clone, Copy)]
-struct Moment(Duration);
-
-#[cfg(target_os = "linux")]
-impl Moment {
-    fn now() -> Self {
-        Self(clock_gettime(ClockId::Boottime).try_into().unwrap_or_default())
-    }
-
-    fn elapsed(self) -> Duration {
-        Self::now().0.saturating_sub(self.0)
-    }
+fn steady() -> Duration {
+    clock_gettime(ClockId::Boottime).try_into().unwrap_or_default()
 }
 
 #[cfg(not(target_os = "linux"))]
-#[derive(Debug, Clone, Copy)]
-struct Moment(std::time::Instant);
-
-#[cfg(not(target_os = "linux"))]
-impl Moment {
-    fn now() -> Self {
-        Self(std::time::Instant::now())
-    }
-
-    fn elapsed(self) -> Duration {
-        self.0.elapsed()
-    }
+fn steady() -> Duration {
+    static FIRST: std::sync::LazyLock<std::time::Instant> = std::sync::LazyLock::new(std::time::Instant::now);
+    FIRST.elapsed()
 }
 
 #[cfg(test)]
@@ -175,7 +157,7 @@ mod tests {
     #[test]
     fn only_what_passes_after_the_start_moves_it() {
         // as after a step of the wall clock: the start shows another year, the steady clock continues
-        let stepped = Clock { wall_at_start: Duration::from_secs(7), start: Moment::now() };
+        let stepped = Clock { wall_at_start: Duration::from_secs(7), start: steady() };
         let now = stepped.now_ns();
         assert!((7_000_000_000..7_000_000_000 + 3_600_000_000_000).contains(&now), "{now}");
         assert_eq!(nanoseconds(Duration::MAX), i64::MAX);

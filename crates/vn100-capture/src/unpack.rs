@@ -2,7 +2,7 @@
 //! zstd, bzip2, xz, and the only capture in a ZIP archive.
 
 use std::{
-    fs::File,
+    fmt,
     io::{self, BufRead, BufReader, Cursor, Read, SeekFrom},
 };
 
@@ -15,6 +15,7 @@ use zip::{CompressionMethod, ZipArchive};
 
 use crate::{
     captures_below::is_message,
+    open_error::Problem,
     stored_file::{ReadSeek, StoredFile},
     zstd_reader::ZstdReader,
 };
@@ -36,38 +37,9 @@ const MOST_EXAMINED: usize = 64;
 /// files as well.
 const CAPTURE_ENDINGS: [&str; 8] = ["csv", "tsv", "txt", "log", "dat", "asc", "bin", "mcap"];
 
-/// The reason why a ZIP archive cannot be read.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ArchiveError {
-    /// The archive contains several files that may be captures, by these names.
-    #[error("a ZIP archive of several files: unpack the one that is meant ({})", .0.join(", "))]
-    Several(Vec<String>),
-    /// The archive is a document of another program: its kind, and the way to convert it to a table.
-    #[error("{0}")]
-    Document(&'static str),
-    /// The archive contains no file.
-    #[error("a ZIP archive without a file")]
-    Empty,
-    /// The file in the archive is encrypted, or compressed by a method other than Deflate.
-    #[error("{member} in this ZIP archive is {how}: unpack it with the program that made it")]
-    Unreadable {
-        /// Name of the file.
-        member: String,
-        /// The reason.
-        how: String,
-    },
-    /// The archive is a stream, and the list of its files is at its end.
-    #[error("a ZIP archive on standard input: name it as a file, or unpack it, as `unzip -p` does")]
-    Stream,
-    /// The archive is damaged.
-    #[error("a ZIP archive that is damaged: {0}")]
-    Damaged(String),
-}
-
 /// The error for an archive that is a document of another program, recognised by the name of a file
 /// in it.
-fn document_with(member: &str) -> Option<ArchiveError> {
+fn document_with(member: &str) -> Option<Problem> {
     let document = if member.ends_with(".npy") {
         "NumPy arrays in an archive: numpy.savetxt('imu.csv', numpy.load('FILE.npz')['NAME'], delimiter=',') makes a \
          table of one"
@@ -76,20 +48,11 @@ fn document_with(member: &str) -> Option<ArchiveError> {
     } else {
         return None;
     };
-    Some(ArchiveError::Document(document))
+    Some(Problem::new(document))
 }
 
-/// The reason why compressed data cannot be read.
-#[derive(Debug)]
-pub(crate) enum UnpackError {
-    Io(io::Error),
-    Archive(ArchiveError),
-}
-
-impl From<io::Error> for UnpackError {
-    fn from(error: io::Error) -> Self {
-        Self::Io(error)
-    }
+fn damaged(problem: impl fmt::Display) -> Problem {
+    Problem::new(format!("a ZIP archive that is damaged: {problem}"))
 }
 
 /// Whether a file in an archive begins like a capture: its bytes, and its name.
@@ -97,40 +60,24 @@ pub(crate) type IsCapture<'a> = &'a dyn Fn(&mut dyn Read, &str) -> bool;
 
 /// The decompressed content of a file; `counted` wraps the file to count the bytes read from it. If
 /// an archive has several files, the one that satisfies `is_capture` is taken.
-pub(crate) fn unpacked_file<R: Read + Send + 'static>(
-    file: File,
-    counted: impl FnOnce(Box<dyn ReadSeek>) -> R,
-    is_capture: IsCapture<'_>,
-) -> Result<Box<dyn Read + Send>, UnpackError> {
-    // only a regular file can be rewound
-    if file.metadata()?.is_file() {
-        return unpacked_stored(&file, counted, is_capture);
-    }
-    unpacked(counted(Box::new(file)))
-}
-
-/// The same of a file wherever its bytes are.
 pub(crate) fn unpacked_stored<R: Read + Send + 'static>(
     file: &dyn StoredFile,
     counted: impl FnOnce(Box<dyn ReadSeek>) -> R,
     is_capture: IsCapture<'_>,
-) -> Result<Box<dyn Read + Send>, UnpackError> {
+) -> Result<Box<dyn Read + Send>, Problem> {
     let mut magic = Vec::new();
     file.open()?.take(ZIP_MAGIC.len() as u64).read_to_end(&mut magic)?;
     let mut opened = file.open()?;
     if magic != ZIP_MAGIC {
         return unpacked(counted(opened));
     }
-    let member = Member::only(file, is_capture).map_err(UnpackError::Archive)?;
+    let member = Member::only(file, is_capture)?;
     opened.seek(SeekFrom::Start(member.start))?;
-    let packed = counted(opened).take(member.packed_bytes);
-    let inner: Box<dyn Read + Send> =
-        if member.is_deflated { Box::new(DeflateDecoder::new(packed)) } else { Box::new(packed) };
-    unpacked(MemberReader { inner: CrcReader::new(inner), member })
+    unpacked(MemberReader { inner: CrcReader::new(member.content(counted(opened))), member })
 }
 
 /// The decompressed content of a stream, with text in UTF-16 converted to UTF-8.
-pub(crate) fn unpacked(mut reader: impl Read + Send + 'static) -> Result<Box<dyn Read + Send>, UnpackError> {
+pub(crate) fn unpacked(mut reader: impl Read + Send + 'static) -> Result<Box<dyn Read + Send>, Problem> {
     let mut magic = Vec::new();
     // reads only as many bytes as are needed to recognise the format
     while magic.len() < LONGEST_MAGIC
@@ -147,7 +94,9 @@ pub(crate) fn unpacked(mut reader: impl Read + Send + 'static) -> Result<Box<dyn
     let is = |known: &[u8]| magic.starts_with(known);
     if is(ZIP_MAGIC) {
         let first = first_member(magic, &mut reader)?;
-        return Err(UnpackError::Archive(document_with(&first).unwrap_or(ArchiveError::Stream)));
+        return Err(document_with(&first).unwrap_or_else(|| {
+            Problem::new("a ZIP archive on standard input: name it as a file, or unpack it, as `unzip -p` does")
+        }));
     }
     let packings = [GZIP_MAGIC, ZSTD_MAGIC, BZIP2_MAGIC, XZ_MAGIC].map(is);
     let whole = Cursor::new(magic).chain(reader);
@@ -209,9 +158,8 @@ struct Member {
 
 impl Member {
     /// The only file, or the only file that may be a capture by its name or its first bytes.
-    fn only(file: &dyn StoredFile, holds_capture: IsCapture<'_>) -> Result<Self, ArchiveError> {
-        let damaged = |error: zip::result::ZipError| ArchiveError::Damaged(error.to_string());
-        let opened = file.open().map_err(|error| ArchiveError::Damaged(error.to_string()))?;
+    fn only(file: &dyn StoredFile, holds_capture: IsCapture<'_>) -> Result<Self, Problem> {
+        let opened = file.open().map_err(damaged)?;
         let mut archive = ZipArchive::new(BufReader::new(opened)).map_err(damaged)?;
         let mut names: Vec<(usize, String)> = Vec::new();
         for place in 0..archive.len() {
@@ -245,15 +193,17 @@ impl Member {
             let more = names.len().saturating_sub(NAMED);
             let mut names: Vec<_> = names.into_iter().take(NAMED).map(|(_, name)| legible(&name)).collect();
             names.extend((more > 0).then(|| format!("and {more} more")));
-            return Err(ArchiveError::Several(names));
+            let names = names.join(", ");
+            return Err(Problem::new(format!(
+                "a ZIP archive of several files: unpack the one that is meant ({names})"
+            )));
         }
-        let (place, _) = names.pop().ok_or(ArchiveError::Empty)?;
+        let (place, _) = names.pop().ok_or_else(|| Problem::new("a ZIP archive without a file"))?;
         Self::at(&mut archive, place)
     }
 
     /// The member at this place of the list of files.
-    fn at(archive: &mut ZipArchive<BufReader<Box<dyn ReadSeek>>>, place: usize) -> Result<Self, ArchiveError> {
-        let damaged = |error: zip::result::ZipError| ArchiveError::Damaged(error.to_string());
+    fn at(archive: &mut ZipArchive<BufReader<Box<dyn ReadSeek>>>, place: usize) -> Result<Self, Problem> {
         let entry = archive.by_index_raw(place).map_err(damaged)?;
         let name = legible(entry.name());
         let is_deflated = match (entry.encrypted(), entry.compression()) {
@@ -261,23 +211,27 @@ impl Member {
             // the crate uses this name for the method if a caller must unpack it
             #[expect(deprecated, reason = "the number of a method that is unpacked here")]
             (false, CompressionMethod::Unsupported(8)) => true,
-            (true, _) => return Err(ArchiveError::Unreadable { member: name, how: "encrypted".into() }),
-            (_, method) => return Err(ArchiveError::Unreadable { member: name, how: format!("packed by {method}") }),
+            (is_encrypted, method) => {
+                let how = if is_encrypted { "encrypted".into() } else { format!("packed by {method}") };
+                return Err(Problem::new(format!(
+                    "{name} in this ZIP archive is {how}: unpack it with the program that made it"
+                )));
+            }
         };
-        let start = entry.data_start().ok_or_else(|| ArchiveError::Damaged(format!("{name} has no beginning")))?;
+        let start = entry.data_start().ok_or_else(|| damaged(format!("{name} has no beginning")))?;
         Ok(Self { name, start, packed_bytes: entry.compressed_size(), is_deflated, crc32: entry.crc32() })
+    }
+
+    /// The content, from the archive at the place where it begins.
+    fn content(&self, archive: impl Read + Send + 'static) -> Box<dyn Read + Send> {
+        let packed = archive.take(self.packed_bytes);
+        if self.is_deflated { Box::new(DeflateDecoder::new(packed)) } else { Box::new(packed) }
     }
 
     /// Whether its first bytes are those of a capture.
     fn begins_as(&self, file: &dyn StoredFile, is_capture: IsCapture<'_>) -> bool {
         let Ok(mut file) = file.open() else { return false };
-        if file.seek(SeekFrom::Start(self.start)).is_err() {
-            return false;
-        }
-        let packed = file.take(self.packed_bytes);
-        let mut inner: Box<dyn Read + '_> =
-            if self.is_deflated { Box::new(DeflateDecoder::new(packed)) } else { Box::new(packed) };
-        is_capture(&mut inner, &self.name)
+        file.seek(SeekFrom::Start(self.start)).is_ok() && is_capture(&mut self.content(file), &self.name)
     }
 }
 

@@ -5,7 +5,7 @@ use std::{error::Error, io, path::PathBuf};
 use tokio::task;
 use vn100_analysis::timebase::Refusal;
 use vn100_analysis::{End, StartCure};
-use vn100_capture::{BagError, MapHint, OpenError, RecordError};
+use vn100_capture::{OpenError, OpenHint, RecordError};
 use vn100_driver::{CommandError, ConfigureError};
 
 /// The reason why a live source cannot be used.
@@ -109,18 +109,14 @@ impl StartError {
         match self {
             Self::RateUnknown { refusal: Some(Refusal::Pairs { .. }) } => Some(StartCure::OneSource),
             Self::RateUnknown { refusal } => Some(StartCure::Rate { has_times: refusal.is_some() }),
-            Self::Capture(OpenError::Csv { problem, .. }) => Some(match problem.hint()? {
-                MapHint::Columns(map) => StartCure::Columns(map),
-                MapHint::DateOrder(map) => StartCure::DateOrder(map),
-                MapHint::StampUnit(map) => StartCure::StampUnit(map),
+            Self::Capture(OpenError::Unusable { problem, .. }) => Some(match problem.hint()? {
+                OpenHint::Columns(map) => StartCure::Columns(map.clone()),
+                OpenHint::DateOrder(map) => StartCure::DateOrder(map.clone()),
+                OpenHint::StampUnit(map) => StartCure::StampUnit(map.clone()),
+                OpenHint::Topic(_) => StartCure::Topic,
+                OpenHint::TopicAndColumns(_) => StartCure::TopicAndColumns,
+                OpenHint::ColumnsOfTopic => StartCure::ColumnsOfTopic,
             }),
-            Self::Capture(OpenError::Bag { problem, .. }) => match &**problem {
-                BagError::SeveralTopics { .. } => Some(StartCure::Topic),
-                BagError::NoTopic { topics, .. } => (!topics.is_empty()).then_some(StartCure::Topic),
-                BagError::NoSensor { .. } => Some(StartCure::TopicAndColumns),
-                BagError::NotOfSensor { .. } => Some(StartCure::ColumnsOfTopic),
-                _ => None,
-            },
             _ => None,
         }
     }

@@ -14,7 +14,7 @@ use vn100_analysis::{
     recorded_settings,
     timebase::Refusal,
 };
-use vn100_capture::{BagError, Capture, CaptureOptions, Event, FileEvents, MapHint, OpenError, Recorded, StoredFile};
+use vn100_capture::{Capture, CaptureOptions, Event, FileEvents, OpenError, OpenHint, Recorded, StoredFile};
 use vn100_report::{Ended, remedies::page_words};
 
 /// A stream that was measured; its result is one without samples if nothing could be measured.
@@ -245,28 +245,19 @@ fn not_started(facts: SourceFacts, end: End, cure: Option<Cure>, settings: Setti
 
 /// What would make a file readable: for the words, and for the fields of the page.
 fn cure_of(error: &OpenError) -> (Option<StartCure>, Option<Cure>) {
-    let field = |field, guess: Option<&String>| Some(Cure { field, guess: guess.cloned(), choices: Vec::new() });
-    match error {
-        OpenError::Csv { problem, .. } => match problem.hint() {
-            None => (None, None),
-            Some(MapHint::Columns(map)) => (Some(StartCure::Columns(map.clone())), field("columns", map.as_ref())),
-            Some(MapHint::DateOrder(map)) => (Some(StartCure::DateOrder(map.clone())), field("columns", Some(&map))),
-            Some(MapHint::StampUnit(map)) => (Some(StartCure::StampUnit(map.clone())), field("columns", Some(&map))),
-        },
-        OpenError::Bag { problem, .. } => match &**problem {
-            BagError::SeveralTopics { topics, .. } | BagError::NoTopic { topics, .. } if !topics.is_empty() => {
-                let choices = topics.iter().map(|topic| topic.name.clone()).collect();
-                (Some(StartCure::Topic), Some(Cure { field: "topic", guess: None, choices }))
-            }
-            BagError::NoSensor { topics, .. } => {
-                let choices = topics.iter().map(|topic| topic.name.clone()).collect();
-                (Some(StartCure::TopicAndColumns), Some(Cure { field: "topic", guess: None, choices }))
-            }
-            BagError::NotOfSensor { .. } => (Some(StartCure::ColumnsOfTopic), field("columns", None)),
-            _ => (None, None),
-        },
-        _ => (None, None),
-    }
+    let OpenError::Unusable { problem, .. } = error else { return (None, None) };
+    let Some(hint) = problem.hint() else { return (None, None) };
+    let field = |field, guess: Option<&String>| Cure { field, guess: guess.cloned(), choices: Vec::new() };
+    let topic = |choices: &Vec<String>| Cure { field: "topic", guess: None, choices: choices.clone() };
+    let (words, cure) = match hint {
+        OpenHint::Columns(map) => (StartCure::Columns(map.clone()), field("columns", map.as_ref())),
+        OpenHint::DateOrder(map) => (StartCure::DateOrder(map.clone()), field("columns", Some(map))),
+        OpenHint::StampUnit(map) => (StartCure::StampUnit(map.clone()), field("columns", Some(map))),
+        OpenHint::Topic(topics) => (StartCure::Topic, topic(topics)),
+        OpenHint::TopicAndColumns(topics) => (StartCure::TopicAndColumns, topic(topics)),
+        OpenHint::ColumnsOfTopic => (StartCure::ColumnsOfTopic, field("columns", None)),
+    };
+    (Some(words), Some(cure))
 }
 
 /// An error with all its causes.

@@ -30,12 +30,10 @@ pub(super) struct MessageField {
 /// The type of a field, or of each of its elements.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Kind {
-    Number(Number),
+    Leaf(Leaf),
     Text,
     /// Text of wide characters, which programs encode in different sizes.
     WideText,
-    /// Seconds and nanoseconds, of four bytes each.
-    Time,
     Message(String),
 }
 
@@ -48,8 +46,9 @@ pub(super) enum Length {
     Counted,
 }
 
+/// A number or a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Number {
+pub(super) enum Leaf {
     I8,
     U8,
     I16,
@@ -60,6 +59,8 @@ pub(super) enum Number {
     U64,
     F32,
     F64,
+    /// Seconds and nanoseconds, of four bytes each.
+    Time,
 }
 
 impl Definitions {
@@ -95,7 +96,7 @@ impl Definitions {
         }
         if !ros1 {
             // a structure without fields takes one byte
-            let fill = || MessageField { name: "_".into(), kind: Kind::Number(Number::U8), length: Length::One };
+            let fill = || MessageField { name: "_".into(), kind: Kind::Leaf(Leaf::U8), length: Length::One };
             definitions.types.values_mut().filter(|fields| fields.is_empty()).for_each(|fields| fields.push(fill()));
         }
         Ok(definitions)
@@ -137,23 +138,25 @@ impl MessageField {
 impl Kind {
     fn parse(name: &str, of_type: &str, ros1: bool) -> Result<Self, String> {
         Ok(match name {
-            "bool" | "uint8" | "byte" if !(ros1 && name == "byte") => Self::Number(Number::U8),
-            "byte" | "int8" => Self::Number(Number::I8),
-            "char" => Self::Number(Number::U8),
-            "int16" => Self::Number(Number::I16),
-            "uint16" => Self::Number(Number::U16),
-            "int32" => Self::Number(Number::I32),
-            "uint32" => Self::Number(Number::U32),
-            "int64" => Self::Number(Number::I64),
-            "uint64" => Self::Number(Number::U64),
-            "float32" => Self::Number(Number::F32),
-            "float64" => Self::Number(Number::F64),
+            "byte" if ros1 => Self::Leaf(Leaf::I8),
+            "bool" | "uint8" | "byte" | "char" => Self::Leaf(Leaf::U8),
+            "int8" => Self::Leaf(Leaf::I8),
+            "int16" => Self::Leaf(Leaf::I16),
+            "uint16" => Self::Leaf(Leaf::U16),
+            "int32" => Self::Leaf(Leaf::I32),
+            "uint32" => Self::Leaf(Leaf::U32),
+            "int64" => Self::Leaf(Leaf::I64),
+            "uint64" => Self::Leaf(Leaf::U64),
+            "float32" => Self::Leaf(Leaf::F32),
+            "float64" => Self::Leaf(Leaf::F64),
             "string" => Self::Text,
-            "time" | "duration" if ros1 => Self::Time,
+            "time" | "duration" if ros1 => Self::Leaf(Leaf::Time),
             "wstring" => Self::WideText,
             "Header" => Self::Message("std_msgs/Header".into()),
             name => match short_type(name) {
-                name if name == "builtin_interfaces/Time" || name == "builtin_interfaces/Duration" => Self::Time,
+                name if name == "builtin_interfaces/Time" || name == "builtin_interfaces/Duration" => {
+                    Self::Leaf(Leaf::Time)
+                }
                 name if name.contains('/') => Self::Message(name),
                 name => {
                     let package = of_type.split('/').next().unwrap_or_default();
@@ -164,14 +167,15 @@ impl Kind {
     }
 }
 
-impl Number {
-    /// Length of the number in bytes; in CDR its offset is a multiple of the length.
-    pub(super) const fn bytes(self) -> usize {
+impl Leaf {
+    /// Length in bytes, and the number of which its offset in CDR is a multiple.
+    pub(super) const fn bytes_and_align(self) -> (u64, usize) {
         match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::I64 | Self::U64 | Self::F64 => 8,
+            Self::I8 | Self::U8 => (1, 1),
+            Self::I16 | Self::U16 => (2, 2),
+            Self::I32 | Self::U32 | Self::F32 => (4, 4),
+            Self::I64 | Self::U64 | Self::F64 => (8, 8),
+            Self::Time => (8, 4),
         }
     }
 }

@@ -2,10 +2,7 @@
 
 use std::{
     io::{self, Read},
-    sync::{
-        Arc,
-        atomic::{AtomicU64, Ordering},
-    },
+    sync::{Arc, atomic::AtomicU64},
 };
 
 use super::{
@@ -13,13 +10,14 @@ use super::{
     ros1::{self, Ros1Bag},
     rosbag2::Rosbag2,
     sqlite,
-    topic::{BagError, BagFile, Index, MessageHead, Topic, TopicCount, place_of},
+    topic::{BagFile, Index, MessageHead, Topic, TopicCount, place_of},
 };
-use crate::{counted_reader::CountedReader, recording, stored_file::StoredFile};
-
-/// Bytes of a file that are searched for a topic: a tool that merges bags may write many bytes
-/// before it.
-const SEARCHED_BYTES: u64 = 64 * 1024 * 1024;
+use crate::{
+    counted_reader::CountedReader,
+    open_error::Problem,
+    recording::{self, RecordingError, RecordingReader},
+    stored_file::StoredFile,
+};
 
 /// The form of a bag of ROS.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,31 +56,16 @@ impl BagForm {
     }
 }
 
-/// Whether an MCAP file lacks the topics of a recording of this program. A recording may have been
-/// cut before its first topic.
+/// Whether an MCAP file is no recording of this program. A recording may have been cut before its
+/// first topic.
 pub(crate) fn is_foreign_mcap(file: &dyn StoredFile) -> io::Result<bool> {
     let mut head = Vec::new();
     file.open()?.take(recording::HEAD_BYTES).read_to_end(&mut head)?;
-    if recording::is_ours(&head) {
-        return Ok(false);
-    }
-    let read = Arc::default();
-    let open = || McapBag::open(CountedReader { inner: file.open()?, read: Arc::clone(&read) });
-    let is_recorded = |bag: &McapBag<_>| bag.topics().iter().any(|topic| topic.name == recording::BYTES_TOPIC);
-    let mut bag = open()?;
-    if matches!(bag.index(), Ok(Index::Counts(_))) {
-        return Ok(!is_recorded(&bag));
-    }
-    let mut bag = open()?;
-    read.store(0, Ordering::Relaxed);
-    loop {
-        match bag.next_head() {
-            Ok(Some(_)) if !is_recorded(&bag) && read.load(Ordering::Relaxed) <= SEARCHED_BYTES => {}
-            // the file ends before its first topic: it may be the copy of a recording
-            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof && bag.topics().is_empty() => return Ok(false),
-            _ => return Ok(!is_recorded(&bag)),
-        }
-    }
+    let is_recording = || match RecordingReader::open(file.open()?) {
+        Ok(_) | Err(RecordingError::Format(_)) => Ok::<_, io::Error>(true),
+        Err(_) => Ok(false),
+    };
+    Ok(!recording::is_ours(&head) && !is_recording()?)
 }
 
 /// A bag: its files in order of time.
@@ -106,14 +89,14 @@ impl Bag {
     }
 
     /// All messages, beginning with the first; `read` counts the bytes that are read from the files.
-    pub(super) fn messages(&self, read: &Arc<AtomicU64>) -> Result<Messages, BagError> {
+    pub(super) fn messages(&self, read: &Arc<AtomicU64>) -> Result<Messages, Problem> {
         let files = self.files.iter().map(|file| open(self.form, &**file, read)).collect::<Result<Vec<_>, _>>()?;
         Ok(Messages { files, current: 0, topics: Vec::new(), places: Vec::new() })
     }
 
     /// The topics of the bag, each with its number of messages if the index contains it or
     /// `counted` asks for it.
-    pub(super) fn topics(&self, counted: bool) -> Result<Vec<(Topic, Option<TopicCount>)>, BagError> {
+    pub(super) fn topics(&self, counted: bool) -> Result<Vec<(Topic, Option<TopicCount>)>, Problem> {
         let mut all: Vec<(Topic, Option<TopicCount>)> = Vec::new();
         let mut add = |topic: &Topic, count: Option<TopicCount>| match all.iter_mut().find(|(other, _)| other.is(topic))
         {
@@ -193,15 +176,15 @@ impl Messages {
     }
 }
 
-fn open(form: BagForm, file: &dyn StoredFile, read: &Arc<AtomicU64>) -> Result<Box<dyn BagFile>, BagError> {
+fn open(form: BagForm, file: &dyn StoredFile, read: &Arc<AtomicU64>) -> Result<Box<dyn BagFile>, Problem> {
     let file = CountedReader { inner: file.open()?, read: Arc::clone(read) };
     Ok(match form {
         BagForm::Ros1 => Box::new(Ros1Bag::open(file)?),
         BagForm::Mcap => Box::new(McapBag::open(file)?),
         BagForm::Db3 => Box::new(Rosbag2::open(file)?.ok_or_else(|| {
-            let problem =
-                "it is an SQLite database without the tables of rosbag2 (topics, messages): export its table as CSV";
-            BagError::Unusable(problem.into())
+            Problem::new(
+                "it is an SQLite database without the tables of rosbag2 (topics, messages): export its table as CSV",
+            )
         })?),
     })
 }

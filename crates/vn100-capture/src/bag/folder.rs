@@ -5,14 +5,14 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::topic::BagError;
+use crate::open_error::Problem;
 
 /// The longest `metadata.yaml` that is read; files with many topics are shorter.
 const METADATA_BYTES: u64 = 64 * 1024 * 1024;
 
 /// The files of the bag: in the order of `metadata.yaml`, else all files of the folder, by the
 /// number at the end of their names.
-pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
+pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
     let metadata = folder.join("metadata.yaml");
     let listed = match fs::metadata(&metadata) {
         Ok(found) if found.len() <= METADATA_BYTES => listed(&String::from_utf8_lossy(&fs::read(&metadata)?)),
@@ -26,10 +26,8 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
 }
 
 /// The error for a folder without files of a bag.
-pub(super) fn not_a_bag() -> BagError {
-    BagError::Unusable(
-        "it is a folder without files of a bag (metadata.yaml, *.db3, *.mcap): name the captures in it".into(),
-    )
+pub(super) fn not_a_bag() -> Problem {
+    Problem::new("it is a folder without files of a bag (metadata.yaml, *.db3, *.mcap): name the captures in it")
 }
 
 /// The paths under `relative_file_paths:`.
@@ -44,7 +42,7 @@ fn listed(metadata: &str) -> Vec<String> {
     lines.map_while(|line| line.trim_start().strip_prefix("- ")).map(unquoted).collect()
 }
 
-fn found(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
+fn found(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
     const ENDINGS: [&str; 6] = [".db3", ".mcap", ".bag", ".db3.zstd", ".mcap.zstd", ".bag.zstd"];
     let mut files = Vec::new();
     for entry in fs::read_dir(folder)? {
@@ -62,7 +60,7 @@ fn found(folder: &Path) -> Result<Vec<PathBuf>, BagError> {
     };
     if let Some(pair) = files.windows(2).find(|pair| !follow(pair)) {
         let [one, other] = [&pair[0].2, &pair[1].2];
-        return Err(BagError::Unusable(format!(
+        return Err(Problem::new(format!(
             "it is a folder without metadata.yaml, and {one} and {other} are not parts of one bag (NAME_0, NAME_1 ...): name \
              one of them"
         )));

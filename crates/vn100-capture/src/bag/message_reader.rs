@@ -3,11 +3,7 @@
 //! In CDR, <https://www.omg.org/spec/DDSI-RTPS/>, the offset of each number is a multiple of its
 //! length, counted from the fifth byte.
 
-use super::{
-    definition::Number,
-    fields::{Leaf, Step},
-    topic::Encoding,
-};
+use super::{definition::Leaf, structure::Step, topic::Encoding};
 
 /// A value taken from a message.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,9 +40,9 @@ impl Taken {
     }
 }
 
-/// Takes the values for the slots; `None` if the message ends too early, or its encoding is not
+/// Takes the values to their places; `None` if the message ends too early, or its encoding is not
 /// supported.
-pub(super) fn take(steps: &[Step], encoding: &Encoding, message: &[u8], slots: &mut [Taken]) -> Option<()> {
+pub(super) fn take(steps: &[Step], encoding: &Encoding, message: &[u8], values: &mut [Taken]) -> Option<()> {
     let mut cursor = match encoding {
         Encoding::Ros1 => Cursor { bytes: message, at: 0, form: Form::Ros1 },
         Encoding::Cdr => {
@@ -60,7 +56,7 @@ pub(super) fn take(steps: &[Step], encoding: &Encoding, message: &[u8], slots: &
         }
         Encoding::Other(_) => return None,
     };
-    cursor.walk(steps, slots)
+    cursor.walk(steps, values)
 }
 
 #[derive(Clone, Copy)]
@@ -76,11 +72,11 @@ struct Cursor<'a> {
 }
 
 impl Cursor<'_> {
-    fn walk(&mut self, steps: &[Step], slots: &mut [Taken]) -> Option<()> {
+    fn walk(&mut self, steps: &[Step], values: &mut [Taken]) -> Option<()> {
         for step in steps {
             match step {
                 Step::Skip { align, bytes } => self.skip(*align, *bytes)?,
-                Step::Unreadable => return None,
+                Step::Unreadable(_) => return None,
                 Step::SkipText => {
                     let length = self.count()?;
                     self.skip(1, length.into())?;
@@ -98,14 +94,14 @@ impl Cursor<'_> {
                     };
                     for _ in 0..count {
                         let before = self.at;
-                        self.walk(steps, slots)?;
+                        self.walk(steps, values)?;
                         // elements without bytes, of any number
                         if self.at == before {
                             break;
                         }
                     }
                 }
-                Step::Take { slot, leaf } => slots[*slot] = self.leaf(*leaf)?,
+                Step::Take { place, leaf } => values[*place] = self.leaf(*leaf)?,
             }
         }
         Some(())
@@ -122,21 +118,19 @@ impl Cursor<'_> {
                 };
                 Taken::Time(seconds * 1_000_000_000 + i64::from(u32::from_le_bytes(self.number()?)))
             }
-            Leaf::Number(number) => Taken::Number(match number {
-                Number::I8 => i8::from_le_bytes(self.number()?).into(),
-                Number::U8 => u8::from_le_bytes(self.number()?).into(),
-                Number::I16 => i16::from_le_bytes(self.number()?).into(),
-                Number::U16 => u16::from_le_bytes(self.number()?).into(),
-                Number::I32 => i32::from_le_bytes(self.number()?).into(),
-                Number::U32 => u32::from_le_bytes(self.number()?).into(),
-                Number::I64 => return Some(Taken::Integer(i64::from_le_bytes(self.number()?))),
-                Number::U64 => {
-                    let number = u64::from_le_bytes(self.number()?);
-                    return Some(i64::try_from(number).map_or(Taken::Number(number as f64), Taken::Integer));
-                }
-                Number::F32 => f32::from_le_bytes(self.number()?).into(),
-                Number::F64 => f64::from_le_bytes(self.number()?),
-            }),
+            Leaf::I8 => Taken::Number(i8::from_le_bytes(self.number()?).into()),
+            Leaf::U8 => Taken::Number(u8::from_le_bytes(self.number()?).into()),
+            Leaf::I16 => Taken::Number(i16::from_le_bytes(self.number()?).into()),
+            Leaf::U16 => Taken::Number(u16::from_le_bytes(self.number()?).into()),
+            Leaf::I32 => Taken::Number(i32::from_le_bytes(self.number()?).into()),
+            Leaf::U32 => Taken::Number(u32::from_le_bytes(self.number()?).into()),
+            Leaf::I64 => Taken::Integer(i64::from_le_bytes(self.number()?)),
+            Leaf::U64 => {
+                let number = u64::from_le_bytes(self.number()?);
+                i64::try_from(number).map_or(Taken::Number(number as f64), Taken::Integer)
+            }
+            Leaf::F32 => Taken::Number(f32::from_le_bytes(self.number()?).into()),
+            Leaf::F64 => Taken::Number(f64::from_le_bytes(self.number()?)),
         })
     }
 
@@ -171,9 +165,7 @@ impl Cursor<'_> {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-
-    use super::super::{definition::Definitions, fields::steps, topic::Topic};
+    use super::super::{structure::Structure, topic::Topic};
     use super::*;
 
     const TEXT: &str = "# a comment\nuint8 KIND=3 # of two\nstring NAME=a # b\nHeader[] spare\nstd_msgs/Empty none\n\
@@ -187,11 +179,11 @@ mod tests {
 
     fn taken(encoding: Encoding, message: &[u8]) -> Option<[Taken; 2]> {
         let topic = Topic::new("/demo", "demo_msgs/msg/Demo", encoding.clone(), Some(TEXT));
-        let definitions = Definitions::of(&topic).unwrap().unwrap();
-        let slots = BTreeMap::from([("inner[1].y".to_owned(), 0), ("x".to_owned(), 1)]);
-        let steps = steps(&definitions, "demo_msgs/Demo", &slots).unwrap();
-        let mut taken = [Taken::Number(0.0); 2];
-        take(&steps, &encoding, message, &mut taken).map(|()| taken)
+        let structure = Structure::of(&topic).unwrap().unwrap();
+        let places = ["inner[1].y", "x"].map(|path| structure.place(path).unwrap());
+        let mut values = vec![Taken::Number(0.0); structure.leaves.len()];
+        take(&structure.steps(places).unwrap(), &encoding, message, &mut values)?;
+        Some(places.map(|place| values[place]))
     }
 
     #[test]
@@ -223,7 +215,7 @@ mod tests {
     #[test]
     fn fields_after_a_text_of_wide_characters_are_not_reached() {
         let topic = Topic::new("/demo", "demo_msgs/Demo", Encoding::Cdr, Some("wstring a\nfloat64 x\n"));
-        let definitions = Definitions::of(&topic).unwrap().unwrap();
-        assert!(steps(&definitions, "demo_msgs/Demo", &BTreeMap::from([("x".to_owned(), 0)])).is_err());
+        let structure = Structure::of(&topic).unwrap().unwrap();
+        assert!(structure.steps(structure.place("x")).is_err());
     }
 }

@@ -13,9 +13,8 @@ use ruzstd::decoding::FrameDecoder;
 use super::{
     files::{Bag, BagForm, is_foreign_mcap},
     folder,
-    topic::BagError,
 };
-use crate::{recording, stored_file::StoredFile, unpack::ZSTD_MAGIC, zstd_reader::ZstdReader};
+use crate::{open_error::Problem, recording, stored_file::StoredFile, unpack::ZSTD_MAGIC, zstd_reader::ZstdReader};
 
 /// The most bytes that are unpacked to a temporary file.
 const UNPACKED_BYTES: u64 = 64 << 30;
@@ -24,23 +23,8 @@ const UNPACKED_BYTES: u64 = 64 << 30;
 const UNPACKED_BYTES_IN_MEMORY: u64 = 512 << 20;
 
 impl Bag {
-    /// The bag in a file or a folder; `None` for any other file, compressed ones included.
-    pub(crate) fn at(path: &Path) -> Result<Option<Self>, BagError> {
-        let metadata = fs::metadata(path)?;
-        if metadata.is_dir() {
-            return Self::in_folder(path).map(Some);
-        }
-        // a pipe can be read only once
-        if !metadata.is_file() {
-            return Ok(None);
-        }
-        let file = File::open(path)?;
-        let Some(form) = form_of(&file)? else { return Ok(None) };
-        check_log(form, path)?;
-        Ok(Some(Self::new(form, vec![Box::new(file)])))
-    }
-
-    fn in_folder(folder: &Path) -> Result<Self, BagError> {
+    /// The bag whose files are in a folder.
+    pub(crate) fn in_folder(folder: &Path) -> Result<Self, Problem> {
         let (mut form_of_all, mut files) = (None, Vec::<Box<dyn StoredFile>>::new());
         let mut unpacked_bytes = 0;
         for path in folder::files(folder)? {
@@ -55,10 +39,11 @@ impl Bag {
                 found = head_of(&mut file.open()?)?;
             }
             let form = BagForm::of(&found).filter(|form| *form_of_all.get_or_insert(*form) == *form);
-            let form = form.ok_or_else(|| {
-                BagError::Unusable(format!("{} is not of the same form as the other files of the bag", path.display()))
-            })?;
-            check_log(form, &path)?;
+            if form.is_none() {
+                let name = path.display();
+                return Err(Problem::new(format!("{name} is not of the same form as the other files of the bag")));
+            }
+            check_log(&path)?;
             files.push(file);
         }
         let form = form_of_all.ok_or_else(folder::not_a_bag)?;
@@ -80,7 +65,7 @@ pub(crate) enum Stream {
 }
 
 /// Searches a bag in a stream; the stream is then unpacked.
-pub(crate) fn detect_bag(mut stream: Box<dyn Read + Send>) -> Result<Stream, BagError> {
+pub(crate) fn detect_bag(mut stream: Box<dyn Read + Send>) -> Result<Stream, Problem> {
     let head = head_of(&mut stream)?;
     let form = BagForm::of(&head).filter(|form| *form != BagForm::Mcap || !recording::is_ours(&head));
     let whole = Cursor::new(head).chain(stream);
@@ -94,7 +79,7 @@ pub(crate) fn detect_bag(mut stream: Box<dyn Read + Send>) -> Result<Stream, Bag
 
 /// Copies a stream to a file without a name, or to memory on a platform without files. Returns the
 /// file and its length in bytes.
-fn kept(stream: impl Read) -> Result<(Box<dyn StoredFile>, u64), BagError> {
+fn kept(stream: impl Read) -> Result<(Box<dyn StoredFile>, u64), Problem> {
     let (file, bytes, most): (Box<dyn StoredFile>, _, _) = match tempfile::tempfile() {
         Ok(mut file) => {
             let bytes = io::copy(&mut stream.take(UNPACKED_BYTES + 1), &mut file).map_err(|source| {
@@ -111,7 +96,7 @@ fn kept(stream: impl Read) -> Result<(Box<dyn StoredFile>, u64), BagError> {
         Err(error) => return Err(error.into()),
     };
     if bytes > most {
-        return Err(BagError::Unusable(format!(
+        return Err(Problem::new(format!(
             "unpacked it is larger than {most} bytes, which is as much as is kept: unpack it to a file first"
         )));
     }
@@ -124,17 +109,18 @@ fn head_of(stream: &mut impl Read) -> io::Result<Vec<u8>> {
     Ok(head)
 }
 
-/// An error if a database was not closed, because its last messages are in a separate file.
-fn check_log(form: BagForm, path: &Path) -> Result<(), BagError> {
+/// An error if a file is a database that was not closed, because its last messages are in a
+/// separate file.
+pub(crate) fn check_log(path: &Path) -> Result<(), Problem> {
     let mut log = OsString::from(path);
     log.push("-wal");
-    match fs::metadata(&log) {
-        Ok(found) if form == BagForm::Db3 && found.len() > 0 => Err(BagError::Unusable(format!(
-            "its last messages are still in {}, as its recorder did not end: open and close it once, as `sqlite3 {} \
-                 'PRAGMA wal_checkpoint(TRUNCATE)'` does",
-            Path::new(&log).display(),
-            path.display()
-        ))),
-        _ => Ok(()),
+    let is_open = fs::metadata(&log).is_ok_and(|found| found.len() > 0);
+    if !is_open || BagForm::of(&head_of(&mut File::open(path)?)?) != Some(BagForm::Db3) {
+        return Ok(());
     }
+    let (log, path) = (Path::new(&log).display(), path.display());
+    Err(Problem::new(format!(
+        "its last messages are still in {log}, as its recorder did not end: open and close it once, as `sqlite3 {path} \
+         'PRAGMA wal_checkpoint(TRUNCATE)'` does"
+    )))
 }

@@ -4,7 +4,7 @@
 
 use std::{
     collections::BTreeMap,
-    io::{self, BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom, Take},
+    io::{self, BufRead, BufReader, Cursor, ErrorKind, Read, Seek, SeekFrom},
     mem,
 };
 
@@ -32,9 +32,14 @@ mod op {
     pub(super) const CONNECTION: u8 = 0x07;
 }
 
-/// The messages of a bag, in the order they were written. Memory is bounded by its longest message.
+/// The messages of a bag, in the order they were written. Memory is bounded by its longest message
+/// and its longest chunk, packed.
 pub(super) struct Ros1Bag<R: Read> {
-    bytes: Bytes<R>,
+    file: BufReader<R>,
+    /// The rest of the chunk that is read.
+    chunk: Option<Box<dyn BufRead + Send>>,
+    /// Whether the file ends inside that chunk.
+    is_chunk_cut: bool,
     /// The index of the topic of each connection.
     connections: BTreeMap<u32, usize>,
     topics: TopicList,
@@ -44,22 +49,14 @@ pub(super) struct Ros1Bag<R: Read> {
     unread_bytes: u32,
 }
 
-/// The source of the next record.
-enum Bytes<R: Read> {
-    File(BufReader<R>),
-    Plain(Take<BufReader<R>>),
-    Bz2(BufReader<BzDecoder<Take<BufReader<R>>>>),
-    Lz4(BufReader<Lz4Decoder<Take<BufReader<R>>>>),
-    /// After an error no further record can be read.
-    Lost,
-}
-
 impl<R: Read + Seek> Ros1Bag<R> {
     /// Opens a bag at its first byte.
     pub(super) fn open(mut file: R) -> io::Result<Self> {
         file.seek(SeekFrom::Start(MAGIC.len() as u64))?;
         Ok(Self {
-            bytes: Bytes::File(BufReader::with_capacity(READ_BYTES, file)),
+            file: BufReader::with_capacity(READ_BYTES, file),
+            chunk: None,
+            is_chunk_cut: false,
             connections: BTreeMap::new(),
             topics: TopicList::default(),
             header: Vec::new(),
@@ -70,60 +67,61 @@ impl<R: Read + Seek> Ros1Bag<R> {
 
     /// Reads up to the data of the next record; `None` at the end of the file.
     fn next_record(&mut self) -> io::Result<Option<Record>> {
-        loop {
-            if !self.bytes.fill()?.is_empty() {
-                break;
+        while self.bytes().fill_buf().map_err(cut)?.is_empty() {
+            if self.is_chunk_cut {
+                return Err(cut(ErrorKind::UnexpectedEof.into()));
             }
-            if matches!(self.bytes, Bytes::File(_)) {
+            if self.chunk.take().is_none() {
                 return Ok(None);
             }
-            self.leave_chunk()?;
         }
-        let header_bytes = self.bytes.read_length()?;
+        let header_bytes = self.read_length()?;
         if header_bytes > HEADER_BYTES {
             return Err(damaged(&format!(
                 "the header of a record has {header_bytes} bytes, at most {HEADER_BYTES} are read"
             )));
         }
         self.header.resize(header_bytes as usize, 0);
-        self.bytes.read_exact(&mut self.header).map_err(cut)?;
-        let data_bytes = self.bytes.read_length()?;
+        let mut header = mem::take(&mut self.header);
+        self.bytes().read_exact(&mut header).map_err(cut)?;
+        self.header = header;
+        let data_bytes = self.read_length()?;
         let op = field(&self.header, b"op").and_then(|op| op.first().copied());
         let op = op.ok_or_else(|| damaged("a record without its kind"))?;
         Ok(Some(Record { op, data_bytes }))
     }
 
+    /// The bytes of the next record: those of the chunk, or else of the file.
+    fn bytes(&mut self) -> &mut dyn BufRead {
+        match &mut self.chunk {
+            Some(chunk) => chunk,
+            None => &mut self.file,
+        }
+    }
+
+    fn read_length(&mut self) -> io::Result<u32> {
+        let mut length = [0; 4];
+        self.bytes().read_exact(&mut length).map_err(cut)?;
+        Ok(u32::from_le_bytes(length))
+    }
+
     fn enter_chunk(&mut self, data_bytes: u32) -> io::Result<()> {
-        let compression = field(&self.header, b"compression").unwrap_or(b"none").to_owned();
-        let Bytes::File(file) = mem::replace(&mut self.bytes, Bytes::Lost) else {
+        if self.chunk.is_some() {
             return Err(damaged("a chunk inside a chunk"));
-        };
-        let packed = file.take(data_bytes.into());
-        self.bytes = match &*compression {
-            b"none" => Bytes::Plain(packed),
-            b"bz2" => Bytes::Bz2(BufReader::with_capacity(READ_BYTES, BzDecoder::new(packed))),
-            b"lz4" => Bytes::Lz4(BufReader::with_capacity(READ_BYTES, Lz4Decoder::new(packed))),
+        }
+        let mut packed = Vec::new();
+        self.file.by_ref().take(data_bytes.into()).read_to_end(&mut packed)?;
+        self.is_chunk_cut = packed.len() < data_bytes as usize;
+        let packed = Cursor::new(packed);
+        self.chunk = Some(match field(&self.header, b"compression").unwrap_or(b"none") {
+            b"none" => Box::new(packed),
+            b"bz2" => Box::new(BufReader::with_capacity(READ_BYTES, BzDecoder::new(packed))),
+            b"lz4" => Box::new(BufReader::with_capacity(READ_BYTES, Lz4Decoder::new(packed))),
             other => {
                 let name = String::from_utf8_lossy(other);
                 return Err(damaged(&format!("a chunk is packed by {name:?}; none, bz2 and lz4 are known")));
             }
-        };
-        Ok(())
-    }
-
-    /// Leaves a chunk after all its bytes were read.
-    fn leave_chunk(&mut self) -> io::Result<()> {
-        let mut packed = match mem::replace(&mut self.bytes, Bytes::Lost) {
-            Bytes::Plain(packed) => packed,
-            Bytes::Bz2(unpacked) => unpacked.into_inner().into_inner(),
-            Bytes::Lz4(unpacked) => unpacked.into_inner().into_inner(),
-            Bytes::File(_) | Bytes::Lost => return Err(damaged("a chunk that did not begin")),
-        };
-        io::copy(&mut packed, &mut io::sink())?;
-        if packed.limit() > 0 {
-            return Err(cut(ErrorKind::UnexpectedEof.into()));
-        }
-        self.bytes = Bytes::File(packed.into_inner());
+        });
         Ok(())
     }
 
@@ -150,13 +148,15 @@ impl<R: Read + Seek> Ros1Bag<R> {
 
     fn read_data_of(&mut self, data_bytes: u32) -> io::Result<()> {
         // memory grows with the bytes that exist, not with the claimed length
-        self.data.clear();
-        let read = self.bytes.by_ref().take(data_bytes.into()).read_to_end(&mut self.data).map_err(cut)?;
+        let mut data = mem::take(&mut self.data);
+        data.clear();
+        let read = self.bytes().take(data_bytes.into()).read_to_end(&mut data).map_err(cut)?;
+        self.data = data;
         if read < data_bytes as usize { Err(cut(ErrorKind::UnexpectedEof.into())) } else { Ok(()) }
     }
 
     fn skip(&mut self, data_bytes: u32) -> io::Result<()> {
-        let skipped = io::copy(&mut self.bytes.by_ref().take(data_bytes.into()), &mut io::sink()).map_err(cut)?;
+        let skipped = io::copy(&mut self.bytes().take(data_bytes.into()), &mut io::sink()).map_err(cut)?;
         if skipped < data_bytes.into() { Err(cut(ErrorKind::UnexpectedEof.into())) } else { Ok(()) }
     }
 }
@@ -204,17 +204,14 @@ impl<R: Read + Seek + Send> BagFile for Ros1Bag<R> {
 
     /// Reads the index at the end of the bag, which is missing in a bag that was never closed.
     fn index(&mut self) -> io::Result<Index> {
-        let Bytes::File(file) = &mut self.bytes else { return Ok(Index::None) };
-        let end = file.seek(SeekFrom::End(0))?;
-        file.seek(SeekFrom::Start(MAGIC.len() as u64))?;
+        let end = self.file.seek(SeekFrom::End(0))?;
+        self.file.seek(SeekFrom::Start(MAGIC.len() as u64))?;
         let Some(Record { op: op::BAG_HEADER, .. }) = self.next_record()? else { return Ok(Index::None) };
         let Some(index_pos) = field(&self.header, b"index_pos").and_then(number_8) else { return Ok(Index::None) };
         if index_pos == 0 || index_pos >= end {
             return Ok(Index::None);
         }
-        if let Bytes::File(file) = &mut self.bytes {
-            file.seek(SeekFrom::Start(index_pos))?;
-        }
+        self.file.seek(SeekFrom::Start(index_pos))?;
         let mut counts: Vec<TopicCount> = Vec::new();
         while let Some(record) = self.next_record()? {
             match record.op {
@@ -244,38 +241,6 @@ impl<R: Read + Seek + Send> BagFile for Ros1Bag<R> {
 struct Record {
     op: u8,
     data_bytes: u32,
-}
-
-impl<R: Read> Bytes<R> {
-    /// The buffered bytes; empty at the end of the chunk, or of the file.
-    fn fill(&mut self) -> io::Result<&[u8]> {
-        match self {
-            Self::File(file) => file.fill_buf(),
-            Self::Plain(chunk) => chunk.fill_buf(),
-            Self::Bz2(chunk) => chunk.fill_buf(),
-            Self::Lz4(chunk) => chunk.fill_buf(),
-            Self::Lost => Ok(&[][..]),
-        }
-        .map_err(cut)
-    }
-
-    fn read_length(&mut self) -> io::Result<u32> {
-        let mut length = [0; 4];
-        self.read_exact(&mut length).map_err(cut)?;
-        Ok(u32::from_le_bytes(length))
-    }
-}
-
-impl<R: Read> Read for Bytes<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        match self {
-            Self::File(file) => file.read(buffer),
-            Self::Plain(chunk) => chunk.read(buffer),
-            Self::Bz2(chunk) => chunk.read(buffer),
-            Self::Lz4(chunk) => chunk.read(buffer),
-            Self::Lost => Ok(0),
-        }
-    }
 }
 
 /// The value of a field; fields are a length, a name, `=` and a value.

@@ -9,10 +9,10 @@ use std::{
 use ruzstd::decoding::FrameDecoder;
 
 use super::{
-    sqlite::{Database, Row, SqlValue, SqliteTable, TableScan, damaged},
-    topic::{BagError, BagFile, DEFINITION_BYTES, Encoding, Index, MESSAGE_BYTES, MOST_TOPICS, MessageHead, Topic},
+    sqlite::{Database, Row, SqlValue, SqliteTable, TableScan},
+    topic::{BagFile, Encoding, Index, MESSAGE_BYTES, MessageHead, Topic, TopicList},
 };
-use crate::{unpack::ZSTD_MAGIC, zstd_reader::ZstdReader};
+use crate::{open_error::Problem, unpack::ZSTD_MAGIC, zstd_reader::ZstdReader};
 
 /// The messages of a bag in the order they were written.
 pub(super) struct Rosbag2<R> {
@@ -28,7 +28,7 @@ pub(super) struct Rosbag2<R> {
 
 /// The columns of the fields of a message.
 struct MessageTable {
-    table: SqliteTable,
+    root: u32,
     topic_id: usize,
     timestamp: usize,
     data: usize,
@@ -36,21 +36,22 @@ struct MessageTable {
 
 impl<R: Read + Seek> Rosbag2<R> {
     /// A bag before its first message; `None` if the database is no bag.
-    pub(super) fn open(file: R) -> Result<Option<Self>, BagError> {
+    pub(super) fn open(file: R) -> Result<Option<Self>, Problem> {
         let mut database = Database::open(file)?;
         let tables = database.tables()?;
         let table = |name: &str| tables.iter().find(|table| table.name == name);
         let Some((topics, messages)) = table("topics").zip(table("messages").and_then(MessageTable::of)) else {
             return Ok(None);
         };
+        let mut list = TopicList::default();
         let definitions = match table("message_definitions") {
-            Some(table) => definitions(&mut database, table)?,
+            Some(table) => definitions(&mut database, table, &mut list)?,
             None => BTreeMap::new(),
         };
-        let (topics, places) = read_topics(&mut database, topics, &definitions)?;
-        let scan = database.scan(&messages.table)?;
+        let places = read_topics(&mut database, topics, &definitions, &mut list)?;
+        let scan = database.scan(messages.root);
         let (row, decoder, unpacked) = (Row::default(), FrameDecoder::new(), Vec::new());
-        Ok(Some(Self { database, messages, scan, row, decoder, unpacked, topics, places }))
+        Ok(Some(Self { database, messages, scan, row, decoder, unpacked, topics: list.topics, places }))
     }
 }
 
@@ -93,7 +94,7 @@ fn unpack(decoder: &mut FrameDecoder, data: &[u8], unpacked: &mut Vec<u8>) -> io
 impl MessageTable {
     fn of(table: &SqliteTable) -> Option<Self> {
         let (topic_id, timestamp) = (table.column("topic_id")?, table.column("timestamp")?);
-        Some(Self { topic_id, timestamp, data: table.column("data")?, table: table.clone() })
+        Some(Self { topic_id, timestamp, data: table.column("data")?, root: table.root })
     }
 
     /// The head of a message; `None` for a row without a topic or a time.
@@ -111,66 +112,54 @@ impl MessageTable {
 fn definitions<R: Read + Seek>(
     database: &mut Database<R>,
     table: &SqliteTable,
+    topics: &mut TopicList,
 ) -> io::Result<BTreeMap<String, String>> {
     let places = (table.column("topic_type"), table.column("encoding"), table.column("encoded_message_definition"));
     let (Some(name), Some(encoding), Some(text)) = places else { return Ok(BTreeMap::new()) };
-    let (mut scan, mut row) = (database.scan(table)?, Row::default());
-    let (mut definitions, mut bytes) = (BTreeMap::new(), 0);
-    while database.next_row(&mut scan, &mut row)? {
-        database.complete(&mut row)?;
+    let mut definitions = BTreeMap::new();
+    database.each_row(table.root, |row| {
         if let [SqlValue::Text(name), SqlValue::Text(b"ros2msg"), SqlValue::Text(text)] =
             [name, encoding, text].map(|place| row.field(place))
         {
-            bytes += text.len();
             definitions.insert(string(name), string(text));
+            return topics.add_definition(name.len() + text.len());
         }
-        if definitions.len() > MOST_TOPICS || bytes > DEFINITION_BYTES {
-            return Err(too_many());
-        }
-    }
+        Ok(())
+    })?;
     Ok(definitions)
 }
 
-type Topics = (Vec<Topic>, BTreeMap<i64, usize>);
-
+/// Lists the topics; returns their places by their numbers in the database.
 fn read_topics<R: Read + Seek>(
     database: &mut Database<R>,
     table: &SqliteTable,
     definitions: &BTreeMap<String, String>,
-) -> io::Result<Topics> {
+    topics: &mut TopicList,
+) -> io::Result<BTreeMap<i64, usize>> {
     let (Some(name), Some(type_name)) = (table.column("name"), table.column("type")) else {
-        return Ok(Topics::default());
+        return Ok(BTreeMap::new());
     };
     let (id, encoding) = (table.column("id"), table.column("serialization_format"));
-    let (mut scan, mut row) = (database.scan(table)?, Row::default());
-    let (mut topics, mut places) = Topics::default();
-    while database.next_row(&mut scan, &mut row)? {
-        database.complete(&mut row)?;
+    let mut places = BTreeMap::new();
+    database.each_row(table.root, |row| {
         let text = |place| if let SqlValue::Text(text) = row.field(place) { string(text) } else { String::new() };
         let type_name = text(type_name);
         let definition = definitions.get(&type_name).map(String::as_str);
         let encoding = Encoding::named(&encoding.map_or_else(|| "cdr".into(), text));
-        let new = Topic::new(&text(name), &type_name, encoding, definition);
+        let place = topics.place_of(Topic::new(&text(name), &type_name, encoding, definition))?;
         // a column that is the key is empty in the row; the row number is its value
         let id = match id.map(|place| row.field(place)) {
             Some(SqlValue::Integer(id)) => id,
             _ => row.id,
         };
-        places.insert(id, topics.len());
-        topics.push(new);
-        if topics.len() > MOST_TOPICS {
-            return Err(too_many());
-        }
-    }
-    Ok((topics, places))
+        places.insert(id, place);
+        Ok(())
+    })?;
+    Ok(places)
 }
 
 fn string(text: &[u8]) -> String {
     String::from_utf8_lossy(text).into_owned()
-}
-
-fn too_many() -> io::Error {
-    damaged("it has more topics or definitions than any bag")
 }
 
 #[cfg(test)]

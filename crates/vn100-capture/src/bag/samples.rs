@@ -1,26 +1,24 @@
 //! Batches of samples from one topic of a bag.
 
 use std::{
-    io, mem,
+    io,
     sync::{Arc, atomic::AtomicU64},
 };
 
-use vn100_protocol::{
-    Layout,
-    stream::{
-        AbsentCell, AbsentValues, Arrival, BagReport, Batch, FileReport, Mark, MarkKind, ReadOptions, SampleReader,
-        StampSource,
-    },
-};
+use vn100_protocol::stream::{BagReport, Batch, FileReport, ReadOptions, SampleReader, StampSource};
 
 use super::{
     files::{Bag, Messages},
-    numbers::{Absence, NumberFields, Row, Unreadable},
+    numbers::{NumberFields, Unreadable},
     sentences::sentences,
-    streams::{Content, TopicStream},
-    topic::{BagError, Topic},
+    streams::TopicStream,
+    topic::Topic,
 };
-use crate::read_samples::{Event, FileReader};
+use crate::{
+    open_error::Problem,
+    read_samples::{Event, FileReader},
+    rows_of_samples::{NumberRows, RowSamples},
+};
 
 /// The most bytes of the sentences in one message: messages of drivers have one sentence or two.
 const SENTENCE_BYTES: usize = 64 * 1024;
@@ -33,28 +31,16 @@ pub(crate) struct BagSamples {
     topic: Topic,
     /// For each topic, whether it is the one that is read.
     is_read: Vec<bool>,
-    content: OpenContent,
+    /// The numbers of its messages; of messages of sentences the time, unless the time of the
+    /// recording is used.
+    fields: Option<NumberFields>,
+    samples: RowSamples,
     line_by_line: bool,
     report: BagReport,
     /// Bytes of the messages that were read, and of those rejected.
     used_bytes: u64,
     rejected_bytes: u64,
     at_end: bool,
-}
-
-#[expect(clippy::large_enum_variant, reason = "there is one for each file")]
-enum OpenContent {
-    Sentences {
-        reader: SampleReader,
-        /// Reads the time in the messages, unless the time of the recording is used.
-        time: Option<NumberFields>,
-    },
-    Numbers {
-        fields: NumberFields,
-        layout: Arc<Layout>,
-        row: Row,
-        open: Batch,
-    },
 }
 
 impl BagSamples {
@@ -65,30 +51,26 @@ impl BagSamples {
         stream: TopicStream,
         options: ReadOptions,
         read: &Arc<AtomicU64>,
-    ) -> Result<Self, BagError> {
-        let TopicStream { topic, content } = stream;
-        let (content, stamps) = match content {
-            Content::Sentences(time) => {
-                let stamps = time.as_ref().map_or(StampSource::Recorded, |time| time.stamp_source.clone());
-                (OpenContent::Sentences { reader: SampleReader::new(options), time }, stamps)
-            }
-            Content::Numbers(fields) => {
-                let (layout, stamps) = (Arc::new(fields.layout.clone()), fields.stamp_source.clone());
-                (OpenContent::Numbers { fields, layout, row: Row::default(), open: Batch::default() }, stamps)
-            }
+    ) -> Result<Self, Problem> {
+        let holds_values = stream.holds_values();
+        let TopicStream { topic, fields } = stream;
+        let samples = match &fields {
+            Some(fields) if holds_values => RowSamples::Numbers(NumberRows::new(Arc::new(fields.layout.clone()))),
+            _ => RowSamples::Sentences(SampleReader::new(options)),
         };
         let report = BagReport {
             topic: topic.name.clone(),
             type_name: topic.type_name.clone(),
             unpacked_bytes: bag.unpacked_bytes,
-            stamps,
+            stamps: fields.as_ref().map_or(StampSource::Recorded, |fields| fields.stamp_source.clone()),
             ..BagReport::default()
         };
         Ok(Self {
             messages: bag.messages(read)?,
             topic,
             is_read: Vec::new(),
-            content,
+            fields,
+            samples,
             line_by_line: options.line_by_line,
             report,
             used_bytes: 0,
@@ -103,7 +85,7 @@ impl BagSamples {
             let Some(head) = self.messages.next_head()? else { return Ok(false) };
             for topic in &self.messages.topics()[self.is_read.len()..] {
                 self.is_read.push(topic.is(&self.topic));
-                if let Some(fields) = self.content.fields().filter(|_| topic.is(&self.topic)) {
+                if let Some(fields) = self.fields.as_ref().filter(|_| topic.is(&self.topic)) {
                     fields.check(topic).map_err(|problem| io::Error::new(io::ErrorKind::InvalidData, problem))?;
                 }
             }
@@ -112,14 +94,32 @@ impl BagSamples {
                 self.report.messages += 1;
                 let (first_ns, last_ns) = self.report.recorded_ns.unwrap_or((head.record_ns, head.record_ns));
                 self.report.recorded_ns = Some((first_ns.min(head.record_ns), last_ns.max(head.record_ns)));
-                let problem = self.content.push(&self.topic, head.record_ns, data, &mut self.report);
-                let (count, bytes) = match problem {
-                    None => (&mut self.report.used, &mut self.used_bytes),
-                    Some(Problem::WithoutSample) => (&mut self.report.without_sample, &mut self.rejected_bytes),
-                    Some(Problem::Unreadable) => (&mut self.report.unreadable, &mut self.rejected_bytes),
+                let stamp_ns = match &mut self.fields {
+                    Some(fields) => fields.read(&self.topic, data),
+                    None => Ok(None),
+                };
+                let at_ns = stamp_ns.map(|stamp_ns| stamp_ns.unwrap_or(head.record_ns));
+                let is_used = match (&mut self.samples, at_ns) {
+                    (_, Err(Unreadable)) => Err(Unreadable),
+                    (RowSamples::Sentences(reader), Ok(at_ns)) => push_sentences(reader, at_ns, data),
+                    (RowSamples::Numbers(rows), Ok(at_ns)) => {
+                        self.fields.iter().for_each(|fields| fields.set(rows));
+                        if !rows.is_blank() {
+                            rows.push(Some(at_ns), None, self.report.messages);
+                        }
+                        Ok(!rows.is_blank())
+                    }
+                };
+                let (count, bytes) = match is_used {
+                    Ok(true) => (&mut self.report.used, &mut self.used_bytes),
+                    Ok(false) => (&mut self.report.without_sample, &mut self.rejected_bytes),
+                    Err(Unreadable) => (&mut self.report.unreadable, &mut self.rejected_bytes),
                 };
                 (*count, *bytes) = (*count + 1, *bytes + data.len() as u64);
-                return match self.content.fields().and_then(|fields| fields.late.as_ref()) {
+                if !matches!(is_used, Ok(true)) && matches!(self.samples, RowSamples::Numbers(_)) {
+                    self.samples.mark_rejected_row();
+                }
+                return match self.fields.as_ref().and_then(|fields| fields.late.as_ref()) {
                     Some(path) => Err(io::Error::other(format!(
                         "{path} was zero in the first messages and is not in message {}: name its numbers as columns",
                         self.report.messages
@@ -135,12 +135,12 @@ impl BagSamples {
     fn with_counts(&self, mut batches: Vec<Batch>) -> Vec<Batch> {
         for batch in &mut batches {
             let tally = &mut batch.link.tally;
-            match self.content {
-                OpenContent::Sentences { .. } => {
+            match self.samples {
+                RowSamples::Sentences(_) => {
                     let bytes = self.used_bytes + self.rejected_bytes;
                     tally.skipped_bytes += bytes.saturating_sub(tally.bytes());
                 }
-                OpenContent::Numbers { .. } => {
+                RowSamples::Numbers(_) => {
                     tally.samples = self.report.used;
                     tally.unchecked_sentences = self.report.used;
                     tally.valid_sentence_bytes = self.used_bytes;
@@ -163,7 +163,7 @@ impl FileReader for BagSamples {
                 return Ok(None);
             }
             if self.at_end || self.line_by_line || place + 1 == BATCH_MESSAGES {
-                let taken = self.content.take_batches();
+                let taken = self.samples.take_batches();
                 batches.extend(self.with_counts(taken));
             }
             if self.at_end {
@@ -174,89 +174,20 @@ impl FileReader for BagSamples {
     }
 
     fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>) {
-        let last = match &mut self.content {
-            OpenContent::Sentences { reader, .. } => reader.finish(),
-            numbers => numbers.take_batches(),
-        };
-        (self.with_counts(last), Some(FileReport::Bag(self.report.clone())))
+        let last = self.samples.finish();
+        let report = BagReport { absent: self.samples.absent(), ..self.report.clone() };
+        (self.with_counts(last), Some(FileReport::Bag(report)))
     }
 }
 
-/// The reason why a message gives no sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Problem {
-    WithoutSample,
-    Unreadable,
-}
-
-fn count_absent(report: &mut BagReport, layout: &Layout, row: &Row) {
-    for &(channel, absence) in &row.absent {
-        let name = &layout.channels[channel].name;
-        let place = report.absent.iter().position(|absent| absent.channel == *name).unwrap_or_else(|| {
-            let first =
-                AbsentValues { channel: name.to_string(), first_line: report.messages, ..AbsentValues::default() };
-            report.absent.push(first);
-            report.absent.len() - 1
-        });
-        let absent = &mut report.absent[place];
-        *match absence {
-            Absence::NotANumber => &mut absent.not_a_number,
-            Absence::OutOfRange => &mut absent.out_of_range,
-        } += 1;
+/// Reads the sentences of a message; whether it has any.
+fn push_sentences(reader: &mut SampleReader, at_ns: i64, data: &[u8]) -> Result<bool, Unreadable> {
+    let lines: Vec<u8> = sentences(data).flat_map(|sentence| [sentence, b"\r\n"].concat()).collect();
+    if lines.len() > SENTENCE_BYTES {
+        return Err(Unreadable);
     }
-}
-
-impl OpenContent {
-    const fn fields(&self) -> Option<&NumberFields> {
-        match self {
-            Self::Sentences { time, .. } => time.as_ref(),
-            Self::Numbers { fields, .. } => Some(fields),
-        }
+    if !lines.is_empty() {
+        reader.push(&lines, Some(at_ns));
     }
-
-    fn push(&mut self, topic: &Topic, record_ns: i64, data: &[u8], report: &mut BagReport) -> Option<Problem> {
-        match self {
-            Self::Sentences { reader, time } => {
-                let stamp_ns = match time {
-                    Some(time) => time.read(topic, data, &mut Row::default()),
-                    None => Ok(None),
-                };
-                let lines: Vec<u8> = sentences(data).flat_map(|sentence| [sentence, b"\r\n"].concat()).collect();
-                match (stamp_ns, lines.len()) {
-                    (Err(Unreadable), _) => Some(Problem::Unreadable),
-                    (_, 0) => Some(Problem::WithoutSample),
-                    (Ok(stamp_ns), 1..=SENTENCE_BYTES) => {
-                        reader.push(&lines, Some(stamp_ns.unwrap_or(record_ns)));
-                        None
-                    }
-                    _ => Some(Problem::Unreadable),
-                }
-            }
-            Self::Numbers { fields, layout, row, open } => {
-                let stamp_ns = fields.read(topic, data, row);
-                let from_row = open.counts.len() / layout.channels.len();
-                match stamp_ns {
-                    Ok(stamp_ns) if row.absent.len() < layout.channels.len() => {
-                        count_absent(report, layout, row);
-                        open.arrivals.push(Arrival { from_row, at_ns: stamp_ns.unwrap_or(record_ns) });
-                        open.counts.extend_from_slice(&row.counts);
-                        let cell = |&(channel, _): &(usize, Absence)| AbsentCell { row: from_row, channel };
-                        open.absent.extend(row.absent.iter().map(cell));
-                        None
-                    }
-                    outcome => {
-                        open.marks.push(Mark { before_row: from_row, kind: MarkKind::Rejected });
-                        Some(if outcome.is_ok() { Problem::WithoutSample } else { Problem::Unreadable })
-                    }
-                }
-            }
-        }
-    }
-
-    fn take_batches(&mut self) -> Vec<Batch> {
-        match self {
-            Self::Sentences { reader, .. } => reader.take_batches(),
-            Self::Numbers { layout, open, .. } => vec![Batch { layout: Some(Arc::clone(layout)), ..mem::take(open) }],
-        }
-    }
+    Ok(!lines.is_empty())
 }

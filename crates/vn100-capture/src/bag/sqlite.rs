@@ -16,9 +16,6 @@ const BLOCK_BYTES: usize = 256 * 1024;
 /// Longest row that is read.
 const ROW_BYTES: u64 = 4 * 1024 * 1024 + 4096;
 
-/// The most levels of a tree: 2^32 pages with two branches or more need fewer.
-const MOST_LEVELS: usize = 40;
-
 /// Bytes of the header of the file, on its first page.
 const FILE_HEADER_BYTES: usize = 100;
 
@@ -40,7 +37,8 @@ pub(super) struct Database<R> {
 pub(super) struct SqliteTable {
     pub(super) name: String,
     pub(super) columns: Vec<String>,
-    root: u32,
+    /// Its first page.
+    pub(super) root: u32,
 }
 
 impl SqliteTable {
@@ -53,20 +51,12 @@ impl SqliteTable {
 /// The position of a scan in a table.
 #[derive(Debug)]
 pub(super) struct TableScan {
-    /// The interior pages from the root on, and the branches of each not yet taken.
-    path: Vec<Branches>,
+    /// The pages that come later; the last is the next.
+    pages: Vec<u32>,
     leaf: Vec<u8>,
     cells: Range<usize>,
     cells_at: usize,
     pages_read: u64,
-}
-
-#[derive(Debug)]
-struct Branches {
-    page: Vec<u8>,
-    next: usize,
-    cells: usize,
-    cells_at: usize,
 }
 
 /// A row: its number, and the requested part of its bytes.
@@ -82,13 +72,11 @@ pub(super) struct Row {
 /// A field of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum SqlValue<'a> {
-    Null,
     Integer(i64),
-    Real(f64),
     Text(&'a [u8]),
     Blob(&'a [u8]),
-    /// The bytes of the field were not read.
-    Behind,
+    /// Nothing, a float, or a field whose bytes were not read.
+    Other,
 }
 
 impl<R: Read + Seek> Database<R> {
@@ -111,10 +99,8 @@ impl<R: Read + Seek> Database<R> {
 
     pub(super) fn tables(&mut self) -> io::Result<Vec<SqliteTable>> {
         const MOST_TABLES: usize = 10_000;
-        let mut scan = self.scan_root(1)?;
-        let (mut tables, mut row) = (Vec::new(), Row::default());
-        while self.next_row(&mut scan, &mut row)? {
-            self.complete(&mut row)?;
+        let mut tables = Vec::new();
+        self.each_row(1, |row| {
             let field = |place| row.field(place);
             let text = |value| if let SqlValue::Text(text) = value { String::from_utf8_lossy(text) } else { "".into() };
             if text(field(0)) == "table"
@@ -124,36 +110,32 @@ impl<R: Read + Seek> Database<R> {
                 let columns = column_names(&text(field(4)));
                 tables.push(SqliteTable { name: text(field(1)).into_owned(), columns, root });
             }
-            if tables.len() > MOST_TABLES {
-                return Err(damaged(&format!("more than {MOST_TABLES} tables")));
-            }
-        }
+            if tables.len() > MOST_TABLES { Err(damaged(&format!("more than {MOST_TABLES} tables"))) } else { Ok(()) }
+        })?;
         Ok(tables)
     }
 
-    /// A scan of the table from its first row on.
-    pub(super) fn scan(&mut self, table: &SqliteTable) -> io::Result<TableScan> {
-        self.scan_root(table.root)
+    /// Shows all rows of the table with this first page.
+    pub(super) fn each_row(&mut self, root: u32, mut show: impl FnMut(&Row) -> io::Result<()>) -> io::Result<()> {
+        let (mut scan, mut row) = (self.scan(root), Row::default());
+        while self.next_row(&mut scan, &mut row)? {
+            self.complete(&mut row)?;
+            show(&row)?;
+        }
+        Ok(())
     }
 
-    fn scan_root(&mut self, root: u32) -> io::Result<TableScan> {
+    /// A scan of the table with this first page, from its first row on.
+    pub(super) fn scan(&mut self, root: u32) -> TableScan {
         self.overflow_pages = 0;
-        let mut scan = TableScan { path: Vec::new(), leaf: Vec::new(), cells: 0..0, cells_at: 0, pages_read: 0 };
-        self.descend(&mut scan, root)?;
-        Ok(scan)
+        TableScan { pages: vec![root], leaf: Vec::new(), cells: 0..0, cells_at: 0, pages_read: 0 }
     }
 
     /// Reads the part of the next row that is in its leaf; `false` after the last row.
     pub(super) fn next_row(&mut self, scan: &mut TableScan, row: &mut Row) -> io::Result<bool> {
         while scan.cells.is_empty() {
-            let Some(branches) = scan.path.last_mut() else { return Ok(false) };
-            if branches.next > branches.cells {
-                scan.path.pop();
-                continue;
-            }
-            let child = branches.child()?;
-            branches.next += 1;
-            self.descend(scan, child)?;
+            let Some(page) = scan.pages.pop() else { return Ok(false) };
+            self.enter(scan, page)?;
         }
         let Some(cell) = scan.cells.next() else { return Ok(false) };
         let at = cell_offset(&scan.leaf, scan.cells_at, cell)?;
@@ -174,7 +156,7 @@ impl<R: Read + Seek> Database<R> {
     }
 
     /// Reads the part of the row on overflow pages, unless the row is longer than any message: then
-    /// its last fields remain [`SqlValue::Behind`].
+    /// its last fields remain [`SqlValue::Other`].
     pub(super) fn complete(&mut self, row: &mut Row) -> io::Result<()> {
         if row.total_bytes > ROW_BYTES {
             return Ok(());
@@ -195,36 +177,32 @@ impl<R: Read + Seek> Database<R> {
         if (row.bytes.len() as u64) < row.total_bytes { Err(damaged("a row ends before its length")) } else { Ok(()) }
     }
 
-    /// Goes down to the first leaf below a page.
-    fn descend(&mut self, scan: &mut TableScan, mut page_number: u32) -> io::Result<()> {
+    /// Goes to the rows of a page, or puts the pages below it first.
+    fn enter(&mut self, scan: &mut TableScan, number: u32) -> io::Result<()> {
         const INTERIOR: u8 = 0x05;
         const LEAF: u8 = 0x0d;
-        loop {
-            scan.pages_read += 1;
-            if scan.pages_read > self.pages || scan.path.len() > MOST_LEVELS {
-                return Err(damaged("a page of a table is its own branch"));
-            }
-            let header = if page_number == 1 { FILE_HEADER_BYTES } else { 0 };
-            let page = self.page(page_number)?;
-            let cells = usize::from(u16::from_be_bytes([page[header + 3], page[header + 4]]));
-            match page[header] {
-                LEAF => {
-                    scan.leaf.clear();
-                    scan.leaf.extend_from_slice(page);
-                    (scan.cells, scan.cells_at) = (0..cells, header + 8);
-                    return Ok(());
-                }
-                INTERIOR => {
-                    let mut branches = Branches { page: page.to_vec(), next: 0, cells, cells_at: header + 12 };
-                    page_number = branches.child()?;
-                    branches.next = 1;
-                    scan.path.push(branches);
-                }
-                other => {
-                    return Err(damaged(&format!("page {page_number} has the kind {other:#04x}, not that of a table")));
-                }
-            }
+        scan.pages_read += 1;
+        if scan.pages_read.max(scan.pages.len() as u64) > self.pages {
+            return Err(damaged("a page of a table is its own branch"));
         }
+        let header = if number == 1 { FILE_HEADER_BYTES } else { 0 };
+        let page = self.page(number)?;
+        let cells = usize::from(u16::from_be_bytes([page[header + 3], page[header + 4]]));
+        match page[header] {
+            LEAF => {
+                scan.leaf.clear();
+                scan.leaf.extend_from_slice(page);
+                (scan.cells, scan.cells_at) = (0..cells, header + 8);
+            }
+            INTERIOR => {
+                scan.pages.push(number_4(page, header + 8)?);
+                // a damaged number is an error once the pages before it are read
+                let below = |cell| number_4(page, cell_offset(page, header + 12, cell)?);
+                scan.pages.extend((0..cells).rev().map(|cell| below(cell).unwrap_or(0)));
+            }
+            other => return Err(damaged(&format!("page {number} has the kind {other:#04x}, not that of a table"))),
+        }
+        Ok(())
     }
 
     /// The number of bytes of a row in its leaf.
@@ -267,19 +245,10 @@ impl<R: Read + Seek> Database<R> {
     }
 }
 
-impl Branches {
-    fn child(&self) -> io::Result<u32> {
-        if self.next == self.cells {
-            return number_4(&self.page, self.cells_at - 4);
-        }
-        number_4(&self.page, cell_offset(&self.page, self.cells_at, self.next)?)
-    }
-}
-
 impl Row {
-    /// The field at `place`; [`SqlValue::Null`] if the row has no such field.
+    /// The field at `place`; [`SqlValue::Other`] if the row has no such field.
     pub(super) fn field(&self, place: usize) -> SqlValue<'_> {
-        self.find(place).unwrap_or(SqlValue::Null)
+        self.find(place).unwrap_or(SqlValue::Other)
     }
 
     fn find(&self, place: usize) -> Option<SqlValue<'_>> {
@@ -294,10 +263,9 @@ impl Row {
         }
         let (kind, _) = varint(types).ok()?;
         let length = usize::try_from(field_bytes(kind)).ok()?;
-        let Some(bytes) = self.bytes.get(at..at.checked_add(length)?) else { return Some(SqlValue::Behind) };
+        let bytes = self.bytes.get(at..at.checked_add(length)?)?;
         Some(match kind {
-            0 | 10 | 11 => SqlValue::Null,
-            7 => SqlValue::Real(f64::from_be_bytes(bytes.try_into().ok()?)),
+            0 | 7 | 10 | 11 => SqlValue::Other,
             8 => SqlValue::Integer(0),
             9 => SqlValue::Integer(1),
             1..=6 => {
@@ -361,7 +329,7 @@ fn column_names(sql: &str) -> Vec<String> {
     parts.filter_map(first_word).collect()
 }
 
-pub(super) fn damaged(problem: &str) -> io::Error {
+fn damaged(problem: &str) -> io::Error {
     io::Error::new(ErrorKind::InvalidData, format!("the database is damaged: {problem}"))
 }
 
@@ -391,7 +359,7 @@ mod tests {
 
     fn rows(tables: &[(u8, &[u32])]) -> io::Result<usize> {
         let mut database = database(tables);
-        let (mut scan, mut row, mut rows) = (database.scan_root(2)?, Row::default(), 0);
+        let (mut scan, mut row, mut rows) = (database.scan(2), Row::default(), 0);
         while database.next_row(&mut scan, &mut row)? {
             rows += 1;
         }
@@ -413,7 +381,7 @@ mod tests {
         file[1028..1536].copy_from_slice(&bytes[184..692]);
         file[1540..].copy_from_slice(&bytes[692..]);
         let mut database = Database::open(io::Cursor::new(file)).unwrap();
-        let (mut scan, mut row) = (database.scan_root(2).unwrap(), Row::default());
+        let (mut scan, mut row) = (database.scan(2), Row::default());
         assert!(database.next_row(&mut scan, &mut row).unwrap());
         (bytes, database.complete(&mut row).map(|()| row))
     }

@@ -5,6 +5,7 @@
 //! definitions of `sensor_msgs`.
 
 use super::topic::Encoding;
+use crate::csv::{names, quantity_word};
 
 pub(super) const IMU: &str = "sensor_msgs/Imu";
 pub(super) const MAGNETIC_FIELD: &str = "sensor_msgs/MagneticField";
@@ -16,27 +17,32 @@ const IMU_GROUP: &str = "vectornav_msgs/ImuGroup";
 const COMMON_GROUP: &str = "vectornav_msgs/CommonGroup";
 
 /// Numbers of a standard message that are present together or not at all.
+#[derive(Debug)]
 pub(super) struct Part {
     pub(super) message: &'static str,
-    /// The prefix of the names of their channels.
+    /// The quantity of their channels, as written in names of streams.
     pub(super) channel: &'static str,
     /// The field that holds the numbers.
     pub(super) field: &'static str,
-    /// The axes, a letter for each; empty if the field is itself the number.
-    axes: &'static str,
-    /// The unit of the message in units of the channel.
-    pub(super) unit_scale: f64,
-    /// A count is 2^-`bits` of the unit of the message: all bits that the range of a sensor leaves
-    /// of 32 (64 rad/s, 256 m/s², 2 mT, 256 °C, 262 kPa).
-    pub(super) bits: u8,
 }
 
 impl Part {
     /// The channels, and the paths of their numbers.
-    pub(super) fn channels(&self) -> impl Iterator<Item = (String, String)> {
-        let Self { channel, field, axes, .. } = self;
-        let whole = axes.is_empty().then(|| (channel.to_string(), field.to_string()));
-        whole.into_iter().chain(axes.chars().map(move |axis| (format!("{channel}_{axis}"), format!("{field}.{axis}"))))
+    pub(super) fn channels(&self) -> impl Iterator<Item = (usize, String)> {
+        let of_quantity = names().enumerate().filter(|(_, name)| quantity_word(name) == self.channel);
+        of_quantity.map(|(channel, name)| match name.split_once('_') {
+            Some((_, axis)) => (channel, format!("{}.{axis}", self.field)),
+            None => (channel, self.field.to_owned()),
+        })
+    }
+
+    /// The unit of the numbers, by name; `None` for the channels' own.
+    pub(super) fn unit(&self) -> Option<&'static str> {
+        match self.message {
+            MAGNETIC_FIELD => Some("T"),
+            FLUID_PRESSURE => Some("Pa"),
+            _ => None,
+        }
     }
 
     /// Whether the sensor has compensated the numbers; `None` if the message does not say so.
@@ -52,46 +58,27 @@ impl Part {
     }
 }
 
+/// In a message with several parts of one channel, the first is preferred; it is not compensated.
 pub(super) const PARTS: [Part; 18] = [
-    Part { message: IMU, channel: "quat", field: "orientation", axes: "xyzw", unit_scale: 1.0, bits: 30 },
-    Part { message: IMU, channel: "accel", field: "linear_acceleration", axes: "xyz", unit_scale: 1.0, bits: 23 },
-    Part { message: IMU, channel: "gyro", field: "angular_velocity", axes: "xyz", unit_scale: 1.0, bits: 25 },
-    // gauss in a tesla
-    Part { message: MAGNETIC_FIELD, channel: "mag", field: "magnetic_field", axes: "xyz", unit_scale: 1e4, bits: 40 },
-    Part { message: TEMPERATURE, channel: "temperature", field: "temperature", axes: "", unit_scale: 1.0, bits: 23 },
-    // kilopascals in a pascal
-    Part {
-        message: FLUID_PRESSURE,
-        channel: "pressure",
-        field: "fluid_pressure",
-        axes: "",
-        unit_scale: 1e-3,
-        bits: 13,
-    },
-    vectornav(IMU_GROUP, "mag", "uncompmag", "xyz", 26),
-    vectornav(IMU_GROUP, "accel", "uncompaccel", "xyz", 23),
-    vectornav(IMU_GROUP, "gyro", "uncompgyro", "xyz", 25),
-    vectornav(IMU_GROUP, "accel", "accel", "xyz", 23),
-    vectornav(IMU_GROUP, "gyro", "angularrate", "xyz", 25),
-    vectornav(IMU_GROUP, "temperature", "temp", "", 23),
-    vectornav(IMU_GROUP, "pressure", "pres", "", 23),
-    vectornav(COMMON_GROUP, "mag", "magpres_mag", "xyz", 26),
-    vectornav(COMMON_GROUP, "accel", "imu_accel", "xyz", 23),
-    vectornav(COMMON_GROUP, "gyro", "imu_rate", "xyz", 25),
-    vectornav(COMMON_GROUP, "accel", "accel", "xyz", 23),
-    vectornav(COMMON_GROUP, "gyro", "angularrate", "xyz", 25),
+    Part { message: IMU, channel: "quat", field: "orientation" },
+    Part { message: IMU, channel: "accel", field: "linear_acceleration" },
+    Part { message: IMU, channel: "gyro", field: "angular_velocity" },
+    Part { message: MAGNETIC_FIELD, channel: "mag", field: "magnetic_field" },
+    Part { message: TEMPERATURE, channel: "temperature", field: "temperature" },
+    Part { message: FLUID_PRESSURE, channel: "pressure", field: "fluid_pressure" },
+    Part { message: IMU_GROUP, channel: "mag", field: "uncompmag" },
+    Part { message: IMU_GROUP, channel: "accel", field: "uncompaccel" },
+    Part { message: IMU_GROUP, channel: "gyro", field: "uncompgyro" },
+    Part { message: IMU_GROUP, channel: "accel", field: "accel" },
+    Part { message: IMU_GROUP, channel: "gyro", field: "angularrate" },
+    Part { message: IMU_GROUP, channel: "temperature", field: "temp" },
+    Part { message: IMU_GROUP, channel: "pressure", field: "pres" },
+    Part { message: COMMON_GROUP, channel: "mag", field: "magpres_mag" },
+    Part { message: COMMON_GROUP, channel: "accel", field: "imu_accel" },
+    Part { message: COMMON_GROUP, channel: "gyro", field: "imu_rate" },
+    Part { message: COMMON_GROUP, channel: "accel", field: "accel" },
+    Part { message: COMMON_GROUP, channel: "gyro", field: "angularrate" },
 ];
-
-/// Numbers of a message of the driver for VectorNav sensors, in the units of the channels.
-const fn vectornav(
-    message: &'static str,
-    channel: &'static str,
-    field: &'static str,
-    axes: &'static str,
-    bits: u8,
-) -> Part {
-    Part { message, channel, field, axes, unit_scale: 1.0, bits }
-}
 
 /// The definition of a standard type in the language of its encoding.
 pub(super) fn definition(type_name: &str, encoding: &Encoding) -> Option<String> {

@@ -1,12 +1,12 @@
-//! Topics of a bag, their messages, and why a bag cannot be read.
+//! Topics of a bag and their messages.
 
-use std::{fmt, io, sync::Arc};
+use std::{io, sync::Arc};
 
 /// The longest message that is read. Those of sensors have some hundred bytes; images may have
 /// more.
 pub(super) const MESSAGE_BYTES: usize = 4 * 1024 * 1024;
 
-pub(super) const MOST_TOPICS: usize = 4096;
+const MOST_TOPICS: usize = 4096;
 
 /// Most bytes of all definitions together.
 pub(super) const DEFINITION_BYTES: usize = 16 * 1024 * 1024;
@@ -167,94 +167,5 @@ impl Encoding {
             "cdr" => Self::Cdr,
             other => Self::Other(other.into()),
         }
-    }
-}
-
-/// A topic, as listed for the user to choose from.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TopicSummary {
-    /// Name of the topic.
-    pub name: String,
-    /// The type of its messages, as `package/Type`.
-    pub type_name: String,
-    /// Number of messages of the topic.
-    pub messages: u64,
-    /// Mean number of messages per second; `None` with fewer than two messages, or if all have the
-    /// same time.
-    pub rate_hz: Option<f64>,
-}
-
-impl fmt::Display for TopicSummary {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, type_name, messages, rate_hz } = self;
-        let plural = if *messages == 1 { "" } else { "s" };
-        write!(f, "{name:.80} ({type_name:.80}, {messages} message{plural}")?;
-        match rate_hz {
-            Some(hz) => write!(f, ", {hz:.4} Hz)"),
-            None => f.write_str(")"),
-        }
-    }
-}
-
-/// Why a bag cannot be read, or contains nothing of a sensor.
-#[derive(Debug, thiserror::Error)]
-pub enum BagError {
-    /// The file could not be read, or is damaged.
-    #[error(transparent)]
-    Io(#[from] io::Error),
-    /// The files are no bag, or the messages of a topic cannot be used: the reason in words.
-    #[error("{0}")]
-    Unusable(String),
-    /// No topic holds sentences, or numbers of a sensor.
-    #[error(
-        "it is {form} in which no topic has VectorNav sentences or messages of an inertial sensor. It holds:{}",
-        lines(topics)
-    )]
-    NoSensor {
-        /// The form of the file, in words.
-        form: &'static str,
-        /// The topics of the bag.
-        topics: Vec<TopicSummary>,
-    },
-    /// The messages of the only topic contain nothing of a sensor.
-    #[error(
-        "messages of topic {topic:?} ({type_name}) hold neither VectorNav sentences nor a message of an inertial sensor; \
-         their numbers are: {}",
-        fields.join(", ")
-    )]
-    NotOfSensor {
-        /// The topic.
-        topic: String,
-        /// The type of its messages.
-        type_name: String,
-        /// Paths of the numbers in the messages.
-        fields: Vec<String>,
-    },
-    /// More than one topic qualifies.
-    #[error("it is {form} with several topics that may be meant:{}", lines(topics))]
-    SeveralTopics {
-        /// The form of the file, in words.
-        form: &'static str,
-        /// The topics that qualify.
-        topics: Vec<TopicSummary>,
-    },
-    /// The requested topic is not in the bag.
-    #[error("it has no topic {name:?}. It holds:{}", lines(topics))]
-    NoTopic {
-        /// The requested name.
-        name: String,
-        /// The topics of the bag.
-        topics: Vec<TopicSummary>,
-    },
-}
-
-/// The topics, each on a line of its own.
-pub(super) fn lines(topics: &[TopicSummary]) -> String {
-    const LISTED: usize = 40;
-    let listed: String = topics.iter().take(LISTED).map(|topic| format!("\n  {topic}")).collect();
-    match topics.len() {
-        0 => " no topic".into(),
-        count if count > LISTED => format!("{listed}\n  and {} more", count - LISTED),
-        _ => listed,
     }
 }

@@ -1,16 +1,17 @@
 //! The contents of the topics of a bag, judged by their types and first messages.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{fmt, sync::Arc};
 
 use super::{
-    definition::Definitions,
-    fields::{Leaf, PathTarget, Step, places, steps},
+    definition::Leaf,
     files::{Bag, BagForm},
     message_reader::{Taken, take},
     sentences::has_sentence,
     standard_types::{PARTS, Part},
-    topic::{BagError, Topic, TopicCount, TopicSummary},
+    structure::{Step, Structure},
+    topic::{Topic, TopicCount},
 };
+use crate::open_error::Problem;
 
 /// Messages of each topic that are examined, and the bytes of all of them.
 const PROBED_MESSAGES: usize = 100;
@@ -34,22 +35,39 @@ pub(super) struct ScannedTopic {
     /// `None` while they are not counted.
     pub(super) count: Option<TopicCount>,
     /// `None` if no definition is known; an error if it cannot be used.
-    definitions: Result<Option<Definitions>, String>,
+    structure: Result<Option<Structure>, String>,
     /// Examined messages that contain a sentence.
     with_sentences: usize,
-    /// The standard numbers that its messages have, each with the path of the message that contains it.
-    pub(super) parts: Vec<(&'static Part, String)>,
+    /// The standard numbers that its messages have.
+    pub(super) parts: Vec<FoundPart>,
     /// The parts that are zero in all examined messages.
-    pub(super) zero_parts: Vec<(&'static Part, String)>,
+    pub(super) zero_parts: Vec<FoundPart>,
     /// The path of the first time in its messages that increases from message to message.
     pub(super) stamp: Option<String>,
     /// Examined messages, and their bytes.
     pub(super) probed: usize,
     probed_bytes: usize,
+    /// The steps to the numbers of the parts and to the times; none before the messages are
+    /// examined.
+    steps: Vec<Step>,
+    /// The values in each examined message.
+    values: Vec<Vec<Taken>>,
+}
+
+/// A part of a message, inside another one or not.
+#[derive(Debug, Clone)]
+pub(super) struct FoundPart {
+    pub(super) part: &'static Part,
+    /// The path of the field that holds the numbers.
+    pub(super) path: String,
+    /// The channels, and the places of their numbers in the message.
+    pub(super) numbers: Vec<(usize, usize)>,
+    /// The place of the number that is -1 if the sensor does not measure the part.
+    covariance: Option<usize>,
 }
 
 impl TopicScan {
-    pub(crate) fn of(bag: &Bag) -> Result<Self, BagError> {
+    pub(crate) fn of(bag: &Bag) -> Result<Self, Problem> {
         let topics = bag.topics(false)?.into_iter().map(|(topic, count)| ScannedTopic::new(topic, count));
         let mut scan = Self { form: bag.form, topics: topics.collect() };
         scan.probe(bag)?;
@@ -57,7 +75,7 @@ impl TopicScan {
     }
 
     /// Counts the messages of all topics, if this was not done.
-    pub(super) fn count(&mut self, bag: &Bag) -> Result<(), BagError> {
+    pub(super) fn count(&mut self, bag: &Bag) -> Result<(), Problem> {
         if self.topics.iter().any(|topic| topic.count.is_none()) {
             for (topic, count) in bag.topics(true)? {
                 self.topics.iter_mut().filter(|other| other.topic.is(&topic)).for_each(|other| other.count = count);
@@ -66,13 +84,11 @@ impl TopicScan {
         Ok(())
     }
 
-    /// The topics, as listed for the user to choose from.
-    pub(super) fn summaries(&self) -> Vec<TopicSummary> {
-        self.topics.iter().map(ScannedTopic::summary).collect()
+    pub(super) fn names(&self) -> Vec<String> {
+        self.topics.iter().map(|topic| topic.topic.name.clone()).collect()
     }
 
-    fn probe(&mut self, bag: &Bag) -> Result<(), BagError> {
-        let mut probes: Vec<Probe> = self.topics.iter().map(Probe::new).collect();
+    fn probe(&mut self, bag: &Bag) -> Result<(), Problem> {
         let mut messages = bag.messages(&Arc::default())?;
         let mut places = Vec::new();
         for _ in 0..PASSED_MESSAGES {
@@ -86,68 +102,121 @@ impl TopicScan {
                 places.push(self.topics.iter().position(|other| other.topic == *topic));
             }
             let Some(place) = places[head.topic].filter(|&place| !self.topics[place].is_settled()) else { continue };
-            let topic = &mut self.topics[place];
             let Ok(data) = messages.read_data() else { break };
-            topic.probed_bytes += data.len();
-            topic.probed += 1;
-            topic.with_sentences += usize::from(has_sentence(data));
-            probes[place].push(&topic.topic, data);
+            self.topics[place].examine(data);
         }
-        self.topics.iter_mut().zip(probes).for_each(|(topic, probe)| probe.finish(topic));
+        self.topics.iter_mut().for_each(ScannedTopic::judge);
         Ok(())
     }
 }
 
-pub(super) fn unusable_definition(type_name: &str, problem: &str) -> BagError {
-    BagError::Unusable(format!("the definition of {type_name} cannot be used: {problem}"))
+/// The topics as listed for the user to choose from, each on a line of its own.
+pub(super) fn lines<'a>(topics: impl IntoIterator<Item = &'a ScannedTopic>) -> String {
+    const LISTED: usize = 40;
+    let lines: Vec<String> = topics.into_iter().map(|topic| format!("\n  {topic}")).collect();
+    match lines.len() {
+        0 => " no topic".into(),
+        count if count > LISTED => format!("{}\n  and {} more", lines[..LISTED].concat(), count - LISTED),
+        _ => lines.concat(),
+    }
+}
+
+pub(super) fn unusable_definition(type_name: &str, problem: &str) -> Problem {
+    Problem::new(format!("the definition of {type_name} cannot be used: {problem}"))
+}
+
+impl fmt::Display for ScannedTopic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Topic { name, type_name, .. }, count) = (&self.topic, self.count.unwrap_or_default());
+        let plural = if count.messages == 1 { "" } else { "s" };
+        write!(f, "{name:.80} ({type_name:.80}, {} message{plural}", count.messages)?;
+        match count.rate_hz() {
+            Some(hz) => write!(f, ", {hz:.4} Hz)"),
+            None => f.write_str(")"),
+        }
+    }
 }
 
 impl ScannedTopic {
     fn new(topic: Topic, count: Option<TopicCount>) -> Self {
+        let structure = Structure::of(&topic);
+        let known = structure.as_ref().ok().and_then(Option::as_ref);
+        let parts: Vec<FoundPart> =
+            known.map_or_else(Vec::new, |structure| FoundPart::all(structure, &topic.type_name));
+        // a message whose steps are unknown gives no numbers, but may give sentences
+        let steps = known.and_then(|structure| {
+            let numbers = parts.iter().flat_map(|found| found.numbers.iter().map(|(_, place)| *place));
+            let covariances = parts.iter().filter_map(|found| found.covariance);
+            let times = structure.times().map(|(place, _)| place);
+            structure.steps(numbers.chain(covariances).chain(times)).ok()
+        });
         Self {
-            definitions: Definitions::of(&topic),
+            structure,
             topic,
             count,
             with_sentences: 0,
-            parts: Vec::new(),
+            parts,
             zero_parts: Vec::new(),
             stamp: None,
             probed: 0,
             probed_bytes: 0,
+            steps: steps.unwrap_or_default(),
+            values: Vec::new(),
         }
     }
 
-    pub(super) fn summary(&self) -> TopicSummary {
-        TopicSummary {
-            name: self.topic.name.clone(),
-            type_name: self.topic.type_name.clone(),
-            messages: self.count.unwrap_or_default().messages,
-            rate_hz: self.count.and_then(|count| count.rate_hz()),
+    fn examine(&mut self, data: &[u8]) {
+        self.probed_bytes += data.len();
+        self.probed += 1;
+        self.with_sentences += usize::from(has_sentence(data));
+        let leaves = self.structure().map_or(0, |structure| structure.leaves.len());
+        let mut values = vec![Taken::Number(f64::NAN); leaves];
+        if !self.steps.is_empty() && take(&self.steps, &self.topic.encoding, data, &mut values).is_some() {
+            self.values.push(values);
         }
     }
 
-    /// All numbers, times and messages of its messages, by their paths.
-    pub(super) fn places(&self) -> Vec<(String, PathTarget)> {
-        self.definitions().map(|types| places(types, &self.topic.type_name)).unwrap_or_default()
+    /// Keeps the parts that the examined messages hold. If none was examined, the type decides.
+    fn judge(&mut self) {
+        let number = |values: &[Taken], place: usize| values[place].number().unwrap_or(f64::NAN);
+        for found in std::mem::take(&mut self.parts) {
+            let is_unknown = |values: &[Taken]| found.covariance.is_some_and(|place| number(values, place) == -1.0);
+            let mut known = self.values.iter().filter(|values| !is_unknown(values));
+            let is_measured =
+                known.clone().any(|values| found.numbers.iter().any(|&(_, place)| number(values, place) != 0.0));
+            let kind = |found: &FoundPart| (found.part.message, found.part.channel);
+            if self.parts.iter().any(|other| kind(other) == kind(&found)) {
+                continue;
+            }
+            if is_measured || self.probed == 0 {
+                self.parts.push(found);
+            } else if known.next().is_some() {
+                self.zero_parts.push(found);
+            }
+        }
+        let times = |place: usize| self.values.iter().filter_map(|values| values[place].nanoseconds(1)).collect();
+        let stamp = self.structure().ok().and_then(|structure| {
+            structure.times().find(|(place, _)| are_times(times(*place))).map(|(_, path)| path.to_owned())
+        });
+        (self.stamp, self.values) = (stamp, Vec::new());
     }
 
     /// The paths of all numbers of its messages; the first element stands for a whole array.
     pub(super) fn number_paths(&self) -> Vec<String> {
         let is_first = |path: &str| path.matches('[').count() == path.matches("[0]").count();
-        let is_number =
-            |(path, place): &(String, PathTarget)| matches!(place, PathTarget::Leaf(Leaf::Number(_))) && is_first(path);
-        self.places().into_iter().filter(is_number).map(|(path, _)| path).collect()
+        let leaves = self.structure().map_or(&[][..], |structure| &structure.leaves).iter();
+        leaves.filter(|(path, leaf)| *leaf != Leaf::Time && is_first(path)).map(|(path, _)| path.clone()).collect()
     }
 
-    /// The definitions of its messages.
+    /// The content of its messages.
     ///
     /// # Errors
-    /// [`BagError::Unusable`] if none is known or usable.
-    pub(super) fn definitions(&self) -> Result<&Definitions, BagError> {
+    /// [`Problem::Unusable`] if no definition is known or usable.
+    pub(super) fn structure(&self) -> Result<&Structure, Problem> {
         let Topic { name, type_name, .. } = &self.topic;
-        match &self.definitions {
-            Ok(Some(definitions)) => Ok(definitions),
-            Ok(None) => Err(BagError::Unusable(format!(
+        match &self.structure {
+            Ok(Some(structure)) => Ok(structure),
+            Ok(None) => Err(Problem::new(format!(
                 "the bag does not say how messages of topic {name:?} are built, and {type_name} is no standard type: convert \
                  the bag where that package is installed (`ros2 bag convert` to MCAP), or record a topic of sensor_msgs/Imu"
             ))),
@@ -168,78 +237,22 @@ impl ScannedTopic {
     }
 }
 
-/// The standard numbers and the times in the first messages of a topic.
-struct Probe {
-    steps: Vec<Step>,
-    /// The parts of its type: the path of each, the slot of its covariance and the slots of its
-    /// numbers.
-    parts: Vec<(&'static Part, String, Option<usize>, Vec<usize>)>,
-    /// The paths of the times, and their slots.
-    stamps: Vec<(String, usize)>,
-    slots: usize,
-    /// The values of the slots in each message.
-    messages: Vec<Vec<Taken>>,
-}
-
-impl Probe {
-    fn new(topic: &ScannedTopic) -> Self {
-        let type_name = &topic.topic.type_name;
-        let all = topic.places();
-        let mut slots = BTreeMap::new();
-        let mut slot = |path: String| {
-            let next = slots.len();
-            *slots.entry(path).or_insert(next)
+impl FoundPart {
+    /// The parts of a message of this type: its own, or those of the first standard message inside.
+    fn all(structure: &Structure, type_name: &str) -> Vec<Self> {
+        let of = |part: &'static Part| {
+            let inside = || structure.messages.iter().find(|(_, name)| name == part.message);
+            let prefix = if type_name == part.message { String::new() } else { format!("{}.", inside()?.0) };
+            let place = |path: String| structure.place(&format!("{prefix}{path}"));
+            let numbers = part.channels().map(|(channel, path)| Some((channel, place(path)?)));
+            Some(Self {
+                part,
+                path: format!("{prefix}{}", part.field),
+                numbers: numbers.collect::<Option<_>>()?,
+                covariance: part.covariance().and_then(place),
+            })
         };
-        let mut parts = Vec::new();
-        for part in &PARTS {
-            // the first of several such messages counts, as the topic's own does
-            let is_message = |place: &PathTarget| matches!(place, PathTarget::Message(name) if name == part.message);
-            let inside = || all.iter().find(|(_, place)| is_message(place)).map(|(path, _)| format!("{path}."));
-            let prefix = if type_name == part.message { Some(String::new()) } else { inside() };
-            let Some(prefix) = prefix else { continue };
-            let paths: Vec<String> = part.channels().map(|(_, path)| format!("{prefix}{path}")).collect();
-            let is_there = |path: &String| all.iter().any(|(other, _)| other == path);
-            if paths.iter().all(is_there) {
-                let covariance =
-                    part.covariance().map(|path| format!("{prefix}{path}")).filter(is_there).map(&mut slot);
-                parts.push((part, prefix, covariance, paths.into_iter().map(&mut slot).collect()));
-            }
-        }
-        let times = all.iter().filter(|(_, place)| matches!(place, PathTarget::Leaf(Leaf::Time)));
-        let stamps = times.map(|(path, _)| (path.clone(), slot(path.clone()))).collect();
-        // a message whose steps are unknown gives no numbers, but may give sentences
-        let steps = topic.definitions().ok().and_then(|types| steps(types, type_name, &slots).ok());
-        Self { steps: steps.unwrap_or_default(), parts, stamps, slots: slots.len(), messages: Vec::new() }
-    }
-
-    fn push(&mut self, topic: &Topic, data: &[u8]) {
-        let mut slots = vec![Taken::Number(f64::NAN); self.slots];
-        if !self.steps.is_empty() && take(&self.steps, &topic.encoding, data, &mut slots).is_some() {
-            self.messages.push(slots);
-        }
-    }
-
-    /// If no message was examined, the type decides.
-    fn finish(self, topic: &mut ScannedTopic) {
-        let number = |message: &[Taken], slot: usize| message[slot].number().unwrap_or(f64::NAN);
-        for (part, path, covariance, numbers) in self.parts {
-            // a covariance of -1 says that the sensor does not measure the part
-            let mut known =
-                self.messages.iter().filter(|message| covariance.is_none_or(|slot| number(message, slot) != -1.0));
-            let is_measured = known.clone().any(|message| numbers.iter().any(|&slot| number(message, slot) != 0.0));
-            // the first of several parts of one channel is preferred; it is not compensated
-            if topic.parts.iter().any(|(other, _)| (other.message, other.channel) == (part.message, part.channel)) {
-                continue;
-            }
-            if is_measured || topic.probed == 0 {
-                topic.parts.push((part, path));
-            } else if known.next().is_some() {
-                topic.zero_parts.push((part, path));
-            }
-        }
-        let times =
-            |slot: usize| self.messages.iter().filter_map(move |message| message[slot].nanoseconds(1)).collect();
-        topic.stamp = self.stamps.into_iter().find(|&(_, slot)| are_times(times(slot))).map(|(path, _)| path);
+        PARTS.iter().filter_map(of).collect()
     }
 }
 

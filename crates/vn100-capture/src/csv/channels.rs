@@ -34,7 +34,7 @@ static VALUE: Channel = Channel {
 };
 
 /// The names of all channels.
-pub(super) fn names() -> impl Iterator<Item = &'static str> {
+pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     KNOWN.iter().map(|channel| &*channel.name)
 }
 
@@ -44,12 +44,12 @@ pub(crate) fn known(index: usize) -> &'static Channel {
 }
 
 /// The place of the channel with exactly this name.
-pub(crate) fn by_name(name: &str) -> Option<usize> {
+pub(super) fn by_name(name: &str) -> Option<usize> {
     names().position(|known| known == name)
 }
 
 /// The quantity of a channel, as written in names of streams: `gyro` of `gyro_x`.
-pub(super) fn quantity_word(channel: &str) -> &str {
+pub(crate) fn quantity_word(channel: &str) -> &str {
     channel.split('_').next().unwrap_or(channel)
 }
 
@@ -111,8 +111,15 @@ static UNITS: [Unit; 26] = [
 
 impl Unit {
     /// The unit of numbers that are not converted.
-    pub(super) fn unconverted(name: String) -> Self {
+    pub(crate) fn unconverted(name: String) -> Self {
         Self { name: name.into(), ..unit("", Value, 1.0, "") }
+    }
+
+    /// The channel at place `index`, in whole numbers of this unit.
+    pub(crate) fn of_channel(&self, index: usize) -> Channel {
+        let own = known(index);
+        let unit = if own.quantity == Value { &self.name } else { &own.unit };
+        Channel { unit: unit.clone(), scale: self.scale, ..own.clone() }
     }
 }
 

@@ -8,12 +8,12 @@ use vn100_protocol::{
 };
 
 use super::{
-    CsvError, HeadRows,
+    HeadRows, Unusable,
     channels::{Unit, known, quantity_word, rank, units},
     column_map::ColumnMap,
     header::Header,
     name::{Made, Meaning},
-    numbers_at,
+    numbers_at, same_column,
 };
 
 /// The columns that are read, and the others whose names tell their content.
@@ -137,12 +137,12 @@ impl Columns {
     }
 
     /// The columns that `map` names.
-    pub(super) fn mapped(header: &Header, map: &ColumnMap) -> Result<Self, CsvError> {
+    pub(super) fn mapped(header: &Header, map: &ColumnMap) -> Result<Self, Unusable> {
         let mut found: Vec<(&'static str, usize)> = Vec::new();
         for (channel, column) in map.columns() {
             let place = header.mapped_place(channel, column)?;
             if let Some((other, _)) = found.iter().find(|(_, taken)| *taken == place) {
-                return Err(CsvError::same_column(column, other, channel));
+                return Err(same_column(column, other, channel));
             }
             found.push((channel, place));
         }
@@ -165,14 +165,14 @@ impl Columns {
     }
 
     /// Keeps only the channels that `stream` names, individually or by their quantity.
-    pub(super) fn choose(&mut self, stream: &str) -> Result<(), CsvError> {
+    pub(super) fn choose(&mut self, stream: &str) -> Result<(), Unusable> {
         let words: Vec<_> = stream.split_whitespace().collect();
         let is_of = |column: &Column, word: &str| column.name() == word || quantity_word(column.name()) == word;
         if words.is_empty() || !words.iter().all(|word| self.read.iter().any(|column| is_of(column, word))) {
             let mut found: Vec<_> = self.read.iter().map(|column| quantity_word(column.name())).collect();
             found.dedup();
             found.sort_by_key(|name| rank(name));
-            return Err(CsvError::certain(format!("no columns of {stream:?}: name some of {}", found.join(", "))));
+            return Err(Unusable::certain(format!("no columns of {stream:?}: name some of {}", found.join(", "))));
         }
         let is_chosen = |column: &Column| words.iter().any(|word| is_of(column, word));
         let (chosen, others): (Vec<_>, Vec<_>) = self.read.drain(..).partition(is_chosen);

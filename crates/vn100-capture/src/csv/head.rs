@@ -2,13 +2,10 @@
 
 use std::{borrow::Cow, sync::Arc};
 
-use vn100_protocol::{
-    Channel, ColumnRead, ColumnsRead, Layout, MESSAGES, Quantity,
-    stream::{AbsentValues, CsvReport},
-};
+use vn100_protocol::{Channel, ColumnRead, ColumnsRead, Layout, MESSAGES, Quantity, stream::CsvReport};
 
 use super::{
-    BYTE_ORDER_MARK, ColumnUse, CsvError, CsvPlan, HEAD_ROWS, HeadRow, HeadRows, MapHint, Said,
+    BYTE_ORDER_MARK, ColumnUse, CsvPlan, HEAD_ROWS, HeadRow, HeadRows, OpenHint, Said, Unusable,
     channels::known,
     column_map::STAMP,
     columns::{Column, Columns},
@@ -20,7 +17,7 @@ use super::{
     number::Number,
     numbers_at,
     resolution::Quantizer,
-    sentence_rows, shown,
+    same_column, sentence_rows, shown,
     streams::{check_one_sensor, streams},
     suggestion::suggestion,
     time_columns::{StampColumns, TimeSearch, argument},
@@ -44,8 +41,8 @@ const FITTED_ROWS: usize = 50;
 /// none.
 ///
 /// # Errors
-/// [`CsvError`] if this is a CSV file without the columns or the stamps.
-pub(crate) fn detect(head: &[u8], said: Said<'_>) -> Result<Option<CsvPlan>, CsvError> {
+/// [`Unusable`] if this is a CSV file without the columns or the stamps.
+pub(crate) fn detect(head: &[u8], said: Said<'_>) -> Result<Option<CsvPlan>, Unusable> {
     let head = head.strip_prefix(BYTE_ORDER_MARK).unwrap_or(head);
     let line_end = if head.contains(&b'\r') && !head.contains(&b'\n') { b'\r' } else { b'\n' };
     let lines: Vec<&[u8]> =
@@ -142,7 +139,7 @@ impl<'a> Candidate<'a> {
 
     /// The plan, if this is the header. The columns are those that the user names, or those with known
     /// names; the user may have named the stamps alone.
-    fn plan(&self, said: Said<'_>) -> Result<Option<CsvPlan>, CsvError> {
+    fn plan(&self, said: Said<'_>) -> Result<Option<CsvPlan>, Unusable> {
         let mapped = said.map.filter(|map| map.has_channels());
         let is_row = self.header.is_first_row || mapped.is_some_and(|map| self.header.is_row(map));
         let lines_above = self.index + usize::from(!is_row);
@@ -172,7 +169,7 @@ impl<'a> Candidate<'a> {
         if let Some(taken) = columns.read.iter().find(|column| is_stamp(column.place)) {
             let column = said.map.and_then(|map| map.stamp.first()).map(|(column, _)| column.clone());
             let column = column.unwrap_or_else(|| self.header.argument(taken.place));
-            return Err(CsvError::same_column(&column, taken.name(), STAMP));
+            return Err(same_column(&column, taken.name(), STAMP));
         }
         check_one_sensor(&self.header, &cells, |place| search.taken.contains(&place) || is_stamp(place))?;
         let mut plan = self.complete(&columns, stamp, mapped.is_none(), lines_above, &cells);
@@ -184,22 +181,16 @@ impl<'a> Candidate<'a> {
     }
 
     /// No column of the rows of numbers has a known name in the header.
-    fn unknown_columns(&self, columns: &Columns, cells: &HeadRows, has_names: bool) -> CsvError {
+    fn unknown_columns(&self, columns: &Columns, cells: &HeadRows, has_names: bool) -> Unusable {
         let stamps = if has_names { self.search(columns, cells).likely() } else { None };
         let described = |name: String| match columns.left_out.iter().find(|column| column.name == name) {
             Some(column) => format!("{name} ({})", column.reason),
             None => name,
         };
         let found: Vec<String> = self.header.listed(cells).into_iter().map(described).collect();
-        CsvError {
-            reason: format!(
-                "no known column in this CSV file: expected {}; found {}",
-                Columns::SEARCHED,
-                found.join(", ")
-            ),
-            hint: Some(MapHint::Columns(suggestion(&self.header, stamps.as_ref(), cells))),
-            is_certain: false,
-        }
+        let (searched, found) = (Columns::SEARCHED, found.join(", "));
+        let reason = format!("no known column in this CSV file: expected {searched}; found {found}");
+        Unusable::new(reason).with_hint(OpenHint::Columns(suggestion(&self.header, stamps.as_ref(), cells)))
     }
 
     /// The fields of the first rows.
@@ -250,7 +241,6 @@ impl<'a> Candidate<'a> {
         let unused = names.filter(|(_, column)| matches!(column, ColumnUse::Ignored | ColumnUse::OtherStream));
         let ignored = unused.map(|(name, _)| name).filter(|name| !name.is_empty() && !is_left_out(name)).cloned();
         let rounded = layout.channels.iter().zip(&quantizers).filter(|(_, quantizer)| quantizer.is_rounded);
-        let absent = |channel: &Channel| AbsentValues { channel: channel.name.to_string(), ..AbsentValues::default() };
         CsvPlan {
             report: CsvReport {
                 ignored_columns: ignored.collect(),
@@ -258,7 +248,6 @@ impl<'a> Candidate<'a> {
                 times,
                 other_stream_rows: (!columns.others.is_empty()).then_some(0),
                 rounded: rounded.map(|(channel, _)| channel.name.to_string()).collect(),
-                absent: layout.channels.iter().map(absent).collect(),
                 ..CsvReport::default()
             },
             quantizers,
@@ -277,13 +266,7 @@ impl<'a> Candidate<'a> {
     /// exactly and include an attitude, or have a stated compensation and not all occur in other
     /// sensors.
     fn layout(&self, columns: &Columns, are_named: bool, times: Option<String>) -> Layout {
-        let channel = |column: &Column| match known(column.channel) {
-            series if series.quantity == Quantity::Value => {
-                Channel { unit: column.unit.name.clone(), ..series.clone() }
-            }
-            known => Channel { scale: column.unit.scale, ..known.clone() },
-        };
-        let channels: Vec<Channel> = columns.read.iter().map(channel).collect();
+        let channels: Vec<Channel> = columns.read.iter().map(|column| column.unit.of_channel(column.channel)).collect();
         let compensated = columns.compensated;
         let is_of_any_sensor = |channel: &Channel| {
             matches!(channel.quantity, Quantity::MagneticField | Quantity::Acceleration | Quantity::AngularRate)

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::{
-    CsvError, HeadRows,
+    HeadRows, Unusable,
     column_map::{ColumnMap, STAMP, one_line},
     fields::fields,
     name::is_unit,
@@ -141,7 +141,7 @@ impl Header {
     }
 
     /// The place of a column that a map names for `channel`, by its name or number.
-    pub(super) fn mapped_place(&self, channel: &str, column: &str) -> Result<usize, CsvError> {
+    pub(super) fn mapped_place(&self, channel: &str, column: &str) -> Result<usize, Unusable> {
         let names = || self.names.iter().map(|name| one_line(name));
         let place = match column.parse::<usize>() {
             Ok(number) => number.checked_sub(1).filter(|place| *place < self.names.len()),
@@ -150,7 +150,7 @@ impl Header {
                 .or_else(|| names().position(|name| name.eq_ignore_ascii_case(column))),
         };
         place.ok_or_else(|| {
-            CsvError::uncertain(format!("no column {column:?} for {channel}: the file has {}", self.names.join(", ")))
+            Unusable::new(format!("no column {column:?} for {channel}: the file has {}", self.names.join(", ")))
         })
     }
 }

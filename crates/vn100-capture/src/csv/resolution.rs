@@ -28,7 +28,7 @@ const MOST_COUNTS: f64 = i32::MAX as f64;
 /// The conversion of a number to a count, which is 10^-`decimals` of the unit of the file, or a power
 /// of two.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Quantizer {
+pub(crate) struct Quantizer {
     /// `None` for a power of two.
     decimals: Option<u8>,
     counts_per_unit: f64,
@@ -40,6 +40,12 @@ pub(super) struct Quantizer {
 }
 
 impl Quantizer {
+    /// Counts of 2^-`bits` of the unit.
+    pub(crate) fn binary(bits: i32, unit: &Unit) -> Self {
+        let counts_per_unit = 2_f64.powi(bits);
+        Self { decimals: None, counts_per_unit, is_rounded: true, zero: unit.zero, limit_counts: i32::MAX }
+    }
+
     /// Decides from the numbers of the head, which are in this unit of the channel. Numbers
     /// `of_sensor` are in its own unit, and have at least its decimals; beyond its limit one is
     /// damaged.
@@ -94,11 +100,19 @@ impl Quantizer {
             self.zero == 0.0 && self.decimals.is_some_and(|decimals| number.decimals == i32::from(decimals));
         let count = match are_counts && number.digits <= i32::MAX as u64 {
             true => number.signed_digits(),
-            // exact as well for counts of 32 bits; a cast saturates, beyond every limit
-            false => ((number.value() - self.zero) * self.counts_per_unit).round_ties_even() as i64,
+            // exact as well for counts of 32 bits
+            false => return self.count_of(number.value()),
         };
         let limit = i64::from(self.limit_counts);
         // the cast is of a number within the limit
+        (-limit..=limit).contains(&count).then_some(count as i32)
+    }
+
+    /// The count of a float; `None` beyond the range of counts, and if it is not finite.
+    #[inline]
+    pub(crate) fn count_of(&self, value: f64) -> Option<i32> {
+        let count = ((value - self.zero) * self.counts_per_unit).round_ties_even();
+        let limit = f64::from(self.limit_counts);
         (-limit..=limit).contains(&count).then_some(count as i32)
     }
 
@@ -109,7 +123,7 @@ impl Quantizer {
     }
 
     /// The channel in these counts; its scale is that of the file's unit.
-    pub(super) fn of_counts(&self, channel: Channel) -> Channel {
+    pub(crate) fn of_counts(&self, channel: Channel) -> Channel {
         let (decimals, scale) = match self.decimals {
             Some(decimals) => (decimals, channel.scale),
             None => (0, channel.scale / self.counts_per_unit),

@@ -9,10 +9,7 @@ use std::{
 
 use vn100_protocol::{
     Tally,
-    stream::{
-        AbsentCell, Arrival, Batch, CsvReport, FileReport, Mark, MarkKind, ReadOptions, RejectedRow, RejectedRowCounts,
-        RejectedRows, SampleReader,
-    },
+    stream::{Batch, CsvReport, FileReport, ReadOptions, RejectedRow, RejectedRowCounts, RejectedRows, SampleReader},
 };
 
 use super::{
@@ -25,7 +22,10 @@ use super::{
     shown,
     stamp::{StampForm, device_ns},
 };
-use crate::read_samples::{Event, FileReader};
+use crate::{
+    read_samples::{Event, FileReader},
+    rows_of_samples::{Absence, NumberRows, RowSamples},
+};
 
 /// Rows in one batch, accepted or rejected.
 const MOST_ROWS: usize = 512;
@@ -46,35 +46,33 @@ pub(crate) struct CsvReader<R> {
 /// The rows that were read, according to the plan.
 struct Rows {
     plan: CsvPlan,
-    /// Decodes the sentences; `None` for rows of numbers.
-    sentences: Option<SampleReader>,
-    /// The rows of numbers that no batch has.
-    open: Batch,
-    /// The counts of the last row, in the order of the layout; 0 for a missing channel.
-    counts: Vec<i32>,
-    /// The channels that the last row lacks.
-    absent: Vec<(usize, Absence)>,
-    /// The stamp of the first row, as written.
-    first_stamp_ns: Option<i64>,
-    /// The stamp of the last row, as written.
-    last_stamp_ns: Option<i64>,
+    samples: RowSamples,
+    clock: RowClock,
     /// The line in which a table with other columns begins.
     other_table: Option<u64>,
-    /// Its absences have an entry for each channel.
     report: CsvReport,
     /// The bytes of all lines, line ends included, and the rejected rows.
     tally: Tally,
     rejected: RejectedRowCounts,
-    /// The form of the stamps.
-    form: Option<StampForm>,
 }
 
-/// The reason why a row lacks a channel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Absence {
-    Empty,
-    NotANumber,
-    OutOfRange,
+/// The stamps of the rows, as written.
+struct RowClock {
+    /// Their form, if there are any.
+    form: Option<StampForm>,
+    first_ns: Option<i64>,
+    last_ns: Option<i64>,
+}
+
+impl RowClock {
+    /// The time since the first good row; negative if a clock was set back.
+    #[inline]
+    fn since_first(&mut self, stamp_ns: i64) -> Result<i64, RejectedRow> {
+        let stamp_ns = self.form.map_or(stamp_ns, |form| form.after(self.last_ns, stamp_ns));
+        self.last_ns = Some(stamp_ns);
+        let first_ns = *self.first_ns.get_or_insert(stamp_ns);
+        stamp_ns.checked_sub(first_ns).ok_or(RejectedRow::Stamp)
+    }
 }
 
 /// A row that is not rejected.
@@ -89,13 +87,11 @@ impl<R: Read> CsvReader<R> {
     pub(crate) fn new(mut plan: CsvPlan, reader: R, options: ReadOptions) -> Self {
         let form = |column: &ColumnUse| if let ColumnUse::Stamp(form) = column { Some(*form) } else { None };
         let rows = Rows {
-            form: plan.columns.iter().find_map(form),
-            sentences: plan.layout.is_none().then(|| SampleReader::new(options)),
-            open: Batch::default(),
-            counts: vec![0; plan.quantizers.len()],
-            absent: Vec::new(),
-            first_stamp_ns: None,
-            last_stamp_ns: None,
+            clock: RowClock { form: plan.columns.iter().find_map(form), first_ns: None, last_ns: None },
+            samples: match &plan.layout {
+                Some(layout) => RowSamples::Numbers(NumberRows::new(Arc::clone(layout))),
+                None => RowSamples::Sentences(SampleReader::new(options)),
+            },
             other_table: None,
             report: mem::take(&mut plan.report),
             tally: Tally::default(),
@@ -138,16 +134,10 @@ impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
 
     fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>) {
         let rows = &mut self.rows;
-        let batches = match &mut rows.sentences {
-            Some(sentences) => {
-                let batches = sentences.finish();
-                rows.complete(batches)
-            }
-            None => rows.take_batches(),
-        };
-        let mut report = CsvReport { first_stamp_ns: rows.first_stamp_ns, ..rows.report.clone() };
-        report.absent.retain(|absences| absences.total() > 0);
-        (batches, Some(FileReport::Csv(report)))
+        let batches = rows.samples.finish();
+        let report =
+            CsvReport { first_stamp_ns: rows.clock.first_ns, absent: rows.samples.absent(), ..rows.report.clone() };
+        (rows.complete(batches), Some(FileReport::Csv(report)))
     }
 }
 
@@ -162,16 +152,13 @@ impl Rows {
             Completeness::Overlong => Err(RejectedRow::Length),
             _ if self.is_skipped(line.number, text) => return self.skip(line),
             Completeness::Unended if !self.ends_whole(text) => Err(RejectedRow::Truncated),
-            _ if self.sentences.is_none() => self.take_numbers(text),
-            _ => self.take_sentence(text),
+            _ if self.holds_sentences() => self.take_sentence(text),
+            _ => self.take_numbers(line.number, text),
         };
         match row {
             Ok(Row::Sample) => {
                 self.report.rows += 1;
                 self.tally.valid_sentence_bytes += line.bytes;
-                if !self.absent.is_empty() {
-                    self.count_absent(line.number);
-                }
             }
             Ok(Row::OfOtherStream) => {
                 *self.report.other_stream_rows.get_or_insert_default() += 1;
@@ -188,7 +175,11 @@ impl Rows {
     fn is_skipped(&self, number: u64, text: &[u8]) -> bool {
         // a script saved a sentence together with its CR LF: this is the rest of the row
         let is_rest = || text.trim_ascii_start().starts_with(b"\"") && SentenceRow::of(text).is_none();
-        number <= self.plan.lines_above || is_comment_or_blank(text) || self.sentences.is_some() && is_rest()
+        number <= self.plan.lines_above || is_comment_or_blank(text) || self.holds_sentences() && is_rest()
+    }
+
+    const fn holds_sentences(&self) -> bool {
+        matches!(self.samples, RowSamples::Sentences(_))
     }
 
     fn skip(&mut self, line: &CsvLine<'_>) -> Option<bool> {
@@ -214,28 +205,7 @@ impl Rows {
             at
         });
         rejected[at].count += 1;
-        match &mut self.sentences {
-            Some(sentences) => sentences.mark_rejected_row(),
-            None => {
-                let before_row = self.open.counts.len() / self.counts.len();
-                self.open.marks.push(Mark { before_row, kind: MarkKind::Rejected });
-            }
-        }
-    }
-
-    #[cold]
-    fn count_absent(&mut self, line: u64) {
-        for &(channel, absence) in &self.absent {
-            let absences = &mut self.report.absent[channel];
-            if absences.total() == 0 {
-                absences.first_line = line;
-            }
-            *match absence {
-                Absence::Empty => &mut absences.empty,
-                Absence::NotANumber => &mut absences.not_a_number,
-                Absence::OutOfRange => &mut absences.out_of_range,
-            } += 1;
-        }
+        self.samples.mark_rejected_row();
     }
 
     /// Whether a row without a line end is complete, as far as it can be determined; of the fields of a
@@ -243,17 +213,18 @@ impl Rows {
     #[cold]
     fn ends_whole(&self, row: &[u8]) -> bool {
         let cells = || fields(row, self.plan.dialect.separator).collect::<Vec<_>>();
-        match self.sentences {
-            Some(_) => SentenceRow::of(row).is_none_or(|row| row.is_last()),
-            None => self.plan.row_end.is_none_or(|end| end.is_whole(&cells())),
+        match self.holds_sentences() {
+            true => SentenceRow::of(row).is_none_or(|row| row.is_last()),
+            false => self.plan.row_end.is_none_or(|end| end.is_whole(&cells())),
         }
     }
 
     /// Reads the counts and the stamp of a row. A value that is absent has no effect on the other
     /// channels.
     #[inline]
-    fn take_numbers(&mut self, line: &[u8]) -> Result<Row, RejectedRow> {
-        self.absent.clear();
+    fn take_numbers(&mut self, number: u64, line: &[u8]) -> Result<Row, RejectedRow> {
+        let RowSamples::Numbers(rows) = &mut self.samples else { return Err(RejectedRow::Fields) };
+        rows.begin();
         let mut cells = fields(line, self.plan.dialect.separator);
         let (mut place, mut stamp_ns, mut time_ns, mut holds_others, mut outcome) = (0, None, None, false, Ok(()));
         while cells.rest.is_some() {
@@ -262,12 +233,18 @@ impl Rows {
             if let Some(ColumnUse::Channel(slot)) = column
                 && let Some(number) = cells.next_number()
             {
-                self.take_number(slot, &number);
+                rows.set(slot, self.plan.count(slot, &number, &mut self.report));
                 continue;
             }
             let cell = cells.next().unwrap_or_default();
             outcome = outcome.and(match column {
-                Some(ColumnUse::Channel(slot)) => self.take_cell(slot, &cell),
+                Some(ColumnUse::Channel(slot)) => {
+                    let count = match Number::parse(&cell) {
+                        Some(number) => Ok(self.plan.count(slot, &number, &mut self.report)),
+                        None => no_number(&cell).map(Err),
+                    };
+                    count.map(|count| rows.set(slot, count))
+                }
                 Some(ColumnUse::Stamp(form)) => {
                     added(stamp_ns, form.nanoseconds(&cell)).map(|sum| stamp_ns = Some(sum))
                 }
@@ -288,50 +265,13 @@ impl Rows {
             return Err(RejectedRow::Fields);
         }
         outcome?;
-        if self.absent.len() >= self.counts.len() {
-            let are_elsewhere = holds_others && self.absent.iter().all(|(_, absence)| *absence != Absence::OutOfRange);
+        if rows.is_blank() {
+            let are_elsewhere = holds_others && rows.absent.iter().all(|(_, absence)| *absence != Absence::OutOfRange);
             return if are_elsewhere { Ok(Row::OfOtherStream) } else { Err(RejectedRow::Number) };
         }
-        let stamp_ns = stamp_ns.map(|stamp_ns| self.since_first(stamp_ns)).transpose()?;
-        let from_row = self.open.counts.len() / self.counts.len();
-        self.open.arrivals.extend(stamp_ns.map(|at_ns| Arrival { from_row, at_ns }));
-        self.open.device_ns.extend(time_ns);
-        self.open.counts.extend_from_slice(&self.counts);
-        self.absent.sort_unstable_by_key(|(slot, _)| *slot);
-        self.open.absent.extend(self.absent.iter().map(|&(channel, _)| AbsentCell { row: from_row, channel }));
+        let stamp_ns = stamp_ns.map(|stamp_ns| self.clock.since_first(stamp_ns)).transpose()?;
+        rows.push(stamp_ns, time_ns, number);
         Ok(Row::Sample)
-    }
-
-    #[inline]
-    fn take_number(&mut self, slot: usize, number: &Number) {
-        let quantizer = &mut self.plan.quantizers[slot];
-        let count = quantizer.count(number);
-        self.counts[slot] = count.unwrap_or_default();
-        if count.is_none() {
-            self.absent.push((slot, Absence::OutOfRange));
-        } else if quantizer.rounds(number) {
-            quantizer.is_rounded = true;
-            let channel = self.plan.layout.as_ref().map(|layout| layout.channels[slot].name.to_string());
-            self.report.rounded.extend(channel);
-        }
-    }
-
-    /// Reads a field that is no bare number.
-    fn take_cell(&mut self, slot: usize, cell: &[u8]) -> Result<(), RejectedRow> {
-        if let Some(number) = Number::parse(cell) {
-            self.take_number(slot, &number);
-            return Ok(());
-        }
-        let word = cell.strip_prefix(b"-").or(cell.strip_prefix(b"+")).unwrap_or(cell);
-        let says_none = |text: &[u8]| NO_NUMBERS.iter().any(|none| text.eq_ignore_ascii_case(none.as_bytes()));
-        let absence = match cell {
-            b"" => Absence::Empty,
-            _ if says_none(cell) || says_none(word) => Absence::NotANumber,
-            _ => return Err(RejectedRow::Number),
-        };
-        self.counts[slot] = 0;
-        self.absent.push((slot, absence));
-        Ok(())
     }
 
     /// Gives the sentence of a row to the decoder, with its stamp.
@@ -351,20 +291,11 @@ impl Rows {
                 stamp_ns = Some(added(stamp_ns, form.nanoseconds(cell))?);
             }
         }
-        let stamp_ns = stamp_ns.map(|stamp_ns| self.since_first(stamp_ns)).transpose()?;
-        if let Some(sentences) = &mut self.sentences {
-            sentences.push(&[row.sentence, b"\r\n"].concat(), stamp_ns);
+        let stamp_ns = stamp_ns.map(|stamp_ns| self.clock.since_first(stamp_ns)).transpose()?;
+        if let RowSamples::Sentences(reader) = &mut self.samples {
+            reader.push(&[row.sentence, b"\r\n"].concat(), stamp_ns);
         }
         Ok(Row::Sample)
-    }
-
-    /// The time since the first good row; negative if a clock was set back.
-    #[inline]
-    fn since_first(&mut self, stamp_ns: i64) -> Result<i64, RejectedRow> {
-        let stamp_ns = self.form.map_or(stamp_ns, |form| form.after(self.last_stamp_ns, stamp_ns));
-        self.last_stamp_ns = Some(stamp_ns);
-        let first_ns = *self.first_stamp_ns.get_or_insert(stamp_ns);
-        stamp_ns.checked_sub(first_ns).ok_or(RejectedRow::Stamp)
     }
 
     /// Whether a line that is no row names the columns again, as after a restart of a logger; the
@@ -397,16 +328,7 @@ impl Rows {
     }
 
     fn take_batches(&mut self) -> Vec<Batch> {
-        let batches = match (&mut self.sentences, &self.plan.layout) {
-            (Some(sentences), _) => sentences.take_batches(),
-            (None, layout) => {
-                let mut batch = Batch { layout: layout.as_ref().map(Arc::clone), ..mem::take(&mut self.open) };
-                batch.link.tally.samples = self.report.rows;
-                // a row of numbers carries no checksum
-                batch.link.tally.unchecked_sentences = self.report.rows;
-                vec![batch]
-            }
-        };
+        let batches = self.samples.take_batches();
         self.complete(batches)
     }
 
@@ -416,6 +338,10 @@ impl Rows {
         let file = &self.tally;
         for link in batches.iter_mut().map(|batch| &mut batch.link) {
             let tally = &mut link.tally;
+            if !self.holds_sentences() {
+                // a row of numbers carries no checksum
+                (tally.samples, tally.unchecked_sentences) = (self.report.rows, self.report.rows);
+            }
             tally.valid_sentence_bytes += file.valid_sentence_bytes.saturating_sub(tally.bytes());
             tally.rejected_sentence_bytes += file.rejected_sentence_bytes;
             tally.skipped_bytes += file.skipped_bytes;
@@ -425,6 +351,31 @@ impl Rows {
             link.rejected_rows = Some(self.rejected);
         }
         batches
+    }
+}
+
+impl CsvPlan {
+    /// The count of a number of the channel in this place of the layout.
+    #[inline]
+    fn count(&mut self, channel: usize, number: &Number, report: &mut CsvReport) -> Result<i32, Absence> {
+        let quantizer = &mut self.quantizers[channel];
+        let count = quantizer.count(number);
+        if count.is_some() && quantizer.rounds(number) {
+            quantizer.is_rounded = true;
+            report.rounded.extend(self.layout.as_ref().map(|layout| layout.channels[channel].name.to_string()));
+        }
+        count.ok_or(Absence::OutOfRange)
+    }
+}
+
+/// Why a field that is no number has none.
+fn no_number(cell: &[u8]) -> Result<Absence, RejectedRow> {
+    let word = cell.strip_prefix(b"-").or(cell.strip_prefix(b"+")).unwrap_or(cell);
+    let says_none = |text: &[u8]| NO_NUMBERS.iter().any(|none| text.eq_ignore_ascii_case(none.as_bytes()));
+    match cell {
+        b"" => Ok(Absence::Empty),
+        _ if says_none(cell) || says_none(word) => Ok(Absence::NotANumber),
+        _ => Err(RejectedRow::Number),
     }
 }
 

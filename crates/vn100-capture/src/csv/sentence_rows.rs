@@ -7,8 +7,9 @@ use memchr::{memchr, memchr2, memmem};
 use vn100_protocol::stream::CsvReport;
 
 use super::{
-    ColumnUse, CsvError, CsvPlan, HEAD_ROWS, HeadRow, Said,
+    ColumnUse, CsvPlan, HEAD_ROWS, HeadRow, Said, Unusable,
     column_map::RAW,
+    date_order,
     dialect::{Dialect, separator},
     fields::fields,
     header::Header,
@@ -80,7 +81,7 @@ pub(crate) fn checked_part(sentence: &[u8]) -> &[u8] {
 
 /// The plan of a table or log of sentences; `None` without stamps, because the file can then be read
 /// as text just as well. The user may have named the columns.
-pub(super) fn detect(lines: &[&[u8]], said: Said<'_>) -> Result<Option<CsvPlan>, CsvError> {
+pub(super) fn detect(lines: &[&[u8]], said: Said<'_>) -> Result<Option<CsvPlan>, Unusable> {
     let is_row = |line: &&[u8]| !is_comment_or_blank(line) && SentenceRow::of(line).is_some();
     let Some(first) = lines.iter().position(is_row) else { return Ok(None) };
     let rows = lines[first..].iter().filter(|line| !is_comment_or_blank(line));
@@ -153,7 +154,7 @@ fn header(line: &[u8], row: &SentenceRow<'_>, is_named: bool) -> Option<(Header,
 
 /// The form of the stamps before the sentences, if these are all of one form: dates, or numbers that
 /// ascend and have a certain unit. The user may have named the form of column 1.
-fn prefix_form(rows: &[SentenceRow<'_>], said: Said<'_>) -> Result<Option<StampForm>, CsvError> {
+fn prefix_form(rows: &[SentenceRow<'_>], said: Said<'_>) -> Result<Option<StampForm>, Unusable> {
     let prefixes: Vec<&[u8]> = rows.iter().map(SentenceRow::prefix).collect();
     if prefixes.len() < FEWEST {
         return Ok(None);
@@ -161,7 +162,7 @@ fn prefix_form(rows: &[SentenceRow<'_>], said: Said<'_>) -> Result<Option<StampF
     if let Some(&(_, form)) = said.map.and_then(|map| map.stamp.first()) {
         return Ok(Some(form).filter(|form| prefixes.iter().all(|stamp| form.nanoseconds(stamp).is_some())));
     }
-    if let Some(form) = StampForm::of_texts(&prefixes).map_err(|()| CsvError::date_order("1", "1"))? {
+    if let Some(form) = StampForm::of_texts(&prefixes).map_err(|()| date_order("1", "1"))? {
         return Ok(Some(form));
     }
     let Some(numbers) = prefixes.iter().map(|stamp| Number::parse(stamp)).collect::<Option<Vec<_>>>() else {

@@ -2,7 +2,7 @@
 //! refused.
 
 use super::{
-    CsvError, HeadRows,
+    HeadRows, Unusable,
     channels::{quantity_word, rank},
     columns::Column,
     header::Header,
@@ -83,12 +83,12 @@ fn are_of_one_rate(most: &[bool], fewer: &[bool]) -> bool {
 /// Checks that all rows are of one sensor, by a column that is not `taken`.
 ///
 /// # Errors
-/// [`CsvError`] with the sensors in the order of their first rows, and the command that keeps one.
+/// [`Unusable`] with the sensors in the order of their first rows, and the command that keeps one.
 pub(super) fn check_one_sensor(
     header: &Header,
     rows: &HeadRows,
     taken: impl Fn(usize) -> bool,
-) -> Result<(), CsvError> {
+) -> Result<(), Unusable> {
     let is_named = |name: &str| {
         let name = name.to_lowercase();
         let mut words = name.split(|c: char| !c.is_alphabetic());
@@ -97,7 +97,7 @@ pub(super) fn check_one_sensor(
     let mut named = (0..header.names.len()).filter(|&place| !taken(place) && is_named(&header.names[place]));
     let Some((place, sensors)) = named.find_map(|place| Some((place, sensors(rows, place)?))) else { return Ok(()) };
     let (column, number, first) = (&header.names[place], place + 1, &sensors[0]);
-    Err(CsvError::certain(format!(
+    Err(Unusable::certain(format!(
         "the rows are of several sensors, by column {column:?}: {}; keep those of one, as awk -F, 'NR==1 || ${number}==\"{first}\"' does",
         sensors.join(", ")
     )))

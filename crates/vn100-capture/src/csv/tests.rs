@@ -49,7 +49,7 @@ impl Whole {
     }
 }
 
-fn plan(text: impl AsRef<[u8]>, map: Option<&str>) -> Result<Option<CsvPlan>, CsvError> {
+fn plan(text: impl AsRef<[u8]>, map: Option<&str>) -> Result<Option<CsvPlan>, Unusable> {
     let map = map.map(|map| map.parse().unwrap());
     detect(text.as_ref(), Said { map: map.as_ref(), ..Said::default() })
 }

@@ -2,8 +2,9 @@
 //! their content.
 
 use super::{
-    ColumnUse, CsvError, HeadRows, MapHint,
+    ColumnUse, HeadRows, OpenHint, Unusable,
     column_map::{ColumnMap, STAMP},
+    date_order,
     header::Header,
     name::words,
     number::Number,
@@ -80,16 +81,16 @@ pub(super) struct TimeSearch<'a> {
 
 impl TimeSearch<'_> {
     /// The columns that the user named; `None` if the map names none.
-    pub(super) fn mapped(&self, map: &ColumnMap) -> Result<Option<StampColumns>, CsvError> {
+    pub(super) fn mapped(&self, map: &ColumnMap) -> Result<Option<StampColumns>, Unusable> {
         let mapped = |(column, form): &(String, _)| Ok((self.header.mapped_place(STAMP, column)?, *form));
-        let columns = map.stamp.iter().map(mapped).collect::<Result<Vec<(usize, StampForm)>, CsvError>>()?;
+        let columns = map.stamp.iter().map(mapped).collect::<Result<Vec<(usize, StampForm)>, Unusable>>()?;
         let Some(&(place, form)) = columns.first() else { return Ok(None) };
         if !self.rows.is_empty() && self.cells(place).all(|cell| form.nanoseconds(cell).is_none()) {
             return Err(self.no_stamps(place));
         }
         if columns.len() == 1 && self.is_coarse(place) {
             let (column, rows) = (&self.header.names[place], self.rows.len());
-            return Err(CsvError::certain(format!(
+            return Err(Unusable::certain(format!(
                 "the time stamps in column {column:?} are too coarse to show a sample rate: they change once at most in {rows} rows"
             )));
         }
@@ -99,8 +100,8 @@ impl TimeSearch<'_> {
     /// The columns found by their names, else by their content.
     ///
     /// # Errors
-    /// [`CsvError`] if a column that can only hold stamps is not understood.
-    pub(super) fn found(&self) -> Result<Option<StampColumns>, CsvError> {
+    /// [`Unusable`] if a column that can only hold stamps is not understood.
+    pub(super) fn found(&self) -> Result<Option<StampColumns>, Unusable> {
         let named = || self.free().find(|&place| self.name(place).is_stamp() && !self.is_coarse(place));
         match self.of_measurement() {
             None => match named() {
@@ -182,7 +183,7 @@ impl TimeSearch<'_> {
     }
 
     /// The form of the stamps of a column.
-    fn form(&self, place: usize) -> Result<StampForm, CsvError> {
+    fn form(&self, place: usize) -> Result<StampForm, Unusable> {
         let stamps: Vec<Number> = numbers_at(self.rows, place).collect();
         let cells = self.cells(place).filter(|cell| !cell.is_empty()).count();
         // a number among dates is a damaged date
@@ -202,16 +203,16 @@ impl TimeSearch<'_> {
         let unit_ns = named.map_or_else(|| unit_of(&stamps), Ok).map_err(|ambiguous| {
             let column = &self.header.names[place];
             let reason = format!("the unit of the time stamps in column {column:?} is ambiguous: {ambiguous}");
-            let hint = MapHint::StampUnit(format!("t={}:ms", self.header.argument(place)));
-            CsvError { hint: Some(hint), ..CsvError::certain(reason) }
+            let hint = OpenHint::StampUnit(format!("t={}:ms", self.header.argument(place)));
+            Unusable::certain(reason).with_hint(hint)
         })?;
         Ok(StampForm::Unit(unit_ns))
     }
 
     /// Dates, or times of day; `None` if no cell is one of these.
-    fn date(&self, place: usize) -> Result<Option<StampForm>, CsvError> {
+    fn date(&self, place: usize) -> Result<Option<StampForm>, Unusable> {
         let cells: Vec<&[u8]> = self.cells(place).filter(|cell| !cell.is_empty()).collect();
-        let order = || CsvError::date_order(&self.header.names[place], &self.header.argument(place));
+        let order = || date_order(&self.header.names[place], &self.header.argument(place));
         StampForm::of_texts(&cells).map_err(|()| order())
     }
 
@@ -223,9 +224,9 @@ impl TimeSearch<'_> {
         stamps.len() >= FEWEST_ROWS_OF_COARSE && changes <= 1
     }
 
-    fn no_stamps(&self, place: usize) -> CsvError {
+    fn no_stamps(&self, place: usize) -> Unusable {
         let (column, first) = (&self.header.names[place], shown(self.cells(place).next().unwrap_or_default()));
-        CsvError::certain(format!(
+        Unusable::certain(format!(
             "the time stamps in column {column:?} are neither numbers nor dates nor times of day, the first is {first:?}: name \
              another column"
         ))

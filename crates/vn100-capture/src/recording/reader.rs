@@ -1,7 +1,6 @@
 //! Reads a recording, up to its end or to the place where it was cut.
 
 use std::{
-    borrow::Cow,
     collections::{BTreeMap, VecDeque},
     fs::{self, File},
     io::{self, ErrorKind, Read},
@@ -20,7 +19,7 @@ use super::{
 };
 use crate::{
     mcap_records::{McapRecords, Next, parse_record},
-    unpack::unpacked_file,
+    unpack::unpacked_stored,
 };
 use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 
@@ -112,9 +111,8 @@ pub enum RecordingError {
 }
 
 /// The content of a recording, in the order of writing.
-pub(super) enum Entry<'a> {
-    Bytes { at_ns: Option<i64>, bytes: Cow<'a, [u8]> },
-    Link(LinkEvent),
+pub(super) enum Entry {
+    Input(StreamInput),
     Metadata(Metadata),
 }
 
@@ -123,14 +121,29 @@ pub(super) enum Entry<'a> {
 /// Memory is bounded for recordings of any length.
 pub struct RecordingReader<R> {
     records: McapRecords<R>,
-    contents: Contents,
+    /// The content of each channel of a recording.
+    carries: BTreeMap<u16, Carries>,
+    other_topics: BTreeMap<u16, String>,
+    /// Bytes of records before the first topic of recordings.
+    searched_bytes: usize,
     /// All metadata before the first input.
     pub(super) head: Vec<Metadata>,
-    first: Option<Entry<'static>>,
-    /// Reads of the last message on `/vn100/reads` that were not returned yet.
-    reads: VecDeque<(i64, Bytes)>,
+    /// Entries of the last record that were not returned yet.
+    due: VecDeque<Entry>,
+    /// The time of the last input that was returned.
+    last_ns: Option<i64>,
+    /// The reason in the end mark after the last input.
+    reason: Option<String>,
     recorded: Recorded,
     done: bool,
+}
+
+/// The content of a channel of a recording.
+#[derive(Debug, Clone, Copy)]
+enum Carries {
+    Bytes { stamped: bool },
+    Reads,
+    Link,
 }
 
 impl<R: Read> RecordingReader<R> {
@@ -142,27 +155,32 @@ impl<R: Read> RecordingReader<R> {
     pub fn open(reader: R) -> Result<Self, RecordingError> {
         let mut new = Self {
             records: McapRecords::open(reader)?.ok_or(RecordingError::NotMcap)?,
-            contents: Contents::default(),
+            carries: BTreeMap::new(),
+            other_topics: BTreeMap::new(),
+            searched_bytes: 0,
             head: Vec::new(),
-            first: None,
-            reads: VecDeque::new(),
+            due: VecDeque::new(),
+            last_ns: None,
+            reason: None,
             recorded: Recorded::default(),
             done: false,
         };
-        while let Some(entry) = new.advance(|entry| entry.into_owned())? {
-            if let Entry::Metadata(metadata) = entry {
-                new.take_head(metadata)?;
-            } else {
-                new.recorded.started_ns = new.contents.last_ns;
-                new.first = Some(entry);
-                break;
+        while new.fill()? {
+            match new.due.pop_front() {
+                Some(Entry::Metadata(metadata)) => new.take_head(metadata)?,
+                Some(Entry::Input(input)) => {
+                    new.recorded.started_ns = time_of(&input);
+                    new.due.push_front(Entry::Input(input));
+                    break;
+                }
+                None => {}
             }
         }
         if let Some(part) = &mut new.recorded.part {
             part.resumed = new.recorded.resumed;
         }
         let cut = new.recorded.end.get().is_some_and(|end| !end.complete);
-        if new.contents.carries.is_empty() && !(cut && new.contents.other_topics.is_empty()) {
+        if new.carries.is_empty() && !(cut && new.other_topics.is_empty()) {
             return Err(RecordingError::Foreign(new.other_topics()));
         }
         Ok(new)
@@ -180,16 +198,9 @@ impl<R: Read> RecordingReader<R> {
     /// # Errors
     /// If the file cannot be read, or is damaged. No input follows; earlier inputs are valid.
     pub fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
-        let input = |entry: Entry<'_>| match entry {
-            Entry::Bytes { at_ns, bytes } => {
-                Some(StreamInput::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns }))
-            }
-            Entry::Link(event) => Some(StreamInput::Link(event)),
-            Entry::Metadata(_) => None,
-        };
-        while let Some(input) = self.next_entry(input)? {
-            if input.is_some() {
-                return Ok(input);
+        while let Some(entry) = self.next_entry()? {
+            if let Entry::Input(input) = entry {
+                return Ok(Some(input));
             }
         }
         Ok(None)
@@ -197,55 +208,76 @@ impl<R: Read> RecordingReader<R> {
 
     /// Whether a topic of recordings was read.
     pub(super) fn has_our_topics(&self) -> bool {
-        !self.contents.carries.is_empty()
+        !self.carries.is_empty()
     }
 
     /// The topics of other programs, as far as the file was read.
     pub(super) fn other_topics(&self) -> Vec<String> {
-        self.contents.other_topics.values().cloned().collect()
+        self.other_topics.values().cloned().collect()
     }
 
-    /// Shows the next entry; `None` at the end.
-    pub(super) fn next_entry<T>(&mut self, show: impl FnOnce(Entry<'_>) -> T) -> io::Result<Option<T>> {
-        match self.first.take() {
-            Some(first) => Ok(Some(show(first))),
-            None => self.advance(show),
-        }
-    }
-
-    fn advance<T>(&mut self, show: impl FnOnce(Entry<'_>) -> T) -> io::Result<Option<T>> {
-        if self.done {
+    /// The next entry; `None` at the end.
+    pub(super) fn next_entry(&mut self) -> io::Result<Option<Entry>> {
+        if !self.fill()? {
             return Ok(None);
         }
-        let read = self.read_to_entry(show);
-        self.done = !matches!(read, Ok(Some(_)));
-        read
+        let entry = self.due.pop_front();
+        if let Some(Entry::Input(input)) = &entry {
+            self.last_ns = time_of(input).or(self.last_ns);
+        }
+        Ok(entry)
     }
 
-    fn read_to_entry<T>(&mut self, show: impl FnOnce(Entry<'_>) -> T) -> io::Result<Option<T>> {
-        let complete = loop {
-            if let Some((at_ns, bytes)) = self.reads.pop_front() {
-                self.contents.last_ns = Some(at_ns);
-                return Ok(Some(show(Entry::Bytes { at_ns: Some(at_ns), bytes: Cow::Borrowed(&bytes) })));
-            }
+    /// Reads until an entry is due; `false` at the end.
+    fn fill(&mut self) -> io::Result<bool> {
+        while self.due.is_empty() && !self.done {
+            // nothing is read after an error
+            self.done = true;
             match self.records.advance()? {
                 Next::Record(opcode) => {
-                    match self.contents.take(opcode, self.records.data())? {
-                        Some(Taken::Entry(entry)) => return Ok(Some(show(entry))),
-                        Some(Taken::Reads(reads)) => self.reads = reads,
-                        None => {}
-                    }
-                    if self.contents.searched_bytes > SEARCHED_BYTES {
-                        return Ok(None);
-                    }
+                    self.take(opcode)?;
+                    self.done = self.searched_bytes > SEARCHED_BYTES;
                 }
-                Next::End => break true,
-                Next::Cut => break false,
+                end => {
+                    let (ended_ns, reason) = (self.last_ns, self.reason.take());
+                    let end = RecordingEnd { ended_ns, complete: end == Next::End, reason };
+                    self.recorded.end.get_or_init(|| end);
+                }
             }
-        };
-        let end = RecordingEnd { ended_ns: self.contents.last_ns, complete, reason: self.contents.reason.take() };
-        self.recorded.end.get_or_init(|| end);
-        Ok(None)
+        }
+        Ok(!self.due.is_empty())
+    }
+
+    /// Takes the content of a record.
+    fn take(&mut self, opcode: u8) -> io::Result<()> {
+        let data = self.records.data();
+        if self.carries.is_empty() {
+            self.searched_bytes += data.len();
+        }
+        if !matches!(opcode, op::CHANNEL | op::MESSAGE | op::METADATA) {
+            return Ok(());
+        }
+        match parse_record(opcode, data)? {
+            Record::Channel(channel) => match Carries::of(&channel) {
+                Some(carries) => _ = self.carries.insert(channel.id, carries),
+                None => _ = self.other_topics.insert(channel.id, channel.topic),
+            },
+            Record::Metadata(metadata) => {
+                if metadata.name == END_METADATA {
+                    self.reason = metadata.metadata.get("reason").cloned();
+                }
+                self.due.push_back(Entry::Metadata(metadata));
+            }
+            Record::Message { header, data } => {
+                let carries = self.carries.get(&header.channel_id).filter(|_| !data.is_empty());
+                let Some(carries) = carries else { return Ok(()) };
+                let inputs = carries.inputs(at_ns(header.log_time), data.into_owned())?;
+                self.due.extend(inputs.into_iter().map(Entry::Input));
+                self.reason = None;
+            }
+            _ => {}
+        }
+        Ok(())
     }
 
     fn take_head(&mut self, metadata: Metadata) -> Result<(), RecordingError> {
@@ -276,113 +308,49 @@ impl RecordingPart {
         if !fs::metadata(path).ok()?.is_file() {
             return None;
         }
-        let reader = unpacked_file(File::open(path).ok()?, |file| file, &|_, _| false).ok()?;
+        let reader = unpacked_stored(&File::open(path).ok()?, |file| file, &|_, _| false).ok()?;
         RecordingReader::open(reader).ok()?.recorded().part.clone()
     }
 }
 
-impl Entry<'_> {
-    fn into_owned(self) -> Entry<'static> {
-        match self {
-            Entry::Bytes { at_ns, bytes } => Entry::Bytes { at_ns, bytes: Cow::Owned(bytes.into_owned()) },
-            Entry::Link(event) => Entry::Link(event),
-            Entry::Metadata(metadata) => Entry::Metadata(metadata),
-        }
-    }
-}
-
-/// The content of a channel of a recording.
-#[derive(Debug, Clone, Copy)]
-enum Carries {
-    Bytes { stamped: bool },
-    Reads,
-    Link,
-}
-
-/// The facts from the records read so far.
-#[derive(Debug, Default)]
-struct Contents {
-    carries: BTreeMap<u16, Carries>,
-    other_topics: BTreeMap<u16, String>,
-    /// Bytes of records before the first topic of recordings.
-    searched_bytes: usize,
-    last_ns: Option<i64>,
-    /// The reason in the end mark after the last input.
-    reason: Option<String>,
-}
-
-/// The content of a record.
-enum Taken<'a> {
-    Entry(Entry<'a>),
-    Reads(VecDeque<(i64, Bytes)>),
-}
-
-impl Contents {
-    fn take<'a>(&mut self, opcode: u8, data: &'a [u8]) -> io::Result<Option<Taken<'a>>> {
-        if self.carries.is_empty() {
-            self.searched_bytes += data.len();
-        }
-        if !matches!(opcode, op::CHANNEL | op::MESSAGE | op::METADATA) {
-            return Ok(None);
-        }
-        match parse_record(opcode, data)? {
-            Record::Channel(channel) => {
-                self.take_channel(channel);
-                Ok(None)
-            }
-            Record::Metadata(metadata) => {
-                if metadata.name == END_METADATA {
-                    self.reason = metadata.metadata.get("reason").cloned();
-                }
-                Ok(Some(Taken::Entry(Entry::Metadata(metadata))))
-            }
-            Record::Message { header, data } => self.take_message(header.channel_id, at_ns(header.log_time), data),
-            _ => Ok(None),
+impl Carries {
+    /// The content of a channel; `None` for a topic of another program.
+    fn of(channel: &Channel) -> Option<Self> {
+        let is_unstamped = channel.metadata.get(UNSTAMPED.0).is_some_and(|arrival| arrival == UNSTAMPED.1);
+        match &*channel.topic {
+            BYTES_TOPIC => Some(Self::Bytes { stamped: !is_unstamped }),
+            READS_TOPIC => Some(Self::Reads),
+            LINK_TOPIC => Some(Self::Link),
+            _ => None,
         }
     }
 
-    fn take_channel(&mut self, channel: Channel) {
-        let carries = match &*channel.topic {
-            BYTES_TOPIC => {
-                let unstamped = channel.metadata.get(UNSTAMPED.0).is_some_and(|arrival| arrival == UNSTAMPED.1);
-                Carries::Bytes { stamped: !unstamped }
+    /// The inputs in a message.
+    fn inputs(self, at_ns: i64, data: Vec<u8>) -> io::Result<Vec<StreamInput>> {
+        let damaged = |problem: String| io::Error::new(ErrorKind::InvalidData, problem);
+        Ok(match self {
+            Self::Bytes { stamped } => {
+                vec![Chunk { bytes: data.into(), at_ns: stamped.then_some(at_ns) }.into()]
             }
-            READS_TOPIC => Carries::Reads,
-            LINK_TOPIC => Carries::Link,
-            _ => {
-                self.other_topics.insert(channel.id, channel.topic);
-                return;
-            }
-        };
-        self.carries.insert(channel.id, carries);
-    }
-
-    fn take_message<'a>(&mut self, channel: u16, at_ns: i64, data: Cow<'a, [u8]>) -> io::Result<Option<Taken<'a>>> {
-        let entry = match self.carries.get(&channel) {
-            None => return Ok(None),
-            Some(Carries::Reads) => {
-                let problem = || format!("a message on {READS_TOPIC} does not hold the reads that it lists");
-                let reads = reads_of(at_ns, &data).ok_or_else(|| io::Error::new(ErrorKind::InvalidData, problem()))?;
-                let data = Bytes::from(data.into_owned());
+            Self::Reads => {
+                let problem = || damaged(format!("a message on {READS_TOPIC} does not hold the reads that it lists"));
+                let reads = reads_of(at_ns, &data).ok_or_else(problem)?;
+                let data = Bytes::from(data);
                 let reads = reads.into_iter().filter(|(_, place)| !place.is_empty());
-                let reads: VecDeque<_> = reads.map(|(at_ns, place)| (at_ns, data.slice(place))).collect();
-                self.reason = None;
-                return Ok(Some(Taken::Reads(reads)).filter(|_| !data.is_empty()));
+                reads.map(|(at_ns, place)| Chunk { bytes: data.slice(place), at_ns: Some(at_ns) }.into()).collect()
             }
-            Some(Carries::Bytes { .. }) if data.is_empty() => return Ok(None),
-            Some(Carries::Bytes { stamped: false }) => Entry::Bytes { at_ns: None, bytes: data },
-            Some(Carries::Bytes { stamped: true }) => Entry::Bytes { at_ns: Some(at_ns), bytes: data },
-            Some(Carries::Link) => Entry::Link(link_from_json(at_ns, &data).ok_or_else(|| {
+            Self::Link => vec![StreamInput::Link(link_from_json(at_ns, &data).ok_or_else(|| {
                 let text = String::from_utf8_lossy(&data);
-                let problem = format!("a message on {LINK_TOPIC} is no event of a link: {text:.200}");
-                io::Error::new(ErrorKind::InvalidData, problem)
-            })?),
-        };
-        if !matches!(entry, Entry::Bytes { at_ns: None, .. }) {
-            self.last_ns = Some(at_ns);
-        }
-        self.reason = None;
-        Ok(Some(Taken::Entry(entry)))
+                damaged(format!("a message on {LINK_TOPIC} is no event of a link: {text:.200}"))
+            })?)],
+        })
+    }
+}
+
+const fn time_of(input: &StreamInput) -> Option<i64> {
+    match input {
+        StreamInput::Chunk(chunk) => chunk.at_ns,
+        StreamInput::Link(event) => Some(event.at_ns),
     }
 }
 

@@ -9,7 +9,9 @@ use std::{
     sync::{Arc, OnceLock, atomic::AtomicU64},
 };
 
-use vn100_protocol::stream::{Batch, FileReport, LinkEvent, LinkEventKind, ReadOptions, SampleReader, StreamInput};
+use vn100_protocol::stream::{
+    Batch, Chunk, FileReport, LinkEvent, LinkEventKind, ReadOptions, SampleReader, StreamInput,
+};
 
 use super::{
     part::RecordingPart,
@@ -17,9 +19,10 @@ use super::{
 };
 use crate::{
     counted_reader::CountedReader,
+    open_error::Problem,
     read_samples::{Event, FileReader},
     source,
-    unpack::{UnpackError, unpacked_file},
+    unpack::unpacked_stored,
 };
 
 type Stored = Box<dyn Read + Send>;
@@ -49,11 +52,11 @@ impl LaterParts {
     fn open(&self, path: &Path) -> io::Result<RecordingReader<Stored>> {
         let failed = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
         let counted = |inner| CountedReader { inner, read: Arc::clone(&self.stored_bytes_read) };
-        let reader =
-            unpacked_file(File::open(path).map_err(failed)?, counted, &|_, _| false).map_err(|error| match error {
-                UnpackError::Io(error) => failed(error),
-                UnpackError::Archive(problem) => failed(io::Error::other(problem)),
-            })?;
+        let file = File::open(path).map_err(failed)?;
+        let reader = unpacked_stored(&file, counted, &|_, _| false).map_err(|problem| match problem {
+            Problem::Io(error) => failed(error),
+            problem => failed(io::Error::other(problem)),
+        })?;
         RecordingReader::open(reader).map_err(|problem| failed(io::Error::other(problem)))
     }
 }
@@ -116,27 +119,23 @@ impl RecordingSamples {
 impl FileReader for RecordingSamples {
     fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
         let Self { recording, samples, unsent, up, .. } = self;
-        let link_event = recording.next_entry(|entry| match entry {
-            Entry::Bytes { at_ns, bytes } => {
+        let due: Vec<Event> = match recording.next_entry()? {
+            None => return self.next_part(),
+            Some(Entry::Metadata(_)) => return Ok(Some(Vec::new())),
+            Some(Entry::Input(StreamInput::Chunk(Chunk { bytes, at_ns }))) => {
                 samples.push(&bytes, at_ns);
                 *unsent += bytes.len();
-                None
+                if *unsent < source::READ_BYTES {
+                    return Ok(Some(Vec::new()));
+                }
+                samples.take_batches().into_iter().map(Event::from).collect()
             }
-            Entry::Link(event) => Some(event),
-            Entry::Metadata(_) => None,
-        })?;
-        let due: Vec<Event> = match link_event {
-            None => return self.next_part(),
-            Some(Some(event)) => {
+            Some(Entry::Input(StreamInput::Link(event))) => {
                 if let kind @ LinkEventKind::Up { .. } = &event.kind {
                     *up = Some(kind.clone());
                 }
                 Event::from_input(samples, StreamInput::Link(event)).collect()
             }
-            Some(None) if *unsent >= source::READ_BYTES => {
-                samples.take_batches().into_iter().map(Event::from).collect()
-            }
-            Some(None) => return Ok(Some(Vec::new())),
         };
         *unsent = 0;
         Ok(Some(due))

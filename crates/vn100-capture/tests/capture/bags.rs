@@ -12,7 +12,7 @@ use std::{
 };
 
 use tokio_util::sync::CancellationToken;
-use vn100_capture::{BagError, BagForm, Capture, CaptureOptions, End, Event, Format, OpenError};
+use vn100_capture::{BagForm, Capture, CaptureOptions, End, Event, Format, OpenError, OpenHint};
 use vn100_protocol::stream::{BagReport, Batch, FileReport, ReadOptions, StampSource};
 
 const FIRST_NS: i64 = 1_700_000_000_000_000_000;
@@ -173,8 +173,8 @@ fn topics_of_rates_and_of_accelerations_are_two_streams() {
         }
         assert_eq!(read.report().other_messages, 90 - 60 / step as u64);
     }
-    let Err(OpenError::Bag { problem, .. }) = Capture::open(&folder, &CaptureOptions::default()) else { panic!() };
-    assert!(matches!(&*problem, BagError::SeveralTopics { topics, .. } if topics.len() == 2), "{problem}");
+    let Err(OpenError::Unusable { problem, .. }) = Capture::open(&folder, &CaptureOptions::default()) else { panic!() };
+    assert!(matches!(problem.hint(), Some(OpenHint::Topic(topics)) if topics.len() == 2), "{problem}");
     assert!(problem.to_string().contains("/camera/gyro/sample (sensor_msgs/Imu, 60 messages, 100.0000 Hz)"));
 }
 
@@ -217,16 +217,17 @@ fn units_are_converted_and_a_series_is_as_fine_as_its_largest_value_allows() {
 #[test]
 fn missing_topics_are_named_with_the_existing_ones() {
     let problem = |name: &str, options: &CaptureOptions| match Capture::open(path(name), options) {
-        Err(OpenError::Bag { problem, .. }) => *problem,
+        Err(OpenError::Unusable { problem, .. }) => problem,
         _ => panic!("{name} was opened"),
     };
     let no_topic = problem("db3", &options(Some("/imu"), None));
-    assert!(matches!(&no_topic, BagError::NoTopic { topics, .. } if topics[0].messages == 60), "{no_topic}");
+    assert!(matches!(no_topic.hint(), Some(OpenHint::Topic(_))), "{no_topic}");
+    assert!(no_topic.to_string().contains("60 messages"), "{no_topic}");
     let no_field = problem("db3", &options(None, Some("gyro_x=angular_velocity.q:rad/s")));
     assert!(no_field.to_string().contains("no number \"angular_velocity.q\"; they have"), "{no_field}");
     assert!(no_field.to_string().contains("angular_velocity.x"));
     let no_sensor = problem("sentences.bag", &options(Some("/chatter"), None));
-    assert!(matches!(no_sensor, BagError::NotOfSensor { .. }), "{no_sensor}");
+    assert_eq!(no_sensor.hint(), Some(&OpenHint::ColumnsOfTopic), "{no_sensor}");
     let no_time = problem("db3", &options(None, Some("gyro_x=angular_velocity.x:rad/s,t=header.frame:s")));
     assert!(no_time.to_string().contains("no time \"header.frame\"; they have header.stamp"), "{no_time}");
     let folder = tempfile::tempdir().unwrap();

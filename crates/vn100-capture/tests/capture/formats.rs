@@ -6,7 +6,7 @@ use std::{
 };
 
 use tokio_util::sync::CancellationToken;
-use vn100_capture::{Capture, CaptureOptions, End, Event, Format, MapHint, OpenError, RecordingWriter};
+use vn100_capture::{Capture, CaptureOptions, End, Event, Format, OpenError, OpenHint, RecordingWriter};
 use vn100_protocol::stream::{Batch, Chunk, FileReport, MarkKind, ReadOptions, RejectedRow, StreamInput};
 
 /// A line of the sensor's manual.
@@ -61,7 +61,7 @@ fn damaged_and_foreign_bytes_leave_a_csv_file_one() {
     // no known name: the error says so, and the file is not read as a port at the wrong rate
     let unknown = String::from_utf8_lossy(&latin).replace("gyro_x,accel_x", "Rate,Kraft");
     let unknown: Vec<u8> = unknown.chars().map(|c| if c == '\u{fffd}' { 0xb2 } else { c as u8 }).collect();
-    assert!(matches!(open(unknown), Err(OpenError::Csv { .. })));
+    assert!(matches!(open(unknown), Err(OpenError::Unusable { .. })));
 }
 
 #[test]
@@ -121,8 +121,8 @@ fn a_live_stream_that_begins_within_a_sentence_is_known_by_its_first_whole_one()
 fn sentences_with_stamps_of_an_uncertain_unit_are_not_read_without_them() {
     let rows = (0..50).map(|row| format!("{row},{SENTENCE}\n"));
     let error = open("t,raw\n".to_owned() + &rows.collect::<String>()).err().unwrap();
-    let OpenError::Csv { problem, .. } = error else { panic!("{error}") };
-    assert_eq!(problem.hint(), Some(MapHint::StampUnit("t=t:ms".into())));
+    let OpenError::Unusable { problem, .. } = error else { panic!("{error}") };
+    assert_eq!(problem.hint(), Some(&OpenHint::StampUnit("t=t:ms".into())));
 }
 
 #[test]

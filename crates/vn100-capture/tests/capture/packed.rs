@@ -2,7 +2,7 @@
 
 use std::{fs, io::Write};
 
-use vn100_capture::{ArchiveError, Capture, CaptureOptions, OpenError};
+use vn100_capture::{Capture, CaptureOptions, OpenError};
 use vn100_protocol::stream::{Batch, ReadOptions};
 
 use super::formats::{open, read};
@@ -61,8 +61,8 @@ fn compressed_files_of_other_programs_are_read_from_a_file_and_from_a_stream() {
         assert!(!row_count(open(&packed[..packed.len() - 9]).unwrap()).1, "cut");
     }
     assert_eq!(of_file(ZIP).unwrap(), (40, true));
-    let OpenError::Archive { problem, .. } = open(ZIP).err().unwrap() else { panic!() };
-    assert_eq!(problem, ArchiveError::Stream);
+    let refused = open(ZIP).err().unwrap().to_string();
+    assert!(refused.contains("a ZIP archive on standard input"), "{refused}");
 }
 
 /// An archive of these files, not packed.
@@ -82,7 +82,7 @@ fn the_only_capture_of_an_archive_is_read_and_several_are_listed() {
         + &(0..20).map(|row| format!("{:.3},0.5\n", 0.025 * f64::from(row))).collect::<String>();
     let csv = csv.as_bytes();
     let problem = |bytes: &[u8]| match of_file(bytes).err().unwrap() {
-        OpenError::Archive { problem, .. } => problem,
+        OpenError::Unusable { problem, .. } => problem.to_string(),
         other => panic!("{other}"),
     };
     for files in [
@@ -99,11 +99,11 @@ fn the_only_capture_of_an_archive_is_read_and_several_are_listed() {
     let gps = "t,lat,lon\n".to_owned() + &(0..60).map(|row| format!("{row}.0,48.1,11.{row}\n")).collect::<String>();
     assert_eq!(of_file(&archive(&[("gps.csv", gps.as_bytes()), ("imu.csv", csv)])).unwrap(), (20, true));
     let several = problem(&archive(&[("a.csv", csv), ("b.csv", csv)]));
-    assert_eq!(several.to_string(), "a ZIP archive of several files: unpack the one that is meant (a.csv, b.csv)");
-    assert_eq!(problem(&archive(&[("a.md", csv), ("b", csv)])), ArchiveError::Several(vec!["a.md".into(), "b".into()]));
-    assert_eq!(problem(&archive(&[("__MACOSX/a.csv", b"")])), ArchiveError::Empty);
+    assert_eq!(several, "a ZIP archive of several files: unpack the one that is meant (a.csv, b.csv)");
+    assert!(problem(&archive(&[("a.md", csv), ("b", csv)])).contains("several files"));
+    assert_eq!(problem(&archive(&[("__MACOSX/a.csv", b"")])), "a ZIP archive without a file");
     let whole = archive(&[("a.csv", csv)]);
-    assert!(matches!(problem(&whole[..whole.len() - 30]), ArchiveError::Damaged(_)));
+    assert!(problem(&whole[..whole.len() - 30]).contains("archive that is damaged"));
     // a digit changed on the disk
     let mut damaged = whole.clone();
     let at = damaged.iter().position(|&byte| byte == b'5').unwrap();

@@ -152,7 +152,7 @@ fn a_table_without_names_is_refused_with_the_means_of_its_columns() {
         (0..60).map(|row| format!("{}.{:02} 0.0{} 0.01 0.02 0.1 0.2 -9.8{}\n", row / 100, row % 100, row % 7, row % 3));
     let text: String = rows.collect();
     let error = plan(&text, None).unwrap_err();
-    assert_eq!(error.hint(), Some(MapHint::Columns(None)));
+    assert_eq!(error.hint(), Some(&OpenHint::Columns(None)));
     assert!(error.to_string().contains("3 (mean 0.0100), 4 (mean 0.0200), 5 (mean 0.1000)"), "{error}");
     let map = "gyro_x=2:rad/s,gyro_y=3:rad/s,gyro_z=4:rad/s,accel_x=5:m/s^2,accel_y=6:m/s^2,accel_z=7:m/s^2,t=1:s";
     let whole = read_text(&text, Some(map));
@@ -190,7 +190,7 @@ fn a_column_that_is_missed_below_a_preamble_is_named() {
 fn cells_that_begin_with_their_names_are_columns() {
     let row = |row: u32| format!("ax:0.0{},ay: -0.1,az:9.8,gx:0.01,gy:0.02,gz:-0.0{}\n", row % 7, row % 3);
     let text: String = (0..60).map(row).collect();
-    let Some(MapHint::Columns(Some(map))) = plan(&text, None).unwrap_err().hint() else { panic!("no map") };
+    let Some(OpenHint::Columns(Some(map))) = plan(&text, None).unwrap_err().hint().cloned() else { panic!("no map") };
     let whole = read_text(&text, Some(&map));
     assert_eq!((whole.report.rows, whole.rejected_rows(), &whole.counts[..6]), (60, 0, &[0, -1, 98, 1, 2, 0][..]));
 }

@@ -1,6 +1,6 @@
 //! Files of any sensor, through a column map.
 
-use super::*;
+use super::{channels::by_name, *};
 
 #[test]
 fn numbers_keep_the_files_unit_and_decimals() {

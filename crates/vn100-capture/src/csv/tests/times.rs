@@ -69,7 +69,7 @@ fn other_columns_are_no_time() {
 #[test]
 fn day_and_month_must_be_distinct() {
     let text = table("Date", |ns| format!("03/06/2023 02:25:{:02}", ns / 1_000_000_000));
-    assert_eq!(plan(text.replace("Date", "t"), None).unwrap_err().hint(), Some(MapHint::DateOrder("t=t:dmy".into())));
+    assert_eq!(plan(text.replace("Date", "t"), None).unwrap_err().hint(), Some(&OpenHint::DateOrder("t=t:dmy".into())));
     assert!(!times(&text, Some("t=Date:mdy")).0.is_empty());
 }
 
@@ -126,14 +126,14 @@ fn the_first_error_of_an_unknown_table_names_a_map_that_reads_it() {
     let rows: String =
         (0..60).map(|row| format!("{}.{:02},0.1,0.2,9.8,0.01,0.02,0.0{}\n", row / 100, row % 100, row % 7)).collect();
     let text = format!("s,tx,ty,tz,wx,wy,wz\n{rows}");
-    let Some(MapHint::Columns(Some(map))) = plan(&text, None).unwrap_err().hint() else { panic!("no map") };
+    let Some(OpenHint::Columns(Some(map))) = plan(&text, None).unwrap_err().hint().cloned() else { panic!("no map") };
     assert_eq!(
         map,
         "accel_x=tx:m/s^2,accel_y=ty:m/s^2,accel_z=tz:m/s^2,gyro_x=wx:rad/s,gyro_y=wy:rad/s,gyro_z=wz:rad/s,t=s:s"
     );
     assert_eq!((read_text(&text, Some(&map)).report.rows, read_text(&text, Some(&map)).rejected_rows()), (60, 0));
     for text in [text.replace("9.8", "3.3"), text.replace("wz", "speed"), text.replace("0.01,", "7.01,")] {
-        assert_eq!(plan(&text, None).unwrap_err().hint(), Some(MapHint::Columns(None)), "{}", &text[..30]);
+        assert_eq!(plan(&text, None).unwrap_err().hint(), Some(&OpenHint::Columns(None)), "{}", &text[..30]);
     }
 }
 

@@ -251,13 +251,13 @@ fn other_files_are_no_csv_of_a_sensor() {
 #[test]
 fn missing_columns_are_an_error() {
     let error = plan("date,humidity,temperature\n1,40.5,20.1\n", None).unwrap_err();
-    assert_eq!(error.hint(), Some(MapHint::Columns(None)), "a temperature alone is no map");
+    assert_eq!(error.hint(), Some(&OpenHint::Columns(None)), "a temperature alone is no map");
     let error = error.to_string();
     assert!(error.starts_with("no known column in this CSV file: expected gyro_x gyro_y"), "{error}");
     assert!(error.ends_with("; found date, humidity, temperature"), "{error}");
     // a data frame numbers its rows in a column without a name
     let error = plan(",t_ms,wx\n0,1000,0.1\n1,1010,0.2\n", None).unwrap_err();
-    assert_eq!(error.hint(), Some(MapHint::Columns(None)), "no unit is sure");
+    assert_eq!(error.hint(), Some(&OpenHint::Columns(None)), "no unit is sure");
     assert!(error.to_string().ends_with("; found t_ms, wx"), "{error}");
     let error = plan("t,gyro_x\nten past two,0.1\n", None).unwrap_err().to_string();
     assert!(error.starts_with("the time stamps in column \"t\" are neither numbers nor dates"), "{error}");
@@ -269,14 +269,14 @@ fn stamps_of_an_unsure_unit_are_refused_with_the_remedy() {
     let rows = |step: u64| (0..50).map(move |row| format!("{},0.1\n", step * row)).collect::<String>();
     for header in ["t,gyro_x\n", "# t,gyro_x\n"] {
         let error = plan(format!("{header}{}", rows(1)), None).unwrap_err();
-        assert_eq!(error.hint(), Some(MapHint::StampUnit("t=t:ms".into())));
+        assert_eq!(error.hint(), Some(&OpenHint::StampUnit("t=t:ms".into())));
         assert_eq!(
             error.to_string(),
             "the unit of the time stamps in column \"t\" is ambiguous: they step by 1 from row to row, which may be s or ms"
         );
     }
     let error = plan(format!("\"%time\",gyro_x\n{}", rows(7_000_000_000)), None).unwrap_err();
-    assert_eq!(error.hint(), Some(MapHint::StampUnit("t=%time:ms".into())));
+    assert_eq!(error.hint(), Some(&OpenHint::StampUnit("t=%time:ms".into())));
     let error = error.to_string();
     assert!(
         error.contains("step by 7000000000 from row to row, which is not between 1 ms and 1 s in any unit"),

@@ -9,10 +9,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use bytes::Bytes;
 use mcap::records::Metadata;
 use vn100_protocol::Register;
-use vn100_protocol::stream::{Chunk, ReadOptions, SampleReader, StreamInput};
+use vn100_protocol::stream::{ReadOptions, SampleReader, StreamInput};
 
 use super::{NamedFile, RecordError};
 use crate::recording::{
@@ -68,16 +67,14 @@ fn copy_inputs(
     writer: &mut RecordingWriter<NamedFile>,
 ) -> io::Result<Option<String>> {
     let mut serial = SerialNumber::new();
-    let mut copy = |entry: Entry<'_>| match entry {
-        Entry::Bytes { at_ns, bytes } => {
-            serial.look_in(&bytes);
-            writer.write(&StreamInput::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns }))
+    while let Some(entry) = recording.next_entry()? {
+        match entry {
+            Entry::Input(input) => {
+                serial.look_in(&input);
+                writer.write(&input)?;
+            }
+            Entry::Metadata(metadata) => writer.put_metadata(&[metadata])?,
         }
-        Entry::Link(event) => writer.write(&StreamInput::Link(event)),
-        Entry::Metadata(metadata) => writer.put_metadata(&[metadata]),
-    };
-    while let Some(copied) = recording.next_entry(&mut copy)? {
-        copied?;
     }
     if let Some(interruption) = recording.recorded().end.get().and_then(RecordingEnd::interruption) {
         writer.write(&StreamInput::Link(interruption))?;
@@ -88,12 +85,9 @@ fn copy_inputs(
 /// Reads a recording to its end to find the last serial number in it.
 pub(super) fn serial_number(recording: &mut RecordingReader<impl Read>) -> io::Result<Option<String>> {
     let mut serial = SerialNumber::new();
-    let look = |entry: Entry<'_>, serial: &mut SerialNumber| {
-        if let Entry::Bytes { bytes, .. } = entry {
-            serial.look_in(&bytes);
-        }
-    };
-    while recording.next_entry(|entry| look(entry, &mut serial))?.is_some() {}
+    while let Some(input) = recording.next_input()? {
+        serial.look_in(&input);
+    }
     Ok(serial.found)
 }
 
@@ -108,8 +102,9 @@ impl SerialNumber {
         Self { parser: SampleReader::new(ReadOptions::default()), found: None }
     }
 
-    fn look_in(&mut self, bytes: &[u8]) {
-        self.parser.push(bytes, None);
+    fn look_in(&mut self, input: &StreamInput) {
+        let StreamInput::Chunk(chunk) = input else { return };
+        self.parser.push(&chunk.bytes, None);
         let registers = self.parser.take_batches().into_iter().flat_map(|batch| batch.registers);
         if let Some(value) = registers.filter(|value| value.register == Register::SERIAL_NUMBER).last() {
             self.found = Some(value.fields.to_string());

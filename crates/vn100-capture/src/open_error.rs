@@ -1,0 +1,112 @@
+//! Why a capture cannot be opened.
+
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
+
+use thiserror::Error;
+
+/// The reason why a capture could not be opened.
+#[derive(Debug, Error)]
+pub enum OpenError {
+    /// The operating system, or the decompressor, reports an error.
+    #[error("cannot read {}", path.display())]
+    Io {
+        /// The file, `-` for standard input.
+        path: PathBuf,
+        /// The error.
+        source: io::Error,
+    },
+    /// The columns of a table, the topics of a bag or the files of an archive cannot be used.
+    #[error("{}: {problem}", path.display())]
+    Unusable {
+        /// The file or folder, `-` for standard input.
+        path: PathBuf,
+        /// The reason.
+        problem: Unusable,
+    },
+    /// The file can be read and is no capture.
+    #[error("{} is not {reason}", path.display())]
+    NotACapture {
+        /// The file, `-` for standard input.
+        path: PathBuf,
+        /// What it is not, and the kind of its content, as far as that is recognised.
+        reason: String,
+    },
+}
+
+/// The reason why a file cannot be used as a capture, in words.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{reason}")]
+pub struct Unusable {
+    reason: String,
+    hint: Option<OpenHint>,
+    /// Whether the columns of a table are known, but their stamps are not understood or the requested
+    /// stream is missing.
+    pub(crate) is_certain: bool,
+}
+
+/// What the user can add so that a file can be read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum OpenHint {
+    /// The columns; with a fitting map, if names, units and magnitudes fit exactly one.
+    Columns(Option<String>),
+    /// The unit of the stamps, one of s, ms, us and ns; with a map that names one.
+    StampUnit(String),
+    /// The order of the dates, dmy or mdy; with a map that names one.
+    DateOrder(String),
+    /// The topic of a bag, one of these.
+    Topic(Vec<String>),
+    /// The topic of a bag, one of these, and its numbers.
+    TopicAndColumns(Vec<String>),
+    /// The numbers in the messages of the only topic.
+    ColumnsOfTopic,
+}
+
+impl Unusable {
+    pub(crate) fn new(reason: impl Into<String>) -> Self {
+        Self { reason: reason.into(), hint: None, is_certain: false }
+    }
+
+    pub(crate) fn certain(reason: impl Into<String>) -> Self {
+        Self { is_certain: true, ..Self::new(reason) }
+    }
+
+    pub(crate) fn with_hint(self, hint: OpenHint) -> Self {
+        Self { hint: Some(hint), ..self }
+    }
+
+    /// What the user can add so that the file can be read; `None` if nothing helps.
+    #[must_use]
+    pub const fn hint(&self) -> Option<&OpenHint> {
+        self.hint.as_ref()
+    }
+}
+
+/// The reason why a file could not be opened, without its path.
+#[derive(Debug, Error)]
+pub(crate) enum Problem {
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    #[error(transparent)]
+    Unusable(#[from] Unusable),
+    /// What the file is not.
+    #[error("it is not {0}")]
+    NotACapture(String),
+}
+
+impl Problem {
+    pub(crate) fn new(reason: impl Into<String>) -> Self {
+        Self::Unusable(Unusable::new(reason))
+    }
+
+    pub(crate) fn at(self, path: &Path) -> OpenError {
+        let path = path.to_owned();
+        match self {
+            Self::Io(source) => OpenError::Io { path, source },
+            Self::Unusable(problem) => OpenError::Unusable { path, problem },
+            Self::NotACapture(reason) => OpenError::NotACapture { path, reason },
+        }
+    }
+}
