@@ -12,6 +12,7 @@ use bzip2::bufread::BzDecoder;
 use lz4_flex::frame::FrameDecoder as Lz4Decoder;
 
 use super::topic::{BagFile, Encoding, Index, MESSAGE_BYTES, MessageHead, Topic, TopicCount, TopicList, damaged};
+use crate::mcap_records::RECORD_BYTES;
 
 pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 
@@ -33,7 +34,7 @@ mod op {
 }
 
 /// The messages of a bag, in the order they were written. Memory is bounded by its longest message
-/// and its longest chunk, packed.
+/// and its longest chunk that is packed, of 64 MiB at most.
 pub(super) struct Ros1Bag<R: Read> {
     file: BufReader<R>,
     /// The rest of the chunk that is read.
@@ -109,12 +110,19 @@ impl<R: Read + Seek> Ros1Bag<R> {
         if self.chunk.is_some() {
             return Err(damaged("a chunk inside a chunk"));
         }
+        let compression = field(&self.header, b"compression").unwrap_or(b"none");
+        // its records stand in the file as they are
+        if compression == b"none" {
+            return Ok(());
+        }
+        if data_bytes as usize > RECORD_BYTES {
+            return Err(damaged(&format!("a chunk of {data_bytes} packed bytes, at most {RECORD_BYTES} are read")));
+        }
         let mut packed = Vec::new();
         self.file.by_ref().take(data_bytes.into()).read_to_end(&mut packed)?;
         self.is_chunk_cut = packed.len() < data_bytes as usize;
         let packed = Cursor::new(packed);
-        self.chunk = Some(match field(&self.header, b"compression").unwrap_or(b"none") {
-            b"none" => Box::new(packed),
+        self.chunk = Some(match compression {
             b"bz2" => Box::new(BufReader::with_capacity(READ_BYTES, BzDecoder::new(packed))),
             b"lz4" => Box::new(BufReader::with_capacity(READ_BYTES, Lz4Decoder::new(packed))),
             other => {
