@@ -57,6 +57,6 @@ pub use export::{
     samples::SampleTable,
     tables::CsvTable,
 };
-pub use names::{run_name, run_prefix};
+pub use names::run_name;
 pub use printable::{json_line, printable, steers_terminal};
 pub use toml_text::{TomlError, parse_toml};
