@@ -79,4 +79,4 @@ pub use source_facts::{
     SourceFacts, utc,
 };
 pub use want::{Known, Want, WantError};
-pub use warning::{Doubt, Doubtful, Event, Finding, Happening, Peak, Rejected, Severity, Warning, WarningKind};
+pub use warning::{Aspect, Doubt, Doubtful, Event, Finding, Happening, Peak, Rejected, Severity, Warning, WarningKind};

@@ -68,7 +68,7 @@ pub fn analysis_schema() -> Schema {
     schema_of::<Document<'_>>()
 }
 
-fn schema_of<T: JsonSchema>() -> Schema {
+pub(crate) fn schema_of<T: JsonSchema>() -> Schema {
     let settings = SchemaSettings::draft2020_12().for_serialize().with_transform(RecursiveTransform(described));
     settings.into_generator().into_root_schema_for::<T>()
 }

@@ -34,7 +34,6 @@ pub mod units;
 pub mod warnings;
 pub mod words;
 
-pub use codes::{Code, all_codes};
 pub use datasheet::{
     DatasheetError,
     built_in::{DATASHEETS, built_in_datasheet, vn100_datasheet},

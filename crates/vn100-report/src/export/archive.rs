@@ -5,10 +5,7 @@ use std::collections::BTreeSet;
 use vn100_analysis::noise::{Claim, Term};
 use vn100_analysis::{ChannelResult, Completion, SourceResult};
 
-use crate::{
-    codes::{name_of, term_name},
-    printable::json_line,
-};
+use crate::{codes::name_of, printable::json_line};
 
 /// A file of an archive, as it was when it was measured.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -161,7 +158,7 @@ fn cells(
             Claim::Limit(_) => "limit",
             Claim::Typical { .. } => "typical",
         };
-        Some(format!("{} {claim} {verdict}", term_name(figure.term)))
+        Some(format!("{} {claim} {verdict}", name_of(figure.term)))
     });
     cells.push(("verdicts", joined(verdicts)));
     let mut named = BTreeSet::new();

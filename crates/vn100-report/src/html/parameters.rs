@@ -3,9 +3,8 @@
 
 use crate::html::glance;
 use crate::{
-    names::{
-        QUANTITIES, TERMS, budget_rows, decided_by, in_words, motion_text, names_of, parameter_names, verdict_name,
-    },
+    codes::word_of,
+    names::{QUANTITIES, TERMS, budget_rows, decided_by, motion_text, names_of, parameter_names, verdict_name},
     numbers::{
         NOTHING, digits, duration, four_digits, p_value,
         plain::{digits_trimmed, short},
@@ -197,7 +196,7 @@ fn cell(parameter: Option<Parameter>, factor: f64, first: bool) -> String {
             format!("{} to {}", four_digits(lower * factor), four_digits(upper * factor))
         }
         (None, _, Some(upper)) => format!("≤ {}", four_digits(upper * factor)),
-        (None, ..) if first => in_words(parameter.status),
+        (None, ..) if first => word_of("status", parameter.status),
         (None, ..) => NOTHING.into(),
     }
 }
