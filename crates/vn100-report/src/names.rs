@@ -3,8 +3,8 @@
 use vn100_analysis::noise::{Deviation, Grade, Parameter, Sensor, Term, Verdict};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
-    Aliasing, Budget, DecidedBy, FigureVerdict, Graded, LinkCounts, Motion, NoGrade, NoPrediction, Onboard, Ranking,
-    RateFrom, Ratio, TimeBase, WindowFrom,
+    Aliasing, DecidedBy, FigureVerdict, Graded, LinkCounts, Motion, NoGrade, NoPrediction, Onboard, Ranking, RateFrom,
+    Ratio, TimeBase, WhiteBudget, WindowFrom,
 };
 
 use crate::{
@@ -105,7 +105,7 @@ pub(crate) const NO_SCALE_FACTOR: &str = "not verified: a record at rest does no
 
 /// The rows of the budget of N that all axes of a sensor share: the name and the amount of each.
 #[must_use]
-pub fn budget_rows(budget: &Budget, nominal_hz: f64) -> [(&'static str, String); 3] {
+pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, String); 3] {
     let rate = match (budget.rate.relative, budget.rate.from) {
         (Some(relative), _) => {
             let off = match 100.0 * relative {

@@ -155,7 +155,7 @@ fn in_units(
 }
 
 fn sampling(noise: &NoiseResult) -> Option<String> {
-    let (below, above) = noise.budget()?.sampling?;
+    let (below, above) = noise.budget()?.parts.sampling?;
     Some(format!("−{} +{}", digits(100.0 * below, 2), digits(100.0 * above, 2)))
 }
 
@@ -166,7 +166,7 @@ fn proved(noise: &NoiseResult, term: Term) -> Option<f64> {
 
 /// The uncertainty of N besides that of sampling, the same for all axes.
 fn budget(noise: &NoiseResult, nominal_hz: Option<f64>) -> Markup {
-    let rows = noise.budget().zip(nominal_hz).map(|(budget, nominal_hz)| budget_rows(budget, nominal_hz));
+    let rows = noise.budget().zip(nominal_hz).map(|(budget, nominal_hz)| budget_rows(&budget.parts, nominal_hz));
     html! {
         @if let Some(rows) = rows {
             p { "Further uncertainty of N:" }
