@@ -43,16 +43,6 @@ impl ArchiveRow {
         rows.collect()
     }
 
-    /// The row of a file that could not be measured.
-    #[must_use]
-    pub fn of_error(file: &ArchivedFile, error: &str) -> Self {
-        let mut cells = cells(file, 1, None, None);
-        for (column, value) in [("name", &file.path), ("error", &error.to_owned())] {
-            cells.iter_mut().filter(|(name, _)| *name == column).for_each(|(_, cell)| *cell = json!(value));
-        }
-        Self { cells }
-    }
-
     /// The row as a line of JSON: an object with every column.
     #[must_use]
     pub fn json_line(&self) -> String {
@@ -220,6 +210,7 @@ fn table_cells(line: &str) -> Option<Vec<String>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::fixture::{facts, nothing, result};
 
     #[test]
     fn a_row_names_its_file_in_both_forms() {
@@ -229,7 +220,9 @@ mod tests {
             modified_ns: 1_700_000_000_123_456_789,
             options: "b1946ac92492d234".into(),
         };
-        let row = ArchiveRow::of_error(&file, "not read,\nas \"it\" is");
+        let mut unread = result(facts("a"), nothing());
+        unread.note_failure("not read,\nas \"it\" is".into());
+        let row = ArchiveRow::of_file(&file, &[unread]).remove(0);
         for line in [row.json_line(), row.table_line()] {
             assert_eq!(ArchiveRow::file_of_line(&line), Some((file.clone(), 1)), "{line}");
             assert_eq!(line.matches('\n').count(), 1, "{line}");
