@@ -7,7 +7,7 @@ use serde_json::Value;
 use vn100_analysis::noise::{Grade, Status, Verdict};
 use vn100_analysis::{DecidedBy, EndKind, MissingFrom, RateFrom, WindowFrom, Withheld};
 
-use crate::document::schema_of;
+use crate::schema::schema_of;
 
 /// A code of documents.
 #[derive(Debug)]

@@ -26,6 +26,7 @@ pub mod names;
 pub mod numbers;
 mod printable;
 pub mod remedies;
+mod schema;
 pub mod summary;
 #[cfg(test)]
 mod tests;
