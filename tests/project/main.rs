@@ -3,7 +3,6 @@
 
 mod benchmarks;
 mod circles;
-mod codes;
 mod compiler;
 mod flags;
 mod layering;

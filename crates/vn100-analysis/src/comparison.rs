@@ -16,19 +16,11 @@ pub use population::{NoPrediction, Population, UnitValue};
 pub use ranking::{AxisWhite, RankedRecord, Ranking, WhiteTest};
 
 use crate::hypothesis_tests::holm;
-use crate::{Assessment, Onboard, SharedRows, Snapshot, Warning, WarningKind};
+use crate::result::Basis;
+use crate::{SharedRows, SourceResult, Warning, WarningKind};
 
 /// Warnings about events within a record, not about how it was made.
 const DISTURBANCES: [WarningKind; 3] = [WarningKind::NotStationary, WarningKind::VibrationLine, WarningKind::WarmUp];
-
-/// One record to be compared.
-#[derive(Debug, Clone, Copy)]
-pub struct ComparedRecord<'a> {
-    /// The numbers of the record.
-    pub snapshot: &'a Snapshot,
-    /// The assessment of the snapshot.
-    pub assessment: &'a Assessment,
-}
 
 /// A comparison of several records in SI units, magnetic field in gauss. A record is referred to by
 /// its place among those given, from 0. Of fewer than two records all lists of differences are empty.
@@ -103,7 +95,7 @@ impl Comparison {
     /// Compares records assessed at the level `confidence`, 0 < p < 1; outside that range no
     /// difference is significant and nothing is ranked. `units` names the sensor of each record.
     #[must_use]
-    pub fn of(records: &[ComparedRecord<'_>], units: &[String], confidence: f64) -> Self {
+    pub fn of(records: &[SourceResult], units: &[String], confidence: f64) -> Self {
         let same_samples = same_samples(records);
         let rankings = ranking::rankings(records, &same_samples, confidence);
         Self {
@@ -128,17 +120,18 @@ fn correct<'a>(tests: impl Iterator<Item = &'a mut Chance>, confidence: f64) {
     }
 }
 
-fn disturbances(records: &[ComparedRecord<'_>]) -> Vec<RecordDisturbance> {
-    let all = records.iter().enumerate().flat_map(|(record, ComparedRecord { snapshot, assessment })| {
+fn disturbances(records: &[SourceResult]) -> Vec<RecordDisturbance> {
+    let all = records.iter().enumerate().flat_map(|(record, result)| {
+        let Basis { snapshot, assessment } = &*result.basis;
         let warnings = snapshot.warnings.iter().chain(&assessment.warnings);
         warnings.map(move |warning| RecordDisturbance { record, warning: warning.clone() })
     });
     all.filter(|disturbance| DISTURBANCES.contains(&disturbance.warning.kind)).collect()
 }
 
-fn same_samples(records: &[ComparedRecord<'_>]) -> Vec<SameSamples> {
+fn same_samples(records: &[SourceResult]) -> Vec<SameSamples> {
     let shared = |pair: [usize; 2]| {
-        let [a, b] = pair.map(|record| &records[record].snapshot.fingerprint);
+        let [a, b] = pair.map(|record| &records[record].basis.snapshot.fingerprint);
         Some(SameSamples { records: pair, shared: a.shared_with(b)? })
     };
     pairs(records.len()).filter_map(shared).collect()
@@ -151,17 +144,19 @@ fn pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
 
 /// Whether the white noise of `quantity` aliases in the same way in both records. If averaging and
 /// decimation are not known, that is assumed for equal rates.
-fn fold_alike(quantity: Quantity, a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> bool {
-    let onboard = |record: &ComparedRecord<'_>| -> Option<Onboard> {
-        let mut channels = record.snapshot.layout_channels().iter().zip(&record.assessment.channels);
-        channels.find(|(channel, _)| channel.quantity == quantity)?.1.onboard
-    };
+fn fold_alike(quantity: Quantity, a: &SourceResult, b: &SourceResult) -> bool {
+    let onboard = |record: &SourceResult| record.streamed().find(|channel| channel.quantity == quantity)?.onboard;
     match (onboard(a), onboard(b)) {
         (Some(a), Some(b)) => (a.window.white_factor() / b.window.white_factor() - 1.0).abs() < 0.01,
         _ => have_same_rate(a, b),
     }
 }
 
-fn have_same_rate(a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> bool {
-    (a.snapshot.timing.rate_hz / b.snapshot.timing.rate_hz - 1.0).abs() < 1e-3
+fn have_same_rate(a: &SourceResult, b: &SourceResult) -> bool {
+    (rate_hz(a) / rate_hz(b) - 1.0).abs() < 1e-3
+}
+
+/// Every record with samples has a rate.
+fn rate_hz(record: &SourceResult) -> f64 {
+    record.timing.rate_hz.unwrap_or(f64::NAN)
 }

@@ -117,24 +117,20 @@ pub struct Ratio {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, JsonSchema, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DecidedBy {
-    /// The sample rate, which is assumed.
+    /// The sample rate is assumed.
     Rate,
-    /// The averaging window of the sensor, which the stream does not contain.
+    /// The stream does not contain how the sensor averages, and so how much aliases.
     Window,
-    /// Whether the density of the sheet is two-sided or one-sided.
+    /// A one-sided density is √2 times the two-sided one, and the value lies between both readings.
     Convention,
-    /// A stream without aliasing: how much it raises white noise is known to 10 % only.
+    /// How much aliasing raises the value is known to 10 %, and the value lies within that of the
+    /// limit.
     Unaliased,
-    /// A longer record, whose interval is narrower.
+    /// The interval spans the limit, or there is none; it narrows with the record.
     LongerRecord,
-    /// Nothing: 100 days of the noise that the record shows do not decide.
+    /// The parameter is so near to the limit that 100 days of the noise in this record do not
+    /// decide.
     Nothing,
-}
-
-impl DecidedBy {
-    /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Rate, Self::Window, Self::Convention, Self::Unaliased, Self::LongerRecord, Self::Nothing];
 }
 
 /// √(2 ln 2/π): the flat part of the Allan deviation of flicker noise with B = 1 (IEEE 952).

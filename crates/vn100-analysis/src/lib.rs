@@ -51,9 +51,8 @@ pub use assessment::{
 };
 pub use averaging_times::{AveragingTimes, AveragingTimesError, MissingTime};
 pub use comparison::{
-    AxisWhite, Caveat, CaveatKind, Chance, ChannelMeans, ComparedChannel, ComparedRecord, Comparison, NoPrediction,
-    OctaveTest, Population, RankedRecord, Ranking, RecordDisturbance, RecordMean, SameSamples, Spread, UnitValue,
-    WhiteTest,
+    AxisWhite, Caveat, CaveatKind, Chance, ChannelMeans, ComparedChannel, Comparison, NoPrediction, OctaveTest,
+    Population, RankedRecord, Ranking, RecordDisturbance, RecordMean, SameSamples, Spread, UnitValue, WhiteTest,
 };
 pub use datasheet::{Datasheet, DatasheetFigure, DecidedBy, FigureVerdict, Ratio, SheetOnboard};
 pub use end::{End, Shortfall, StartCure};
@@ -80,4 +79,4 @@ pub use source_facts::{
     SourceFacts, utc,
 };
 pub use want::{Known, Want, WantError};
-pub use warning::{Doubt, Doubtful, Event, Finding, Happening, Peak, Rejected, Severity, Warning, WarningKind};
+pub use warning::{Aspect, Doubt, Doubtful, Event, Finding, Happening, Peak, Rejected, Severity, Warning, WarningKind};

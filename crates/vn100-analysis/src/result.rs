@@ -30,7 +30,6 @@ use verdict::deciding_record_s;
 
 use crate::{
     assessment::Assessment,
-    comparison::ComparedRecord,
     datasheet::{Datasheet, DecidedBy, FigureVerdict},
     goal::Goal,
     motion::Motion,
@@ -74,14 +73,14 @@ pub struct SourceResult {
     #[serde(skip)]
     pub confidence: f64,
     #[serde(skip)]
-    basis: Arc<Basis>,
+    pub(crate) basis: Arc<Basis>,
 }
 
 /// The sums from which a result was made.
 #[derive(Debug)]
-struct Basis {
-    snapshot: Arc<Snapshot>,
-    assessment: Arc<Assessment>,
+pub(crate) struct Basis {
+    pub(crate) snapshot: Arc<Snapshot>,
+    pub(crate) assessment: Arc<Assessment>,
 }
 
 /// A data sheet that a result is compared with.
@@ -257,12 +256,6 @@ impl SourceResult {
     #[must_use]
     pub fn estimator(&self) -> Estimator {
         self.basis.snapshot.estimator
-    }
-
-    /// The record for a comparison with others.
-    #[must_use]
-    pub fn compared(&self) -> ComparedRecord<'_> {
-        ComparedRecord { snapshot: &self.basis.snapshot, assessment: &self.basis.assessment }
     }
 
     /// The latest samples of the channel at this place.

@@ -279,22 +279,20 @@ impl Timing {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MissingFrom {
-    /// Device time in every packet: exact.
+    /// Each packet carries the time at which the sensor measured it, so that dropped ones are
+    /// counted exactly.
     DeviceTime,
-    /// A row counter in every sentence: exact.
+    /// The sensor counts its samples, so that dropped ones are counted exactly.
     Counter,
-    /// Arrival times: entirely missing sentences are counted as well.
+    /// Gaps in the arrival times.
     Arrival,
-    /// A rejected row between valid ones: dropped lines are not detected.
+    /// Each rejected line counts as one dropped sample; entirely missing lines are not detected.
     #[default]
     #[serde(rename = "bad-lines")]
     RejectedRows,
 }
 
 impl MissingFrom {
-    /// All kinds of evidence, the most reliable first.
-    pub const ALL: [Self; 4] = [Self::DeviceTime, Self::Counter, Self::Arrival, Self::RejectedRows];
-
     /// Whether missing samples are counted exactly.
     pub(crate) const fn is_exact(self) -> bool {
         matches!(self, Self::DeviceTime | Self::Counter)
@@ -305,21 +303,16 @@ impl MissingFrom {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RateFrom {
-    /// The user gave the rate.
+    /// Given by the user.
     Option,
-    /// The device time in every packet shows it.
+    /// Each packet carries the time at which the sensor measured it.
     DeviceTime,
-    /// The sensor reported it, in register 7.
+    /// The sensor reported its output rate (register 07).
     Device,
-    /// The arrival times show it.
+    /// The nominal rate of the sensor that the arrival times match.
     Arrival,
-    /// The rate is not known: the factory default of 40 Hz.
+    /// Unknown: the factory default of 40 Hz.
     Assumed,
-}
-
-impl RateFrom {
-    /// All sources, the most reliable first.
-    pub const ALL: [Self; 5] = [Self::Option, Self::DeviceTime, Self::Device, Self::Arrival, Self::Assumed];
 }
 
 /// The results of one channel. Values are in counts of the channel, see

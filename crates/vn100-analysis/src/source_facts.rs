@@ -127,39 +127,22 @@ pub enum EndKind {
     Duration,
     /// All goals are met, or one is out of reach.
     Goals,
-    /// The user stopped the measurement, or a signal did.
+    /// The user stopped it, or a signal did.
     Stopped,
-    /// No sample arrived for the time after which the source is given up.
+    /// No sample came for as long as one was to be waited for.
     GaveUp,
-    /// The measurement had lasted as long by the clock as it may.
+    /// It had taken as long by the clock as it was allowed to.
     WallTime,
-    /// Reading failed.
+    /// Reading failed; the result holds what came before.
     SourceFailed,
-    /// The sensor sent another message.
+    /// The sensor sent another message than the measured one.
     OtherMessage,
-    /// The sensor sent at another rate.
+    /// The sensor sent at another rate than that of the record.
     OtherRate,
-    /// The sensor sent frames, but never a measurement.
+    /// The sensor sent, and never a measurement.
     NoMeasurement,
-    /// The source was not opened.
+    /// The source was not opened; nothing was measured.
     NotStarted,
-}
-
-impl EndKind {
-    /// All reasons, in the order of the codes.
-    pub const ALL: [Self; 11] = [
-        Self::EndOfInput,
-        Self::Duration,
-        Self::Goals,
-        Self::Stopped,
-        Self::GaveUp,
-        Self::WallTime,
-        Self::SourceFailed,
-        Self::OtherMessage,
-        Self::OtherRate,
-        Self::NoMeasurement,
-        Self::NotStarted,
-    ];
 }
 
 /// A file as it is stored, which may be compressed.

@@ -6,36 +6,44 @@ mod finding;
 
 pub use finding::{Doubt, Doubtful, Event, Finding, Happening, Peak, Rejected};
 
+use schemars::JsonSchema;
+
 use crate::remedy::Remedy;
 
 /// The kinds of warning, whose names are a contract with scripts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, JsonSchema)]
+#[schemars(rename_all = "kebab-case")]
 pub enum WarningKind {
     /// The record, or the recording that was made of it, is not whole.
     Incomplete,
-    /// Bytes arrive, but no sample of a message that is measured.
+    /// Bytes arrived, but no sample of a message that is measured.
     NoValidLines,
-    /// Valid frames of a message other than the measured one are excluded.
+    /// Sentences or packets of a message other than the measured one were excluded.
     OtherMessages,
-    /// Another program uses the link, or the sensor reports errors that answer no command.
+    /// Another program has the port of the sensor open, or the sensor reported errors that answer
+    /// no command.
     LinkErrors,
-    /// The sensor, its rate or its printed resolution changed within the record.
+    /// The sensor, its output rate or its printed resolution changed within the record.
     StreamChanged,
-    /// Samples, or values of single channels, are missing.
+    /// Samples, or values of single channels, are missing; each gap keeps its place on the time
+    /// axis.
     Gaps,
     /// Sentences, packets or rows were rejected, or carry no checksum.
+    #[schemars(rename = "bad-lines")]
     RejectedLines,
-    /// Sentences, packets or rows repeat earlier ones.
+    /// Samples repeat earlier ones exactly, which a live sensor does not do.
     RepeatedLines,
     /// There are too few samples for a deviation, or for more than a rough one.
     TooShort,
-    /// The sample rate is unknown.
+    /// The capture does not contain the sample rate; the factory default of 40 Hz is assumed.
     RateAssumed,
-    /// The measured rate is none of the sensor's, or not the nominal one.
+    /// The measured rate is none of the sensor's, not the nominal one, or unsure because many
+    /// samples are missing.
     RateOffNominal,
-    /// The time stamps step backwards, are uneven, or cannot be those of a sensor.
+    /// Time stamps step backwards, are uneven or cannot be those of a sensor, or the sensor
+    /// restarted.
     StampsDoubtful,
-    /// A spectrum has peaks: vibration, or an alternating magnetic field.
+    /// The spectrum has significant peaks: vibration, or an alternating magnetic field.
     VibrationLine,
     /// The sensor was moved, or mean or noise changed during the record.
     NotStationary,
@@ -45,51 +53,52 @@ pub enum WarningKind {
     FollowsTemperature,
     /// The magnitude of the mean acceleration or magnetic field is not that of the Earth.
     MagnitudeOff,
-    /// A filter of the sensor has removed the bias from the rates.
+    /// An attitude filter has removed its estimate of the bias from the rates.
     CompensatedStream,
-    /// Whether a filter has removed the bias from the rates is not known.
+    /// The capture does not contain whether a filter has removed the bias of the gyroscope.
     CompensationUnknown,
-    /// A low-pass filter slower than the output removes the high frequencies, or may do so.
+    /// A low-pass filter slower than the output removes the high frequencies.
     LowPass,
-    /// Settings of the sensor turn its axes, or differ from what was given.
+    /// The sensor turns its axes (register 26), or averages otherwise than was given (register 85).
     SensorSettings,
-    /// The resolution of the values hides the noise.
+    /// From sample to sample the noise is less than half a step of the values.
     QuantisationFloor,
     /// Besides white noise there is noise correlated over seconds.
     CorrelatedNoise,
-    /// A channel reaches the end of its range.
+    /// A channel reaches the end of its range, or the count of its turns began anew.
     FullRange,
-    /// Columns of a file hold magnitudes that their unit makes impossible.
+    /// A column holds magnitudes that its unit makes impossible.
     UnitDoubtful,
 }
 
-/// The kinds in their order, each with its code and what most of its findings mean for the result.
-const KINDS: [(WarningKind, &str, Severity); 25] = [
-    (WarningKind::Incomplete, "incomplete", Severity::Problem),
-    (WarningKind::NoValidLines, "no-valid-lines", Severity::Problem),
-    (WarningKind::OtherMessages, "other-messages", Severity::Caution),
-    (WarningKind::LinkErrors, "link-errors", Severity::Problem),
-    (WarningKind::StreamChanged, "stream-changed", Severity::Problem),
-    (WarningKind::Gaps, "gaps", Severity::Caution),
-    (WarningKind::RejectedLines, "bad-lines", Severity::Caution),
-    (WarningKind::RepeatedLines, "repeated-lines", Severity::Problem),
-    (WarningKind::TooShort, "too-short", Severity::Caution),
-    (WarningKind::RateAssumed, "rate-assumed", Severity::Caution),
-    (WarningKind::RateOffNominal, "rate-off-nominal", Severity::Caution),
-    (WarningKind::StampsDoubtful, "stamps-doubtful", Severity::Caution),
-    (WarningKind::VibrationLine, "vibration-line", Severity::Caution),
-    (WarningKind::NotStationary, "not-stationary", Severity::Caution),
-    (WarningKind::WarmUp, "warm-up", Severity::Caution),
-    (WarningKind::FollowsTemperature, "follows-temperature", Severity::Caution),
-    (WarningKind::MagnitudeOff, "magnitude-off", Severity::Caution),
-    (WarningKind::CompensatedStream, "compensated-stream", Severity::Note),
-    (WarningKind::CompensationUnknown, "compensation-unknown", Severity::Caution),
-    (WarningKind::LowPass, "low-pass", Severity::Caution),
-    (WarningKind::SensorSettings, "sensor-settings", Severity::Note),
-    (WarningKind::QuantisationFloor, "quantisation-floor", Severity::Caution),
-    (WarningKind::CorrelatedNoise, "correlated-noise", Severity::Caution),
-    (WarningKind::FullRange, "full-range", Severity::Problem),
-    (WarningKind::UnitDoubtful, "unit-doubtful", Severity::Problem),
+/// The kinds in their order, each with its code, what it concerns, and what most of its findings mean
+/// for the result.
+const KINDS: [(WarningKind, &str, Aspect, Severity); 25] = [
+    (WarningKind::Incomplete, "incomplete", Aspect::Data, Severity::Problem),
+    (WarningKind::NoValidLines, "no-valid-lines", Aspect::Data, Severity::Problem),
+    (WarningKind::OtherMessages, "other-messages", Aspect::Data, Severity::Caution),
+    (WarningKind::LinkErrors, "link-errors", Aspect::Data, Severity::Problem),
+    (WarningKind::StreamChanged, "stream-changed", Aspect::Data, Severity::Problem),
+    (WarningKind::Gaps, "gaps", Aspect::Data, Severity::Caution),
+    (WarningKind::RejectedLines, "bad-lines", Aspect::Data, Severity::Caution),
+    (WarningKind::RepeatedLines, "repeated-lines", Aspect::Data, Severity::Problem),
+    (WarningKind::TooShort, "too-short", Aspect::Data, Severity::Caution),
+    (WarningKind::RateAssumed, "rate-assumed", Aspect::Time, Severity::Caution),
+    (WarningKind::RateOffNominal, "rate-off-nominal", Aspect::Time, Severity::Caution),
+    (WarningKind::StampsDoubtful, "stamps-doubtful", Aspect::Time, Severity::Caution),
+    (WarningKind::VibrationLine, "vibration-line", Aspect::AtRest, Severity::Caution),
+    (WarningKind::NotStationary, "not-stationary", Aspect::AtRest, Severity::Caution),
+    (WarningKind::WarmUp, "warm-up", Aspect::AtRest, Severity::Caution),
+    (WarningKind::FollowsTemperature, "follows-temperature", Aspect::AtRest, Severity::Caution),
+    (WarningKind::MagnitudeOff, "magnitude-off", Aspect::AtRest, Severity::Caution),
+    (WarningKind::CompensatedStream, "compensated-stream", Aspect::Message, Severity::Note),
+    (WarningKind::CompensationUnknown, "compensation-unknown", Aspect::Message, Severity::Caution),
+    (WarningKind::LowPass, "low-pass", Aspect::Message, Severity::Caution),
+    (WarningKind::SensorSettings, "sensor-settings", Aspect::Message, Severity::Note),
+    (WarningKind::QuantisationFloor, "quantisation-floor", Aspect::Values, Severity::Caution),
+    (WarningKind::CorrelatedNoise, "correlated-noise", Aspect::Values, Severity::Caution),
+    (WarningKind::FullRange, "full-range", Aspect::Values, Severity::Problem),
+    (WarningKind::UnitDoubtful, "unit-doubtful", Aspect::Values, Severity::Problem),
 ];
 
 impl WarningKind {
@@ -110,10 +119,48 @@ impl WarningKind {
         KINDS[self as usize].1
     }
 
+    /// What warnings of this kind concern.
+    #[must_use]
+    pub const fn aspect(self) -> Aspect {
+        KINDS[self as usize].2
+    }
+
     /// What most findings of this kind mean for the result.
     #[must_use]
     pub const fn severity(self) -> Severity {
-        KINDS[self as usize].2
+        KINDS[self as usize].3
+    }
+}
+
+/// What a warning concerns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Aspect {
+    /// Whether all samples arrived, and intact.
+    Data,
+    /// Rate and time stamps.
+    Time,
+    /// Whether the sensor lay still.
+    AtRest,
+    /// What the stream carries of the sensor's own noise.
+    Message,
+    /// What the numbers can resolve.
+    Values,
+}
+
+impl Aspect {
+    /// All aspects.
+    pub const ALL: [Self; 5] = [Self::Data, Self::Time, Self::AtRest, Self::Message, Self::Values];
+
+    /// The name of the aspect.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Data => "data",
+            Self::Time => "time",
+            Self::AtRest => "at rest",
+            Self::Message => "message",
+            Self::Values => "values",
+        }
     }
 }
 
@@ -129,9 +176,6 @@ pub enum Severity {
 }
 
 impl Severity {
-    /// All severities, the gravest first.
-    pub const ALL: [Self; 3] = [Self::Problem, Self::Caution, Self::Note];
-
     /// The code of the severity.
     #[must_use]
     pub const fn name(self) -> &'static str {

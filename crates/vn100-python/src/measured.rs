@@ -7,10 +7,10 @@ use pyo3::{
 };
 use vn100_analysis::SourceResult;
 use vn100_capture::OpenError;
-use vn100_report::figure::Figures;
-use vn100_report::html::{PageOptions, Program, write_page};
+use vn100_report::figure::ReportFigures;
+use vn100_report::html::{PageOptions, Program, report_page};
 use vn100_report::{
-    Asked, Consumer, Document, Ended, Evaluation, FilterNoise, NotWritten, remedies::python_words, warnings::headline,
+    Asked, Consumer, Document, Ended, Evaluation, FilterNoise, remedies::python_words, warnings::headline,
 };
 use vn100_session::{SessionResult, StartError};
 
@@ -89,12 +89,8 @@ impl Measured {
             program: Program { name: concat!("vn100 ", env!("CARGO_PKG_VERSION"), " for Python"), commit: None },
             span_s: checked_span(span)?,
         };
-        let written = py.detach(|| {
-            let (records, figures) = ([self.0.clone()], [Figures::of(&self.0, "")]);
-            let mut page = Vec::new();
-            write_page(&mut page, &records, &figures, &Figures::default(), options).map(|()| page)
-        });
-        written.map_err(|error| PyRuntimeError::new_err(error.to_string()))
+        let records = std::slice::from_ref(&self.0);
+        Ok(py.detach(|| report_page(records, &ReportFigures::of(records), options).into_bytes()))
     }
 
     /// The file of the filter of that name.
@@ -106,10 +102,7 @@ impl Measured {
         let mut noise = FilterNoise::of(&self.0, checked_span(span)?);
         noise.scale_factor_ppm = scale_factor;
         consumer.file(&noise).map_err(|error| {
-            let advice = match &error {
-                NotWritten::Moved => "record it at rest".into(),
-                NotWritten::Lacks(_) => error.advice(python_words).join(", or "),
-            };
+            let advice = error.advice(python_words);
             PyValueError::new_err(format!("no file for {}: {error}. To get it: {advice}", consumer.title))
         })
     }

@@ -135,9 +135,7 @@ struct Onboard {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PrintedFigure {
-    #[serde(with = "SensorName")]
     sensor: Sensor,
-    #[serde(with = "ParameterName")]
     parameter: Term,
     unit: String,
     limit: Option<Spanned<f64>>,
@@ -170,14 +168,6 @@ enum ConventionName {
     OneSided,
 }
 
-#[derive(Deserialize)]
-#[serde(remote = "Sensor", rename_all = "snake_case")]
-enum SensorName {
-    Gyroscope,
-    Accelerometer,
-    Magnetometer,
-}
-
 /// Half a unit of the last place of a number as TOML writes them; 0 for one that is not decimal.
 fn half_a_last_place(digits: &str) -> f64 {
     let digits = digits.replace('_', "");
@@ -187,16 +177,6 @@ fn half_a_last_place(digits: &str) -> f64 {
     let place = exponent.parse::<i64>().ok().filter(|_| is_decimal).map(|exponent| exponent - decimals as i64);
     // read, not multiplied: exact at both ends of the range
     place.and_then(|place| format!("0.5e{place}").parse().ok()).unwrap_or(0.0)
-}
-
-#[derive(Deserialize)]
-#[serde(remote = "Term", rename_all = "snake_case")]
-enum ParameterName {
-    White,
-    BiasInstability,
-    RateRandomWalk,
-    RateRamp,
-    Quantization,
 }
 
 #[cfg(test)]

@@ -5,12 +5,11 @@ pub(crate) mod comparison;
 pub(crate) mod plan;
 pub(crate) mod progress;
 
-use schemars::{JsonSchema, Schema, generate::SchemaSettings, transform::RecursiveTransform};
+use schemars::{JsonSchema, Schema};
 use serde::Serialize;
-use serde_json::Value;
 use vn100_analysis::{RemedyWords, Severity, SourceResult};
 
-use crate::{remedies::RemedyDocument, warnings::in_words};
+use crate::{remedies::RemedyDocument, schema::schema_of, warnings::in_words};
 
 use crate::summary::{AspectStatus, status::statuses};
 
@@ -66,25 +65,4 @@ impl<'a> Document<'a> {
 #[must_use]
 pub fn analysis_schema() -> Schema {
     schema_of::<Document<'_>>()
-}
-
-fn schema_of<T: JsonSchema>() -> Schema {
-    let settings = SchemaSettings::draft2020_12().for_serialize().with_transform(RecursiveTransform(described));
-    settings.into_generator().into_root_schema_for::<T>()
-}
-
-/// Puts the words of the code into those of the document, on one line; a field that has none takes
-/// those of the variant that it belongs to.
-fn described(schema: &mut Schema) {
-    let Some(object) = schema.as_object_mut() else { return };
-    if let Some(Value::String(text)) = object.get_mut("description") {
-        *text = text.replace("`None`", "null").replace('`', "").split_whitespace().collect::<Vec<_>>().join(" ");
-    }
-    let own = object.get("description").cloned();
-    let fields = object.get_mut("properties").and_then(Value::as_object_mut);
-    for field in fields.into_iter().flat_map(|fields| fields.values_mut()).filter_map(Value::as_object_mut) {
-        if let (false, Some(own)) = (field.contains_key("description"), own.clone()) {
-            field.insert("description".into(), own);
-        }
-    }
 }

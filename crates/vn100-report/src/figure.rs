@@ -24,7 +24,7 @@ pub use drawing::{Anchor, At, Colour, Marker, Primitive, Rectangle, Stroke};
 pub use over_time::last_minutes;
 pub use spectrum::spectrum;
 
-use crate::names::names_of;
+use crate::names::{names_of, run_name, run_prefix};
 use allan::{allan_of_axes, allan_of_each, allan_of_records};
 use drawing::{Dash, Drawing, LayerKind, Shape};
 use drift::drift;
@@ -58,13 +58,33 @@ pub struct Figures {
     pub recent: Vec<Figure>,
 }
 
+/// The figures of a report.
+#[derive(Debug, Clone)]
+pub struct ReportFigures {
+    /// Those of each record.
+    pub records: Vec<Figures>,
+    /// Those of all records together; empty for a single one.
+    pub together: Figures,
+}
+
+impl ReportFigures {
+    /// The figures of these records.
+    #[must_use]
+    pub fn of(records: &[SourceResult]) -> Self {
+        if let [record] = records {
+            return Self { records: vec![Figures::of(record, "")], together: Figures::default() };
+        }
+        let of_record = |(place, record)| Figures::of(record, &run_prefix(place));
+        Self { records: records.iter().enumerate().map(of_record).collect(), together: Figures::together(records) }
+    }
+}
+
 /// Columns of the last minutes.
 const RECENT_COLUMNS: usize = 61;
 
 impl Figures {
     /// The figures of one record; `prefix` makes their names unique in a report of several.
-    #[must_use]
-    pub fn of(record: &SourceResult, prefix: &str) -> Self {
+    pub(crate) fn of(record: &SourceResult, prefix: &str) -> Self {
         let mut all = Self::of_deviation_and_spectrum(record);
         let deviation = record.deviation();
         for (quantity, _) in SENSORS {
@@ -130,8 +150,7 @@ impl Figures {
     }
 
     /// The curves of each channel of all records in one plot.
-    #[must_use]
-    pub fn together(records: &[SourceResult], names: &[String]) -> Self {
+    fn together(records: &[SourceResult]) -> Self {
         let mut all = Self::default();
         for (quantity, _) in SENSORS {
             let mut done: Vec<&str> = Vec::new();
@@ -140,12 +159,9 @@ impl Figures {
                     continue;
                 }
                 done.push(&channel.name);
-                let same: Vec<_> = (records.iter().zip(names))
-                    .filter_map(|(record, name)| {
-                        let is_same =
-                            |other: &&ChannelResult| (&other.name, &other.unit) == (&channel.name, &channel.unit);
-                        Some((name.clone(), record.channels.iter().find(is_same)?))
-                    })
+                let is_same = |other: &&ChannelResult| (&other.name, &other.unit) == (&channel.name, &channel.unit);
+                let same: Vec<_> = (records.iter().enumerate())
+                    .filter_map(|(place, record)| Some((run_name(place), record.channels.iter().find(is_same)?)))
                     .collect();
                 let Some(first) = records.first() else { continue };
                 all.allan_axes.extend(allan_of_records(&channel.name, &same, first.deviation()));
@@ -256,7 +272,7 @@ impl Figure {
     pub fn marks(&self) -> impl Iterator<Item = (usize, &Primitive)> {
         self.drawing.layers.iter().flat_map(|layer| {
             let series = match layer.kind {
-                LayerKind::Data { series, .. } => Some(series),
+                LayerKind::Data(series) => Some(series),
                 LayerKind::Frame | LayerKind::Legend => None,
             };
             series.into_iter().flat_map(|series| layer.marks.iter().map(move |mark| (series, mark)))
@@ -267,12 +283,12 @@ impl Figure {
     /// readers. A style sheet may give other colours to its classes.
     #[must_use]
     pub fn svg_element(&self) -> String {
-        svg::element(&self.drawing, &self.id, [&self.title, &self.description], "")
+        svg::element(self, "")
     }
 
     /// The figure as an SVG file of its own.
     #[must_use]
     pub fn svg_file(&self) -> String {
-        svg::file(&self.drawing, &self.id, [&self.title, &self.description])
+        svg::file(self)
     }
 }

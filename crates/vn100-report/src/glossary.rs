@@ -8,6 +8,7 @@ mod summary;
 
 use vn100_analysis::{Remedy, RemedyWords, WarningKind};
 
+use crate::codes::meanings_of;
 use crate::warnings::{WarningWords, actions, warning_words};
 
 /// The entry of the glossary for one code.
@@ -16,7 +17,7 @@ pub struct Explanation {
     /// The kind of code, as a title.
     pub group: &'static str,
     /// The code, as results spell it.
-    pub code: &'static str,
+    pub code: String,
     /// Other names by which the entry is found.
     pub aliases: Vec<&'static str>,
     /// The name or the word of the code, with symbol and slope of a parameter, or the severity of a
@@ -48,7 +49,7 @@ impl Explanation {
 #[must_use]
 pub fn glossary() -> Vec<Explanation> {
     let mut all = parameters::explanations();
-    all.extend(WarningKind::ALL.map(of_warning));
+    all.extend(WarningKind::ALL.into_iter().zip(meanings_of::<WarningKind>()).map(of_warning));
     all.extend(codes::explanations());
     all.extend(summary::explanations());
     all.extend(filters::explanations());
@@ -61,7 +62,7 @@ pub fn glossary() -> Vec<Explanation> {
 pub fn explain(code: &str) -> Vec<Explanation> {
     let wanted = plain(code);
     let mut found = glossary();
-    found.retain(|entry| std::iter::once(&entry.code).chain(&entry.aliases).any(|name| plain(name) == wanted));
+    found.retain(|entry| plain(&entry.code) == wanted || entry.aliases.iter().any(|name| plain(name) == wanted));
     found
 }
 
@@ -70,20 +71,10 @@ fn plain(code: &str) -> String {
     code.trim().to_lowercase().replace([' ', '_'], "-")
 }
 
-fn of_warning(kind: WarningKind) -> Explanation {
-    let WarningWords { meaning, why, advice, remedies, source } = warning_words(kind);
-    let (code, title) = (kind.name(), kind.severity().name().into());
-    Explanation {
-        group: "Warnings",
-        code,
-        title,
-        meaning: meaning.into(),
-        why,
-        advice,
-        remedies,
-        source,
-        ..Explanation::default()
-    }
+fn of_warning((kind, (code, meaning)): (WarningKind, (String, String))) -> Explanation {
+    let WarningWords { why, advice, remedies, source } = warning_words(kind);
+    let title = kind.severity().name().into();
+    Explanation { group: "Warnings", code, aliases: Vec::new(), title, meaning, why, advice, remedies, source }
 }
 
 /// A code with its aliases; its title; in sentences what it means, why it matters and what to do; its
@@ -93,7 +84,7 @@ type Entry =
 
 fn entry(group: &'static str, entry: Entry) -> Explanation {
     let ((code, aliases), title, [meaning, why, advice], remedies, source) = entry;
-    let (title, meaning) = (title.into(), meaning.into());
+    let (code, title, meaning) = (code.into(), title.into(), meaning.into());
     Explanation { group, code, aliases: aliases.to_vec(), title, meaning, why, advice, remedies, source }
 }
 

@@ -1,7 +1,7 @@
 //! The results of a measurement as pages of HTML: the report, and the live page of a measurement under
 //! way, which has the parts of the report.
 //!
-//! [`write_page`] writes the report of one capture or of several: one file with its figures,
+//! [`report_page`] is the report of one capture or of several: one file with its figures,
 //! tables, style sheet and script. [`state_part`] and [`result_parts`] draw the [`PagePart`]s of the
 //! live page, and [`live_page`] puts them together. Numbers, names, figures and summaries are those of
 //! [this crate](crate). Pure: no file is opened and no clock is read.
@@ -41,7 +41,7 @@ mod tests;
 pub use live::{PageSource, ShownPage, live_page, result_parts, sources_part, state_part};
 pub use options::{PageOptions, Program};
 pub use parts::PagePart;
-pub use report::write_page;
+pub use report::report_page;
 
 /// The icon of the live page in a browser, as SVG.
 pub const LIVE_ICON: &str = include_str!("../assets/icon.svg");

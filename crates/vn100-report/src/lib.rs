@@ -26,6 +26,7 @@ pub mod names;
 pub mod numbers;
 mod printable;
 pub mod remedies;
+mod schema;
 pub mod summary;
 #[cfg(test)]
 mod tests;
@@ -34,7 +35,6 @@ pub mod units;
 pub mod warnings;
 pub mod words;
 
-pub use codes::{Code, all_codes};
 pub use datasheet::{
     DatasheetError,
     built_in::{DATASHEETS, built_in_datasheet, vn100_datasheet},
@@ -57,6 +57,6 @@ pub use export::{
     samples::SampleTable,
     tables::CsvTable,
 };
-pub use names::{run_name, run_prefix};
+pub use names::run_name;
 pub use printable::{json_line, printable, steers_terminal};
 pub use toml_text::{TomlError, parse_toml};

@@ -1,10 +1,10 @@
 //! Names of quantities and results in words, the same in text, documents and reports.
 
-use vn100_analysis::noise::{Deviation, Grade, Parameter, Sensor, Status, Term, Verdict};
+use vn100_analysis::noise::{Deviation, Grade, Parameter, Sensor, Term, Verdict};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
-    Aliasing, Budget, DecidedBy, FigureVerdict, Graded, LinkCounts, Motion, NoGrade, NoPrediction, Onboard, Ranking,
-    RateFrom, Ratio, TimeBase, WindowFrom,
+    Aliasing, DecidedBy, FigureVerdict, Graded, LinkCounts, Motion, NoGrade, NoPrediction, Onboard, Ranking, RateFrom,
+    Ratio, TimeBase, WhiteBudget, WindowFrom,
 };
 
 use crate::{
@@ -105,7 +105,7 @@ pub(crate) const NO_SCALE_FACTOR: &str = "not verified: a record at rest does no
 
 /// The rows of the budget of N that all axes of a sensor share: the name and the amount of each.
 #[must_use]
-pub fn budget_rows(budget: &Budget, nominal_hz: f64) -> [(&'static str, String); 3] {
+pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, String); 3] {
     let rate = match (budget.rate.relative, budget.rate.from) {
         (Some(relative), _) => {
             let off = match 100.0 * relative {
@@ -136,27 +136,25 @@ pub fn budget_rows(budget: &Budget, nominal_hz: f64) -> [(&'static str, String);
     [("sample rate", rate), ("aliasing on board", aliasing), ("scale factor", NO_SCALE_FACTOR.into())]
 }
 
-/// A status of a parameter, in words.
-#[must_use]
-pub fn in_words(status: Status) -> String {
-    word_of("status", status)
-}
-
 /// How many sentences were rejected, and for which reasons.
 #[must_use]
 pub fn rejected_lines(link: &LinkCounts) -> String {
+    let present = rejected_kinds(link).into_iter().filter(|(_, count)| *count > 0);
+    let present: Vec<_> = present.map(|(kind, count)| format!("{count} {}", kind.replace('-', " "))).collect();
+    if present.is_empty() { "0".into() } else { format!("{} ({})", link.rejected.total(), present.join(", ")) }
+}
+
+/// The reasons for which sentences are rejected, each with its count.
+pub(crate) fn rejected_kinds(link: &LinkCounts) -> [(&'static str, u64); 6] {
     let rejected = &link.rejected;
-    let kinds = [
+    [
         ("checksum", rejected.checksum),
         ("unchecked", rejected.unchecked),
         ("grammar", rejected.grammar),
         ("range", rejected.range),
         ("truncated", rejected.truncated),
-        ("too long", rejected.too_long),
-    ];
-    let present: Vec<_> =
-        kinds.iter().filter(|(_, count)| *count > 0).map(|(kind, count)| format!("{count} {kind}")).collect();
-    if present.is_empty() { "0".into() } else { format!("{} ({})", rejected.total(), present.join(", ")) }
+        ("too-long", rejected.too_long),
+    ]
 }
 
 /// How many packets fail their checksum, after the rejected lines; empty for none.

@@ -17,8 +17,6 @@ use crate::{
 /// What a kind of warning means, whatever was found.
 #[derive(Debug, Clone, Copy)]
 pub struct WarningWords {
-    /// What was found.
-    pub meaning: &'static str,
     /// What it does to the result.
     pub why: &'static str,
     /// What to do, beside the remedies; empty if these say all.
@@ -31,191 +29,194 @@ pub struct WarningWords {
 
 /// The words of a kind.
 #[must_use]
-pub const fn warning_words(kind: WarningKind) -> WarningWords {
-    use WarningKind as Kind;
-    const REGISTER_6: &str = "VectorNav VN-100 User Manual, register 6 and its messages";
-    const REGISTER_7: &str = "VectorNav VN-100 User Manual, register 7";
-    const ALLAN: &str = "IEEE Std 952-1997, annex C; NIST SP 1065";
-    let (meaning, why, advice, remedies, source): (_, _, _, &'static [Remedy], _) = match kind {
-        Kind::Incomplete => (
-            "The record, or the recording that was made of it, is not whole.",
-            "What is there is measured in full; the rest is missing, and long averaging times with it.",
-            "Check cable and supply of the sensor, and the disk; copy a file again if the original is whole.",
-            &[],
-            "",
-        ),
-        Kind::NoValidLines => (
-            "Bytes arrived, but no sample of a message that is measured.",
-            "There is no result.",
-            "A wrong baud rate, another message or another format gives none, as does a program that cuts or changes lines.",
-            &[Remedy::MapColumns(None), Remedy::Configure(Setting::Message("VNIMU"))],
-            REGISTER_6,
-        ),
-        Kind::OtherMessages => (
-            "Sentences or packets of a message other than the measured one were excluded.",
-            "Messages that share a port are sent at different times; one of them is measured.",
-            "Set one output message.",
-            &[Remedy::Configure(Setting::Message("VNIMU"))],
-            REGISTER_6,
-        ),
-        Kind::LinkErrors => (
-            "Another program has the port of the sensor open, or the sensor reported errors that answer no command.",
-            "Samples may be missing, and lines may be cut.",
-            "End other programs on the port. After an overflow raise the baud rate, lower the output rate or shorten the message.",
-            &[Remedy::Plan],
-            "VectorNav VN-100 User Manual, system error codes",
-        ),
-        Kind::StreamChanged => (
-            "The sensor, its output rate or its printed resolution changed within the record.",
-            "A record is of one sensor at one rate: what differs is excluded, or mixed into the result as the text says.",
-            "Set the sensor before the measurement, keep other programs off the port, and measure each sensor by itself.",
-            &[],
-            REGISTER_7,
-        ),
-        Kind::Gaps => (
-            "Samples, or values of single channels, are missing; each gap keeps its place on the time axis.",
-            "Clusters average the samples that are there, and those that lack more than half are excluded. Short gaps cost little.",
-            "Check cable, baud rate and USB hub; let the sensor append its counter. Channels with a rate of their own belong in a file of their own.",
-            &[],
-            "",
-        ),
-        Kind::RejectedLines => (
-            "Sentences, packets or rows were rejected, or carry no checksum.",
-            "Each rejected one of the measured message is a dropped sample; a damaged digit without a checksum is not detected.",
-            "The link (cable, connector, baud rate) damages them, or the program that wrote a file. Switch the checksum on (register 30).",
-            &[Remedy::AcceptUnchecked],
-            "",
-        ),
-        Kind::RepeatedLines => (
-            "Samples repeat earlier ones exactly, which a live sensor does not do.",
-            "If a capture was looped or stored twice, its intervals are too narrow. Repeated packets and rows are measured once.",
-            "Analyse one copy.",
-            &[],
-            "",
-        ),
-        Kind::TooShort => (
-            "There are too few samples for a deviation, or for more than a rough one.",
-            "Intervals are wide, and B and K are not observable.",
-            "N needs minutes, B ten minutes to hours, K hours to days.",
-            &[Remedy::Plan],
-            ALLAN,
-        ),
-        Kind::RateAssumed => (
-            "The capture does not contain the sample rate; the factory default of 40 Hz is assumed.",
-            "All averaging times scale with it: 1 % of the rate is 1 % of every tau and 0.5 % of N.",
-            "",
-            &[Remedy::GiveRate(None)],
-            REGISTER_7,
-        ),
-        Kind::RateOffNominal => (
-            "The measured rate is none of the sensor's, not the nominal one, or unsure because many samples are missing.",
-            "Averaging times and densities are wrong by the difference, unless the time stamps are wrong.",
-            "Registers may be those of another port, and a device between may repeat or select lines.",
-            &[Remedy::GiveRate(None)],
-            REGISTER_7,
-        ),
-        Kind::StampsDoubtful => (
-            "Time stamps step backwards, are uneven or cannot be those of a sensor, or the sensor restarted.",
-            "Averaging times count samples and not stamps. Dropped samples at these places are detected less surely, or not at all.",
-            "Record with a clock that is not set meanwhile, shorten the latency timer of a USB adapter to 1 ms, and check the supply of a \
-             sensor that restarts.",
-            &[Remedy::MapColumns(None), Remedy::GiveRate(None), Remedy::MeasureLive],
-            "",
-        ),
-        Kind::VibrationLine => (
-            "The spectrum has significant peaks: vibration, or an alternating magnetic field.",
-            "They raise the deviation up to their period. N is taken from the rest; if they cover most of the band, it is only bounded.",
-            "Isolate the sensor on a heavy base with soft feet; keep magnetometers away from mains and motors.",
-            &[],
-            "",
-        ),
-        Kind::NotStationary => (
-            "The sensor was moved, or mean or noise changed during the record.",
-            "Noise parameters assume a stationary record at rest. B and K beside a change of the level are bounds, and a moved sensor has none.",
-            "Measure without footsteps, doors and machines nearby, or cut the record there.",
-            &[Remedy::Skip(None), Remedy::EndEarlier],
-            "",
-        ),
-        Kind::WarmUp => (
-            "The level settled at the beginning of the record, as when a sensor warms up.",
-            "At long averaging times the transient looks like K or R, which are bounds beside it.",
-            "Let the sensor warm up and settle before the record.",
-            &[Remedy::Skip(None)],
-            "",
-        ),
-        Kind::FollowsTemperature => (
-            "The bias follows the temperature of the sensor significantly.",
-            "Part of the deviation at long averaging times is temperature, not noise: B, K and R are bounds.",
-            "Record at a constant temperature.",
-            &[],
-            "",
-        ),
-        Kind::MagnitudeOff => (
-            "The magnitude of the mean acceleration or magnetic field is not that of the Earth.",
-            "Bias or scale factor are off, iron or a current is near, or the sensor was not at rest. Noise is hardly affected.",
-            "Calibrate the accelerometer in six positions, and the magnetometer for hard and soft iron.",
-            &[],
-            "",
-        ),
-        Kind::CompensatedStream => (
-            "An attitude filter has removed its estimate of the bias from the rates.",
-            "B, K and R of the gyroscope are not measurable, however long the record; N is.",
-            "Record the uncompensated output.",
-            &[Remedy::MeasureWith(Setting::Message("VNIMU"))],
-            REGISTER_6,
-        ),
-        Kind::CompensationUnknown => (
-            "The capture does not contain whether a filter has removed the bias of the gyroscope.",
-            "If one has, B, K and R are those of the filter, not of the sensor.",
-            "",
-            &[Remedy::SayCompensated],
-            "",
-        ),
-        Kind::LowPass => (
-            "A low-pass filter slower than the output removes the high frequencies.",
-            "N is the density at low frequencies; its interval holds with every filter that the record does not decide against.",
-            "Widen the bandwidth of a filter that is not intended.",
-            &[Remedy::GiveWindow],
-            "",
-        ),
-        Kind::SensorSettings => (
-            "The sensor turns its axes (register 26), or averages otherwise than was given (register 85).",
-            "Axes of a vehicle mix those of the sensor: one noisy axis shows on several. The register counts, not what was given.",
-            "For figures of each axis of the sensor reset register 26.",
-            &[],
-            "VectorNav VN-100 User Manual, registers 26 and 85",
-        ),
-        Kind::QuantisationFloor => (
-            "From sample to sample the noise is less than half a step of the values.",
-            "The curve is that of the rounding, or the channel is dead.",
-            "Use an output with more digits; of values with a large constant part subtract that.",
-            &[],
-            "",
-        ),
-        Kind::CorrelatedNoise => (
-            "Besides white noise there is noise correlated over seconds.",
-            "It looks like B on a short stretch of the curve. N holds below the correlation time.",
-            "Look for vibration, temperature control or air flow. For a Kalman filter model it as a Gauss-Markov process.",
-            &[],
-            ALLAN,
-        ),
-        Kind::FullRange => (
-            "A channel reaches the end of its range, or the count of its turns began anew.",
-            "Values beyond a range (2.5 gauss, 16 g, 2000 deg/s) are clipped; their statistics, and the mean of such an angle, are wrong.",
-            "Keep the sensor at rest, away from magnets and shocks.",
-            &[],
-            "",
-        ),
-        Kind::UnitDoubtful => (
-            "A column holds magnitudes that its unit makes impossible.",
-            "A wrong unit scales every result of the channel.",
-            "",
-            &[Remedy::MapColumns(None)],
-            "",
-        ),
-    };
-    WarningWords { meaning, why, advice, remedies, source }
+pub fn warning_words(kind: WarningKind) -> WarningWords {
+    let (_, why, advice, remedies, source) = WORDS[kind as usize];
+    WarningWords { why, advice, remedies, source }
 }
+
+const REGISTER_6: &str = "VectorNav VN-100 User Manual, register 6 and its messages";
+const REGISTER_7: &str = "VectorNav VN-100 User Manual, register 7";
+const ALLAN: &str = "IEEE Std 952-1997, annex C; NIST SP 1065";
+
+/// The kinds in their order, each with its [`WarningWords`].
+const WORDS: [(WarningKind, &str, &str, &[Remedy], &str); WarningKind::ALL.len()] = [
+    (
+        WarningKind::Incomplete,
+        "What is there is measured in full; the rest is missing, and long averaging times with it.",
+        "Check cable and supply of the sensor, and the disk; copy a file again if the original is whole.",
+        &[],
+        "",
+    ),
+    (
+        WarningKind::NoValidLines,
+        "There is no result.",
+        "A wrong baud rate, another message or another format gives none, as does a program that cuts or changes lines.",
+        &[Remedy::MapColumns(None), Remedy::Configure(Setting::Message("VNIMU"))],
+        REGISTER_6,
+    ),
+    (
+        WarningKind::OtherMessages,
+        "Messages that share a port are sent at different times; one of them is measured.",
+        "Set one output message.",
+        &[Remedy::Configure(Setting::Message("VNIMU"))],
+        REGISTER_6,
+    ),
+    (
+        WarningKind::LinkErrors,
+        "Samples may be missing, and lines may be cut.",
+        "End other programs on the port. After an overflow raise the baud rate, lower the output rate or shorten the message.",
+        &[Remedy::Plan],
+        "VectorNav VN-100 User Manual, system error codes",
+    ),
+    (
+        WarningKind::StreamChanged,
+        "A record is of one sensor at one rate: what differs is excluded, or mixed into the result as the text says.",
+        "Set the sensor before the measurement, keep other programs off the port, and measure each sensor by itself.",
+        &[],
+        REGISTER_7,
+    ),
+    (
+        WarningKind::Gaps,
+        "Clusters average the samples that are there, and those that lack more than half are excluded. Short gaps cost little.",
+        "Check cable, baud rate and USB hub; let the sensor append its counter. Channels with a rate of their own belong in a file of their own.",
+        &[],
+        "",
+    ),
+    (
+        WarningKind::RejectedLines,
+        "Each rejected one of the measured message is a dropped sample; a damaged digit without a checksum is not detected.",
+        "The link (cable, connector, baud rate) damages them, or the program that wrote a file. Switch the checksum on (register 30).",
+        &[Remedy::AcceptUnchecked],
+        "",
+    ),
+    (
+        WarningKind::RepeatedLines,
+        "If a capture was looped or stored twice, its intervals are too narrow. Repeated packets and rows are measured once.",
+        "Analyse one copy.",
+        &[],
+        "",
+    ),
+    (
+        WarningKind::TooShort,
+        "Intervals are wide, and B and K are not observable.",
+        "N needs minutes, B ten minutes to hours, K hours to days.",
+        &[Remedy::Plan],
+        ALLAN,
+    ),
+    (
+        WarningKind::RateAssumed,
+        "All averaging times scale with it: 1 % of the rate is 1 % of every tau and 0.5 % of N.",
+        "",
+        &[Remedy::GiveRate(None)],
+        REGISTER_7,
+    ),
+    (
+        WarningKind::RateOffNominal,
+        "Averaging times and densities are wrong by the difference, unless the time stamps are wrong.",
+        "Registers may be those of another port, and a device between may repeat or select lines.",
+        &[Remedy::GiveRate(None)],
+        REGISTER_7,
+    ),
+    (
+        WarningKind::StampsDoubtful,
+        "Averaging times count samples and not stamps. Dropped samples at these places are detected less surely, or not at all.",
+        "Record with a clock that is not set meanwhile, shorten the latency timer of a USB adapter to 1 ms, and check the supply of a \
+         sensor that restarts.",
+        &[Remedy::MapColumns(None), Remedy::GiveRate(None), Remedy::MeasureLive],
+        "",
+    ),
+    (
+        WarningKind::VibrationLine,
+        "They raise the deviation up to their period. N is taken from the rest; if they cover most of the band, it is only bounded.",
+        "Isolate the sensor on a heavy base with soft feet; keep magnetometers away from mains and motors.",
+        &[],
+        "",
+    ),
+    (
+        WarningKind::NotStationary,
+        "Noise parameters assume a stationary record at rest. B and K beside a change of the level are bounds, and a moved sensor has none.",
+        "Measure without footsteps, doors and machines nearby, or cut the record there.",
+        &[Remedy::Skip(None), Remedy::EndEarlier],
+        "",
+    ),
+    (
+        WarningKind::WarmUp,
+        "At long averaging times the transient looks like K or R, which are bounds beside it.",
+        "Let the sensor warm up and settle before the record.",
+        &[Remedy::Skip(None)],
+        "",
+    ),
+    (
+        WarningKind::FollowsTemperature,
+        "Part of the deviation at long averaging times is temperature, not noise: B, K and R are bounds.",
+        "Record at a constant temperature.",
+        &[],
+        "",
+    ),
+    (
+        WarningKind::MagnitudeOff,
+        "Bias or scale factor are off, iron or a current is near, or the sensor was not at rest. Noise is hardly affected.",
+        "Calibrate the accelerometer in six positions, and the magnetometer for hard and soft iron.",
+        &[],
+        "",
+    ),
+    (
+        WarningKind::CompensatedStream,
+        "B, K and R of the gyroscope are not measurable, however long the record; N is.",
+        "Record the uncompensated output.",
+        &[Remedy::MeasureWith(Setting::Message("VNIMU"))],
+        REGISTER_6,
+    ),
+    (
+        WarningKind::CompensationUnknown,
+        "If one has, B, K and R are those of the filter, not of the sensor.",
+        "",
+        &[Remedy::SayCompensated],
+        "",
+    ),
+    (
+        WarningKind::LowPass,
+        "N is the density at low frequencies; its interval holds with every filter that the record does not decide against.",
+        "Widen the bandwidth of a filter that is not intended.",
+        &[Remedy::GiveWindow],
+        "",
+    ),
+    (
+        WarningKind::SensorSettings,
+        "Axes of a vehicle mix those of the sensor: one noisy axis shows on several. The register counts, not what was given.",
+        "For figures of each axis of the sensor reset register 26.",
+        &[],
+        "VectorNav VN-100 User Manual, registers 26 and 85",
+    ),
+    (
+        WarningKind::QuantisationFloor,
+        "The curve is that of the rounding, or the channel is dead.",
+        "Use an output with more digits; of values with a large constant part subtract that.",
+        &[],
+        "",
+    ),
+    (
+        WarningKind::CorrelatedNoise,
+        "It looks like B on a short stretch of the curve. N holds below the correlation time.",
+        "Look for vibration, temperature control or air flow. For a Kalman filter model it as a Gauss-Markov process.",
+        &[],
+        ALLAN,
+    ),
+    (
+        WarningKind::FullRange,
+        "Values beyond a range (2.5 gauss, 16 g, 2000 deg/s) are clipped; their statistics, and the mean of such an angle, are wrong.",
+        "Keep the sensor at rest, away from magnets and shocks.",
+        &[],
+        "",
+    ),
+    (
+        WarningKind::UnitDoubtful,
+        "A wrong unit scales every result of the channel.",
+        "",
+        &[Remedy::MapColumns(None)],
+        "",
+    ),
+];
 
 /// What was found, in a few words without a full stop.
 #[must_use]
@@ -512,16 +513,16 @@ pub fn in_words(warning: &Warning, words: RemedyWords) -> String {
     format!("{headline}{stop} {}", details(warning, words))
 }
 
+/// The text with a capital first letter.
+pub(crate) fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// A sentence for each remedy.
 #[must_use]
 pub fn actions(remedies: &[Remedy], words: RemedyWords) -> Vec<String> {
-    let sentence = |remedy: &Remedy| {
-        let text = words(remedy);
-        let mut letters = text.chars();
-        let first: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();
-        format!("{first}{}.", letters.as_str())
-    };
-    remedies.iter().map(sentence).collect()
+    remedies.iter().map(|remedy| capitalised(&words(remedy)) + ".").collect()
 }
 
 #[cfg(test)]
@@ -640,6 +641,7 @@ mod tests {
         let samples = samples();
         for kind in WarningKind::ALL {
             assert!(samples.iter().any(|(warning, _)| warning.kind == kind), "{kind:?}");
+            assert_eq!(WORDS[kind as usize].0, kind);
         }
         for (warning, said) in samples {
             let text = in_words(&warning, page_words);

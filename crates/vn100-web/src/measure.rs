@@ -8,8 +8,8 @@ use std::{
 
 use serde::Serialize;
 use vn100_analysis::{
-    Analysis, Assessment, End, EndKind, GoalCheck, Parts, RateFrom, RecordingEndFacts, RecordingFacts, Settings,
-    Shortfall, Snapshot, SourceFacts, SourceResult, StartCure, UnmetGoal,
+    Analysis, Assessment, End, GoalCheck, Parts, RateFrom, RecordingEndFacts, RecordingFacts, Settings, Shortfall,
+    Snapshot, SourceFacts, SourceResult, StartCure, UnmetGoal,
     protocol::stream::{Batch, FileReport, MeasuredFrames, ReadOptions},
     recorded_settings,
     timebase::Refusal,
@@ -151,7 +151,7 @@ impl Run {
 
     fn ended(self, facts: SourceFacts) -> Measured {
         let Self { mut snapshot, settings, end, report, shortfall, .. } = self;
-        let facts = facts.at_end(report, kind(&end));
+        let facts = facts.at_end(report, end.kind());
         let assessment = Assessment::new(&snapshot, settings.confidence);
         snapshot.warnings.extend(facts.recording.as_ref().and_then(|recording| recording.end.as_ref()?.warning()));
         let unmet = UnmetGoal::of(&settings.until, &snapshot, &assessment);
@@ -212,17 +212,6 @@ impl Loop {
         } else {
             ControlFlow::Continue(())
         }
-    }
-}
-
-/// The kind of an end that a file can have.
-fn kind(end: &End) -> EndKind {
-    match end {
-        End::NotStarted { .. } => EndKind::NotStarted,
-        End::DurationReached => EndKind::Duration,
-        End::GoalsDecided => EndKind::Goals,
-        End::SourceFailed(_) => EndKind::SourceFailed,
-        _ => EndKind::EndOfInput,
     }
 }
 

@@ -3,12 +3,12 @@
 use serde::Serialize;
 use vn100_analysis::{DEFAULT_CONFIDENCE, SourceResult};
 use vn100_report::{
-    Consumer, CsvTable, DEFAULT_SPAN_S, Document, Evaluation, FilterNoise, NotWritten,
-    figure::Figures,
-    html::{PageOptions, Program, write_page},
+    Consumer, CsvTable, DEFAULT_SPAN_S, Document, Evaluation, FilterNoise,
+    figure::ReportFigures,
+    html::{PageOptions, Program, report_page},
     json_line,
     remedies::{page_words, remedy_words},
-    run_name, run_prefix,
+    run_name,
 };
 
 use crate::tab::Tab;
@@ -94,7 +94,6 @@ impl Tab {
         if self.records.iter().all(|record| record.link.bytes == 0) {
             return None;
         }
-        let figures: Vec<Figures> = (0..self.records.len()).map(|index| self.figures_of(index)).collect();
         let options = PageOptions {
             confidence: DEFAULT_CONFIDENCE,
             asked: &self.asked,
@@ -102,22 +101,7 @@ impl Tab {
             program: PROGRAM,
             span_s: DEFAULT_SPAN_S,
         };
-        let mut page = Vec::new();
-        write_page(&mut page, &self.records, &figures, &self.together(), options).ok()?;
-        String::from_utf8(page).ok()
-    }
-
-    fn figures_of(&self, index: usize) -> Figures {
-        let prefix = if self.records.len() > 1 { run_prefix(index) } else { String::new() };
-        Figures::of(&self.records[index], &prefix)
-    }
-
-    fn together(&self) -> Figures {
-        if self.records.len() < 2 {
-            return Figures::default();
-        }
-        let names: Vec<String> = (0..self.records.len()).map(run_name).collect();
-        Figures::together(&self.records, &names)
+        Some(report_page(&self.records, &ReportFigures::of(&self.records), options))
     }
 
     fn filter(&self, index: usize, consumer: &Consumer) -> Result<String, String> {
@@ -126,12 +110,6 @@ impl Tab {
         if let Some(evaluation) = self.evaluation.as_ref().filter(|_| self.fills_from_datasheet) {
             Evaluation::fill(evaluation, &mut noise, record);
         }
-        consumer.file(&noise).map_err(|error| {
-            let advice = match &error {
-                NotWritten::Moved => "record it at rest".into(),
-                error => error.advice(page_words).join(", or "),
-            };
-            format!("{error}. To get it: {advice}")
-        })
+        consumer.file(&noise).map_err(|error| format!("{error}. To get it: {}", error.advice(page_words)))
     }
 }

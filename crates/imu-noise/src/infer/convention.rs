@@ -4,6 +4,8 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
+use serde::Deserialize;
+
 use super::noise_model::Term;
 use crate::accumulate::spectrum::Sides;
 
@@ -11,7 +13,8 @@ use crate::accumulate::spectrum::Sides;
 pub const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
 
 /// What the channel measures, and so its SI unit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Sensor {
     /// Angular rate in rad/s.
     Gyroscope,

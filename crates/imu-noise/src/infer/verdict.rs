@@ -46,13 +46,13 @@ impl Claim {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, JsonSchema, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// The whole interval lies beyond the limit.
+    /// The whole interval lies beyond the limit, even with all that is not known of it.
     Fail,
-    /// The interval spans the limit, or there is none, or what is unknown decides.
+    /// The interval spans the limit, or what is not known; decided_by names what would decide.
     Undecided,
-    /// The stream does not carry the parameter.
+    /// The message does not carry the parameter.
     NotComparable,
-    /// The whole interval lies within the limit.
+    /// The whole interval lies within the limit, even with all that is not known of it.
     Pass,
 }
 
@@ -80,13 +80,13 @@ impl Verdict {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, JsonSchema, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Grade {
-    /// B below 0.01 deg/h and N below 0.002 deg/sqrt(h).
+    /// B below 0.01 deg/h and N below 0.002 deg/sqrt(h); no standard defines these.
     Navigation,
-    /// Below 1 deg/h and 0.05 deg/sqrt(h).
+    /// B below 1 deg/h and N below 0.05 deg/sqrt(h).
     Tactical,
-    /// Below 30 deg/h and 0.5 deg/sqrt(h).
+    /// B below 30 deg/h and N below 0.5 deg/sqrt(h).
     Industrial,
-    /// Above.
+    /// B or N above the industrial limits.
     Consumer,
 }
 

@@ -36,16 +36,6 @@ pub enum WhyNoCoefficient {
 }
 
 impl WhyNoCoefficient {
-    /// All of them, with numbers of no record.
-    pub const ALL: [Self; 6] = [
-        Self::Moved,
-        Self::BiasNotInStream,
-        Self::Constant,
-        Self::Temperature(NoCoefficient::TooShort { blocks: 0 }),
-        Self::Temperature(NoCoefficient::Excursion { excursion_c: 0.0 }),
-        Self::Temperature(NoCoefficient::OneDirection { correlation: 1.0 }),
-    ];
-
     /// The code of the reason in results.
     #[must_use]
     pub const fn code(self) -> &'static str {

@@ -104,34 +104,23 @@ impl DetectableRrw {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Withheld {
-    /// A warm-up, a step or a cycle of the level poses as them.
+    /// A warm-up, a step or a cycle poses as them.
     LevelChange,
     /// What follows the temperature poses as them.
     Temperature,
-    /// One to three cycles of the level explain the record about as well.
+    /// A cycle of the level explains the record about as well as they do.
     #[serde(rename = "perhaps-cycle")]
     MayBeCycle,
-    /// A level that relaxes from the start of the record on explains it about as well.
+    /// A level that settles from the start on explains the record about as well as they do.
     #[serde(rename = "perhaps-warm-up")]
     MayBeWarmUp,
-    /// Correlated noise that forgets within a small part of the record explains it about as well.
+    /// Noise that is correlated over a small part of the record explains it about as well as they
+    /// do.
     #[serde(rename = "perhaps-correlated")]
     MayBeProcess,
-    /// Noise that switches between two levels explains it about as well.
+    /// Noise that switches between two levels explains the record about as well as they do.
     #[serde(rename = "perhaps-switching")]
     MayBeSwitching,
-}
-
-impl Withheld {
-    /// All of them.
-    pub const ALL: [Self; 6] = [
-        Self::LevelChange,
-        Self::Temperature,
-        Self::MayBeCycle,
-        Self::MayBeWarmUp,
-        Self::MayBeProcess,
-        Self::MayBeSwitching,
-    ];
 }
 
 impl ChannelNoise {

@@ -30,20 +30,15 @@ pub struct Onboard {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WindowFrom {
-    /// Register 85, within the stream.
+    /// The capture contains register 85.
     Register,
-    /// The user gave the setting of register 85.
+    /// The user gave the value of register 85.
     #[serde(rename = "option")]
     Given,
-    /// None: the sensor integrates over the whole interval.
+    /// The sensor sends integrals over the interval between rows.
     Integrated,
-    /// The sensor's factory default, which may have been changed.
+    /// Unknown: the factory default, which may have been changed.
     Default,
-}
-
-impl WindowFrom {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Register, Self::Given, Self::Integrated, Self::Default];
 }
 
 impl Onboard {

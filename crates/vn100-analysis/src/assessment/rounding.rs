@@ -12,17 +12,18 @@ const LEAST_SAMPLES: u64 = 100;
 /// That of less noise depends on where between two steps the level lies.
 const LEAST_NOISE_STEPS: f64 = 0.577;
 
-/// Whether the noise from sample to sample is less than half of a step.
-pub(crate) fn is_rounded_away(channel: &Channel, results: &ChannelSnapshot) -> bool {
-    let deviation = results.octaves.first().and_then(OctaveSum::deviation_counts);
-    deviation.is_some_and(|deviation| channel.in_unit(deviation) < LEAST_NOISE_STEPS * results.step(channel))
+/// Whether noise of this deviation from sample to sample is less than half of a step.
+pub(crate) fn is_rounded_away(deviation: f64, step: f64) -> bool {
+    deviation < LEAST_NOISE_STEPS * step
 }
 
 /// The terms whose values would be those of the rounding. A walk or a ramp over several steps is
 /// still detected.
 pub(super) fn hidden_terms(channel: &Channel, results: &ChannelSnapshot) -> &'static [Term] {
     const WITHIN_A_STEP: [Term; 3] = [Term::Quantization, Term::White, Term::BiasInstability];
-    if results.moments.count() < LEAST_SAMPLES || !is_rounded_away(channel, results) {
+    let shortest = results.octaves.first().and_then(OctaveSum::deviation_counts);
+    let is_hidden = |deviation| is_rounded_away(channel.in_unit(deviation), results.step(channel));
+    if results.moments.count() < LEAST_SAMPLES || !shortest.is_some_and(is_hidden) {
         return &[];
     }
     let largest = results.octaves.iter().filter_map(OctaveSum::deviation_counts).fold(0.0, f64::max);

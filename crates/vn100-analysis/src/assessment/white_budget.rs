@@ -8,17 +8,15 @@ use serde::Serialize;
 use super::{Onboard, WindowFrom};
 use crate::snapshot::{RateFrom, Snapshot};
 
-/// The uncertainty of N. The scale factor of the sensor is none of these: a record at rest does
-/// not show it, and its relative error is that of N as well.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What N is uncertain by, each part relative to it; null if a part is not known. The scale factor of
+/// the sensor is no part: a record at rest does not show it, and its relative error is that of N too.
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
 pub struct WhiteBudget {
-    /// How far the interval of the fit reaches below and above the value, relative: the randomness
-    /// of this record. `None` without a value.
+    /// Randomness of the record: how far the interval of the fit reaches below and above the value.
     pub sampling: Option<(f64, f64)>,
-    /// The time scale.
+    /// Sample rate.
     pub rate: RateShare,
-    /// What averaging and decimation on board add to the sensor's own noise; `None` where nothing
-    /// is known of them.
+    /// What averaging and decimation on board add to the noise of the sensor.
     pub aliasing: Option<Aliasing>,
 }
 

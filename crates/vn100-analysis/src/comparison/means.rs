@@ -4,8 +4,8 @@ use imu_noise::Interval;
 use serde::Serialize;
 use vn100_protocol::Quantity;
 
-use super::{ComparedRecord, caveat::are_of_several_sensors};
-use crate::sensor::sensor_of;
+use super::caveat::are_of_several_sensors;
+use crate::{SourceResult, sensor::sensor_of};
 
 /// The means of one channel of a sensor over all records.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -14,9 +14,6 @@ pub struct ChannelMeans {
     pub name: String,
     /// Unit of the channel.
     pub unit: String,
-    /// Quantity of the channel.
-    #[serde(skip)]
-    pub quantity: Quantity,
     /// One for each record that has samples of the channel and in which the sensor was not moved.
     pub means: Vec<RecordMean>,
     /// The spread of the means; `None` for fewer than two means, and if the records are of several
@@ -64,24 +61,21 @@ impl Spread {
 
 /// An angle has no bias, and a mean of temperature or pressure is that of the surroundings; the mean
 /// of a sensor that moves is not its bias.
-pub(super) fn means(records: &[ComparedRecord<'_>], confidence: f64) -> Vec<ChannelMeans> {
+pub(super) fn means(records: &[SourceResult], confidence: f64) -> Vec<ChannelMeans> {
     let mut found: Vec<ChannelMeans> = Vec::new();
-    let at_rest = records.iter().enumerate().filter(|(_, record)| record.assessment.motion.is_none());
-    for (record, ComparedRecord { snapshot, .. }) in at_rest {
-        let is_compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated == Some(true));
-        for (channel, results) in snapshot.measured().filter(|(channel, _)| sensor_of(channel.quantity).is_some()) {
-            let Some(counts) = results.moments.mean_counts() else { continue };
-            let mean = RecordMean { record, mean: channel.in_unit(counts - results.branch_counts as f64) };
-            let bias_removed = is_compensated && channel.quantity == Quantity::AngularRate;
+    for (record, result) in records.iter().enumerate().filter(|(_, record)| record.motion.is_none()) {
+        for channel in result.streamed().filter(|channel| sensor_of(channel.quantity).is_some()) {
+            let Some(mean) = channel.statistics.mean else { continue };
+            let mean = RecordMean { record, mean };
+            let bias_removed = result.source.compensated == Some(true) && channel.quantity == Quantity::AngularRate;
             match found.iter_mut().find(|found| found.name == channel.name && found.unit == channel.unit) {
                 Some(found) => {
                     found.means.push(mean);
                     found.bias_removed |= bias_removed;
                 }
                 None => found.push(ChannelMeans {
-                    name: channel.name.to_string(),
-                    unit: channel.unit.to_string(),
-                    quantity: channel.quantity,
+                    name: channel.name.clone(),
+                    unit: channel.unit.clone(),
                     means: vec![mean],
                     spread: None,
                     bias_removed,

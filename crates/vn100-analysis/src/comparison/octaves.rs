@@ -1,11 +1,12 @@
 //! Octave by octave: an F-test of two variances at the same averaging time.
 
 use serde::Serialize;
-use vn100_protocol::{Channel, Quantity};
+use vn100_protocol::Quantity;
 
-use super::{Chance, ComparedRecord, SameSamples, correct, pairs};
+use super::{Chance, SameSamples, correct, pairs};
 use crate::assessment::{BEFORE_FILTER_S, LEAST_EDF, is_rounded_away};
 use crate::hypothesis_tests::f_test;
+use crate::{ChannelResult, SourceResult};
 
 /// Relative difference up to which averaging times are the same.
 const SAME_TAU: f64 = 1e-3;
@@ -17,9 +18,6 @@ pub struct ComparedChannel {
     pub name: String,
     /// Unit of the channel.
     pub unit: String,
-    /// Quantity of the channel.
-    #[serde(skip)]
-    pub quantity: Quantity,
     /// By pair of records, in rising averaging time.
     pub octaves: Vec<OctaveTest>,
 }
@@ -48,24 +46,25 @@ impl ComparedChannel {
     }
 }
 
-pub(super) fn tests(records: &[ComparedRecord<'_>], same: &[SameSamples], confidence: f64) -> Vec<ComparedChannel> {
+pub(super) fn tests(records: &[SourceResult], same: &[SameSamples], confidence: f64) -> Vec<ComparedChannel> {
     let mut channels: Vec<ComparedChannel> = Vec::new();
     for pair in pairs(records.len()).filter(|pair| same.iter().all(|same| same.records != *pair)) {
         let [a, b] = pair.map(|record| &records[record]);
-        for (place, channel) in a.snapshot.layout_channels().iter().enumerate().filter(|(_, channel)| is_noise(channel))
-        {
-            let is_same = |other: &Channel| {
+        for channel in a.streamed().filter(|channel| is_noise(channel)) {
+            let is_same = |other: &&ChannelResult| {
                 (&other.name, other.quantity, &other.unit) == (&channel.name, channel.quantity, &channel.unit)
             };
-            let Some(other) = b.snapshot.layout_channels().iter().position(is_same) else { continue };
-            let tests = pair_tests(pair, (a, place), (b, other), channel.quantity);
+            let Some(other) = b.streamed().find(is_same) else { continue };
+            let one_is_tracked =
+                channel.quantity == Quantity::AngularRate && a.source.compensated != b.source.compensated;
+            let until_s = if one_is_tracked { BEFORE_FILTER_S } else { f64::INFINITY };
+            let tests = pair_tests(pair, [channel, other], until_s);
             match channels.iter_mut().find(|found| found.name == channel.name && found.unit == channel.unit) {
                 Some(found) => found.octaves.extend(tests),
                 None if tests.is_empty() => {}
                 None => channels.push(ComparedChannel {
-                    name: channel.name.to_string(),
-                    unit: channel.unit.to_string(),
-                    quantity: channel.quantity,
+                    name: channel.name.clone(),
+                    unit: channel.unit.clone(),
                     octaves: tests,
                 }),
             }
@@ -76,54 +75,31 @@ pub(super) fn tests(records: &[ComparedRecord<'_>], same: &[SameSamples], confid
     channels
 }
 
-/// The octaves that two records share, of the channel at a place of each.
-fn pair_tests(
-    records: [usize; 2],
-    (a, place_a): (&ComparedRecord<'_>, usize),
-    (b, place_b): (&ComparedRecord<'_>, usize),
-    quantity: Quantity,
-) -> Vec<OctaveTest> {
-    let compensated = |record: &ComparedRecord<'_>| record.snapshot.layout.as_ref()?.compensated;
-    let one_is_tracked = quantity == Quantity::AngularRate && compensated(a) != compensated(b);
-    let points_b = points(b, place_b);
-    let points_a = points(a, place_a).into_iter().filter(|a| !one_is_tracked || a.tau_s <= BEFORE_FILTER_S);
-    let test = |point: OctavePoint| {
-        let other = points_b.iter().find(|other| (other.tau_s / point.tau_s - 1.0).abs() < SAME_TAU)?;
-        let p = f_test((point.deviation.powi(2), point.edf), (other.deviation.powi(2), other.edf))?;
-        Some(OctaveTest {
-            tau_s: point.tau_s,
-            records,
-            deviations: [point.deviation, other.deviation],
-            edf: [point.edf, other.edf],
-            chance: Chance::new(p),
-        })
+/// The octaves up to an averaging time that two records of a channel share.
+fn pair_tests(records: [usize; 2], channels: [&ChannelResult; 2], until_s: f64) -> Vec<OctaveTest> {
+    let [points_a, points_b] = channels.map(points);
+    let test = |(tau_s, deviation, edf): (f64, f64, f64)| {
+        let (_, other, other_edf) = points_b.iter().find(|(other, ..)| (other / tau_s - 1.0).abs() < SAME_TAU)?;
+        let p = f_test((deviation.powi(2), edf), (other.powi(2), *other_edf))?;
+        let (deviations, edf) = ([deviation, *other], [edf, *other_edf]);
+        Some(OctaveTest { tau_s, records, deviations, edf, chance: Chance::new(p) })
     };
-    points_a.filter_map(test).collect()
+    points_a.into_iter().filter(|(tau_s, ..)| *tau_s <= until_s).filter_map(test).collect()
 }
 
 /// Changes of temperature and pressure are those of the weather, not the noise of the sensor.
-fn is_noise(channel: &Channel) -> bool {
+fn is_noise(channel: &ChannelResult) -> bool {
     !matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure)
 }
 
-struct OctavePoint {
-    tau_s: f64,
-    deviation: f64,
-    edf: f64,
-}
-
-/// The octaves with enough degrees of freedom; none if the last printed digit hides the noise.
-fn points(record: &ComparedRecord<'_>, place: usize) -> Vec<OctavePoint> {
-    let ComparedRecord { snapshot, assessment } = record;
-    let Some((channel, results, assessed)) = snapshot.assessed(&assessment.channels).nth(place) else {
+/// Averaging time, deviation and degrees of freedom of the octaves with enough of these; none if the
+/// last printed digit hides the noise.
+fn points(channel: &ChannelResult) -> Vec<(f64, f64, f64)> {
+    let octaves = channel.octaves();
+    let shortest = octaves.first().and_then(|point| point.deviation);
+    if shortest.is_some_and(|deviation| is_rounded_away(deviation, channel.statistics.resolution)) {
         return Vec::new();
-    };
-    let point = |(octave, assessed): (&imu_noise::OctaveSum, &crate::OctaveAssessment)| {
-        let deviation = channel.in_unit(octave.deviation_counts()?);
-        let edf = assessed.relative?.edf;
-        let tau_s = octave.m as f64 / snapshot.rate_of(results);
-        (deviation > 0.0 && edf >= LEAST_EDF).then_some(OctavePoint { tau_s, deviation, edf })
-    };
-    let octaves = results.octaves.iter().zip(&assessed.octaves).filter(|_| !is_rounded_away(channel, results));
-    octaves.filter_map(point).collect()
+    }
+    let known = octaves.iter().filter_map(|point| Some((point.tau_s, point.deviation?, point.edf?)));
+    known.filter(|(_, deviation, edf)| *deviation > 0.0 && *edf >= LEAST_EDF).collect()
 }

@@ -3,8 +3,8 @@
 use imu_noise::{Parameter, Sensor, Status, Term, chi_squared, conventions};
 use serde::Serialize;
 
-use super::{ComparedRecord, SameSamples};
-use crate::sensor::sensor_of;
+use super::{SameSamples, have_same_rate};
+use crate::{SourceResult, sensor::sensor_of};
 
 /// Fewer values show no spread worth a number.
 const LEAST: usize = 3;
@@ -85,18 +85,18 @@ struct Reading<'a> {
 /// Of each axis N, B and K, if three recordings or more say something of it. `units` names the
 /// sensor of each record; of records with the same samples the first counts alone.
 pub(super) fn populations(
-    records: &[ComparedRecord<'_>],
+    records: &[SourceResult],
     units: &[String],
     same_samples: &[SameSamples],
     confidence: f64,
 ) -> Vec<Population> {
     let copies = copies(same_samples);
     let counted: Vec<usize> = (0..records.len()).filter(|record| !copies.contains(record)).collect();
-    let Some(first) = counted.iter().find(|record| records[**record].snapshot.layout.is_some()) else {
+    let Some(first) = counted.iter().find(|record| !records[**record].channels.is_empty()) else {
         return Vec::new();
     };
     let mut populations = Vec::new();
-    for channel in records[*first].snapshot.layout_channels() {
+    for channel in records[*first].streamed() {
         let Some(sensor) = sensor_of(channel.quantity) else { continue };
         for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
             let reading = |record: &usize| {
@@ -132,20 +132,18 @@ fn copies(same_samples: &[SameSamples]) -> Vec<usize> {
     same_samples.iter().filter_map(copy).collect()
 }
 
-fn parameter(record: &ComparedRecord<'_>, channel: &str, term: Term) -> Option<Parameter> {
-    let place = record.snapshot.layout_channels().iter().position(|own| own.name == channel)?;
-    record.assessment.channels.get(place)?.noise.as_ref()?.parameter(term)
+fn parameter(record: &SourceResult, channel: &str, term: Term) -> Option<Parameter> {
+    record.streamed().find(|own| own.name == channel)?.noise.as_ref()?.parameter(term)
 }
 
-fn why_no_prediction(records: &[ComparedRecord<'_>], readings: &[Reading<'_>]) -> Option<NoPrediction> {
-    let of = |reading: &Reading<'_>| records[reading.record].snapshot;
-    let lengths = || readings.iter().map(|reading| of(reading).timing.duration_s());
+fn why_no_prediction(records: &[SourceResult], readings: &[Reading<'_>]) -> Option<NoPrediction> {
+    let of = |reading: &Reading<'_>| &records[reading.record];
+    let lengths = || readings.iter().map(|reading| of(reading).timing.duration_s);
     let (shortest, longest) = (lengths().fold(f64::INFINITY, f64::min), lengths().fold(0.0, f64::max));
     let first = of(&readings[0]);
     let is_other = |reading: &Reading<'_>| {
         let own = of(reading);
-        let message = |of: &crate::Snapshot| of.layout.as_ref().map(|layout| layout.message.clone());
-        message(own) != message(first) || (own.timing.rate_hz / first.timing.rate_hz - 1.0).abs() > 1e-3
+        own.source.message != first.source.message || !have_same_rate(own, first)
     };
     match () {
         () if readings.iter().any(|reading| reading.is_bound) => Some(NoPrediction::Bound),

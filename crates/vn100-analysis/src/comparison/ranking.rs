@@ -2,11 +2,11 @@
 
 use imu_noise::{Interval, Sensor, Term, conventions};
 use serde::Serialize;
-use vn100_protocol::{Channel, Quantity};
+use vn100_protocol::Quantity;
 
-use super::{Chance, ComparedRecord, SameSamples, correct, fold_alike, pairs};
+use super::{Chance, SameSamples, correct, fold_alike, pairs};
 use crate::hypothesis_tests::{VarianceEstimate, f_test};
-use crate::{ChannelAssessment, SENSORS, axes_name};
+use crate::{ChannelResult, SENSORS, SourceResult, axes_name};
 
 /// The records in ascending order of the white noise of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -92,7 +92,7 @@ impl Ranking {
     }
 }
 
-pub(super) fn rankings(records: &[ComparedRecord<'_>], same: &[SameSamples], confidence: f64) -> Vec<Ranking> {
+pub(super) fn rankings(records: &[SourceResult], same: &[SameSamples], confidence: f64) -> Vec<Ranking> {
     // in the order of the channels of a message
     let sensors = SENSORS.into_iter().rev();
     let mut rankings: Vec<Ranking> =
@@ -110,15 +110,14 @@ pub(super) fn rankings(records: &[ComparedRecord<'_>], same: &[SameSamples], con
 fn ranking(
     quantity: Quantity,
     sensor: Sensor,
-    records: &[ComparedRecord<'_>],
+    records: &[SourceResult],
     same: &[SameSamples],
     confidence: f64,
 ) -> Option<Ranking> {
     let mut ranked: Vec<(RankedRecord, VarianceEstimate)> = Vec::new();
     let mut not_ranked = Vec::new();
     for (number, record) in records.iter().enumerate() {
-        let axes = record.snapshot.layout_channels().iter().zip(&record.assessment.channels);
-        let axes: Vec<_> = axes.filter(|(channel, _)| channel.quantity == quantity).collect();
+        let axes: Vec<_> = record.streamed().filter(|channel| channel.quantity == quantity).collect();
         match ranked_record(number, &axes, confidence) {
             _ if axes.is_empty() => {}
             Some(known) => ranked.push(known),
@@ -153,17 +152,13 @@ fn ranking(
 }
 
 /// The record in the ranking; `None` where N is not estimated on every one of the `axes`.
-fn ranked_record(
-    record: usize,
-    axes: &[(&Channel, &ChannelAssessment)],
-    confidence: f64,
-) -> Option<(RankedRecord, VarianceEstimate)> {
+fn ranked_record(record: usize, axes: &[&ChannelResult], confidence: f64) -> Option<(RankedRecord, VarianceEstimate)> {
     let mut known = Vec::new();
-    for (channel, assessed) in axes {
-        let white = assessed.noise.as_ref()?.parameter(Term::White)?;
+    for channel in axes {
+        let white = channel.noise.as_ref()?.parameter(Term::White)?;
         let (value, lower, upper) = (white.value?, white.lower?, white.upper?);
         let estimate = VarianceEstimate::of_interval(value, lower, upper, confidence)?;
-        known.push((channel.name.to_string(), value, estimate));
+        known.push((channel.name.clone(), value, estimate));
     }
     let share = 1.0 / known.len() as f64;
     let mean_square = VarianceEstimate::sum(known.iter().map(|(.., estimate)| (share, *estimate)))?;
@@ -174,7 +169,7 @@ fn ranked_record(
         lower: interval.lower,
         upper: interval.upper,
         axes: known.into_iter().map(|(name, white, _)| AxisWhite { name, white }).collect(),
-        white_factor: axes.first()?.1.onboard.map(|onboard| onboard.window.white_factor()),
+        white_factor: axes.first()?.onboard.map(|onboard| onboard.window.white_factor()),
     };
     Some((ranked, mean_square))
 }

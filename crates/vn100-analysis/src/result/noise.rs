@@ -8,8 +8,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::assessment::{
-    Aliasing, AxisTemperature, ChannelNoise, DetectableRrw, LongTauValidity, NoGrade, RateShare, WhiteBudget,
-    WhyNoCoefficient, Withheld,
+    AxisTemperature, ChannelNoise, DetectableRrw, LongTauValidity, NoGrade, WhiteBudget, WhyNoCoefficient, Withheld,
 };
 
 /// The noise model of an axis.
@@ -100,12 +99,9 @@ pub struct InUnit {
 /// the sensor is no part: a record at rest does not show it, and its relative error is that of N too.
 #[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
 pub struct Budget {
-    /// Randomness of the record: how far the interval of the fit reaches below and above the value.
-    pub sampling: Option<(f64, f64)>,
-    /// Sample rate.
-    pub rate: RateShare,
-    /// What averaging and decimation on board add to the noise of the sensor.
-    pub aliasing: Option<Aliasing>,
+    /// The parts.
+    #[serde(flatten)]
+    pub parts: WhiteBudget,
     /// N of the sensor itself; bounded if the averaging window is not known.
     pub unaliased: Parameter,
 }
@@ -292,8 +288,7 @@ impl Discrete {
 
 impl Budget {
     fn of(noise: &ChannelNoise) -> Option<Self> {
-        let WhiteBudget { sampling, rate, aliasing } = noise.white_budget;
-        Some(Self { sampling, rate, aliasing, unaliased: noise.unaliased_white()? })
+        Some(Self { parts: noise.white_budget, unaliased: noise.unaliased_white()? })
     }
 }
 

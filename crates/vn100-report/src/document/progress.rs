@@ -8,7 +8,7 @@ use serde::Serialize;
 use vn100_analysis::noise::{Parameter, Status, Term};
 use vn100_analysis::{ChannelResult, EndKind, Goal, LinkFacts, SourceResult, utc};
 
-use super::schema_of;
+use crate::schema::schema_of;
 
 /// The JSON Schema (2020-12) of [`ProgressDocument`] and [`HeartbeatDocument`].
 #[must_use]

@@ -5,10 +5,7 @@ use std::collections::BTreeSet;
 use vn100_analysis::noise::{Claim, Term};
 use vn100_analysis::{ChannelResult, Completion, SourceResult};
 
-use crate::{
-    codes::{name_of, term_name},
-    printable::json_line,
-};
+use crate::{codes::name_of, printable::json_line};
 
 /// A file of an archive, as it was when it was measured.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -44,16 +41,6 @@ impl ArchiveRow {
             channels => channels.iter().map(|channel| of_channel(result, Some(channel))).collect(),
         });
         rows.collect()
-    }
-
-    /// The row of a file that could not be measured.
-    #[must_use]
-    pub fn of_error(file: &ArchivedFile, error: &str) -> Self {
-        let mut cells = cells(file, 1, None, None);
-        for (column, value) in [("name", &file.path), ("error", &error.to_owned())] {
-            cells.iter_mut().filter(|(name, _)| *name == column).for_each(|(_, cell)| *cell = json!(value));
-        }
-        Self { cells }
     }
 
     /// The row as a line of JSON: an object with every column.
@@ -161,7 +148,7 @@ fn cells(
             Claim::Limit(_) => "limit",
             Claim::Typical { .. } => "typical",
         };
-        Some(format!("{} {claim} {verdict}", term_name(figure.term)))
+        Some(format!("{} {claim} {verdict}", name_of(figure.term)))
     });
     cells.push(("verdicts", joined(verdicts)));
     let mut named = BTreeSet::new();
@@ -223,6 +210,7 @@ fn table_cells(line: &str) -> Option<Vec<String>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::fixture::{facts, nothing, result};
 
     #[test]
     fn a_row_names_its_file_in_both_forms() {
@@ -232,7 +220,9 @@ mod tests {
             modified_ns: 1_700_000_000_123_456_789,
             options: "b1946ac92492d234".into(),
         };
-        let row = ArchiveRow::of_error(&file, "not read,\nas \"it\" is");
+        let mut unread = result(facts("a"), nothing());
+        unread.note_failure("not read,\nas \"it\" is".into());
+        let row = ArchiveRow::of_file(&file, &[unread]).remove(0);
         for line in [row.json_line(), row.table_line()] {
             assert_eq!(ArchiveRow::file_of_line(&line), Some((file.clone(), 1)), "{line}");
             assert_eq!(line.matches('\n').count(), 1, "{line}");

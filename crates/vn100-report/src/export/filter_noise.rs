@@ -78,8 +78,8 @@ fn words_of(missing: &[Missing]) -> String {
 impl NotWritten {
     /// What would give the missing values, each remedy once, in the words of a face.
     #[must_use]
-    pub fn advice(&self, words: RemedyWords) -> Vec<String> {
-        let Self::Lacks(missing) = self else { return Vec::new() };
+    pub fn advice(&self, words: RemedyWords) -> String {
+        let Self::Lacks(missing) = self else { return "record it at rest".into() };
         let mut all: Vec<String> = Vec::new();
         for remedy in missing.iter().flat_map(|missing| &missing.remedies) {
             let words = words(remedy);
@@ -87,7 +87,7 @@ impl NotWritten {
                 all.push(words);
             }
         }
-        all
+        all.join(", or ")
     }
 }
 

@@ -6,7 +6,7 @@ use vn100_analysis::noise::Term;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelResult, Device, LinkStatus, SourceResult};
 
-use crate::{codes::name_of, health::line_load, printable::printable, units::si_unit};
+use crate::{codes::name_of, health::line_load, names::rejected_kinds, printable::printable, units::si_unit};
 
 /// One source at one moment.
 #[derive(Debug, Clone, Copy)]
@@ -102,14 +102,7 @@ fn of_source(out: &mut Families, source: &MeasuredSource<'_>) {
         let from = [port, ("from", detected_by.as_str())];
         out.count("vn100_missing_samples_total", "Missing samples, and what detects them.", &from, missing);
     }
-    for (kind, count) in [
-        ("checksum", link.rejected.checksum),
-        ("unchecked", link.rejected.unchecked),
-        ("grammar", link.rejected.grammar),
-        ("range", link.rejected.range),
-        ("truncated", link.rejected.truncated),
-        ("too-long", link.rejected.too_long),
-    ] {
+    for (kind, count) in rejected_kinds(link) {
         out.count("vn100_bad_lines_total", "Rejected sentences, by the reason.", &[port, ("kind", kind)], count);
     }
     out.count("vn100_damaged_packets_total", "Packets that fail their checksum.", of_port, link.damaged_packets);

@@ -8,12 +8,7 @@ use vn100_analysis::{
 };
 
 use crate::warnings::{details, headline};
-use crate::{
-    codes::{name_of, term_name},
-    graphical::GRAPHICAL,
-    names::sentence,
-    units::si_unit,
-};
+use crate::{codes::name_of, graphical::GRAPHICAL, names::sentence, units::si_unit};
 
 /// A table of a report.
 #[derive(Debug, Clone, Copy)]
@@ -122,7 +117,7 @@ fn parameters(table: &mut Table, record: &SourceResult) {
     for channel in &record.channels {
         let Some(noise) = &channel.noise else { continue };
         for term in Term::ALL {
-            in_units(table, &channel.name, term_name(term), noise.parameter_in_units(term));
+            in_units(table, &channel.name, &name_of(term), noise.parameter_in_units(term));
         }
         if let Some(TemperatureResult { parameter, unit, conventions, .. }) = &noise.temperature {
             let found = ParameterResult {
@@ -138,7 +133,7 @@ fn parameters(table: &mut Table, record: &SourceResult) {
         for (term, _) in GRAPHICAL {
             let read = noise.classical.of(term);
             let (name, status) =
-                (format!("graphical_{}", term_name(term)), read.map_or_else(name_of, |_| "graphical".into()));
+                (format!("graphical_{}", name_of(term)), read.map_or_else(name_of, |_| "graphical".into()));
             for (place, convention) in conventions(noise.sensor, term).iter().enumerate() {
                 let value = number(read.ok().map(|line| line.value * convention.factor));
                 let sides = convention.sides.map_or_else(String::new, name_of);
@@ -176,7 +171,7 @@ fn verdicts(table: &mut Table, record: &SourceResult) {
             };
             table.row(&[
                 &channel.name,
-                term_name(verdict.figure.term),
+                &name_of(verdict.figure.term),
                 &verdict.verdict.map_or_else(String::new, name_of),
                 datasheet,
                 &verdict.figure.printed,

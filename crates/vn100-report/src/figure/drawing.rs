@@ -22,10 +22,7 @@ pub(crate) enum LayerKind {
     Frame,
     Legend,
     /// One series of data, cut off at the edges of the rectangle.
-    Data {
-        series: usize,
-        clip: Rectangle,
-    },
+    Data(usize),
 }
 
 /// A part of a drawing, in its coordinates: from the left and from the top.

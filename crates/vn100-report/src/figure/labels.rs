@@ -48,7 +48,7 @@ pub(super) fn free_place(
     width: f64,
     width_of: impl Fn(&str) -> f64,
 ) -> Option<(At, Anchor)> {
-    let data = drawing.layers.iter().filter(|layer| matches!(layer.kind, LayerKind::Data { .. }));
+    let data = drawing.layers.iter().filter(|layer| matches!(layer.kind, LayerKind::Data(_)));
     let marks: Vec<&Primitive> = data.flat_map(|layer| &layer.marks).collect();
     let is_inside = |(at, anchor): &(At, Anchor)| {
         let room = room(*at, *anchor, width);
@@ -111,7 +111,7 @@ mod tests {
     fn drawing_of(lines: &[[At; 2]]) -> Drawing {
         let stroke = Stroke { colour: Colour::Ink, width: 1.0, dash: Dash::Solid };
         let marks = lines.iter().map(|ends| Primitive::Line { points: ends.to_vec(), stroke }).collect();
-        let layers = vec![Layer { kind: LayerKind::Data { series: 0, clip: AREA }, marks }];
+        let layers = vec![Layer { kind: LayerKind::Data(0), marks }];
         Drawing { width: 300.0, height: 200.0, layers }
     }
 

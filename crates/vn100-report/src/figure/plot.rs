@@ -103,8 +103,7 @@ impl Plot {
 
     /// Draws in a layer of its own that belongs to `series`.
     pub(super) fn draw(&mut self, series: usize, marks: Vec<Primitive>) {
-        let kind = LayerKind::Data { series, clip: self.place.area };
-        self.figure.drawing.layers.push(Layer { kind, marks });
+        self.figure.drawing.layers.push(Layer { kind: LayerKind::Data(series), marks });
     }
 
     pub(super) fn line(&self, values: impl IntoIterator<Item = (f64, f64)>, stroke: Stroke) -> Primitive {

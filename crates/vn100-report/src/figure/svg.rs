@@ -2,45 +2,34 @@
 
 use std::fmt::{self, Write};
 
-use super::drawing::{Anchor, At, Colour, Drawing, Layer, LayerKind, Marker, Primitive, Shape};
+use super::Figure;
+use super::drawing::{Anchor, At, Colour, Drawing, Layer, LayerKind, Marker, Primitive, Rectangle, Shape};
 
-/// As an element of a page. `id` is unique on it; the texts are read aloud: title and description.
-pub(crate) fn element(drawing: &Drawing, id: &str, texts: [&str; 2], attributes: &str) -> String {
+/// As an element of a page. The title and the description are read aloud.
+pub(crate) fn element(figure: &Figure, attributes: &str) -> String {
     let mut out = String::new();
     // a String takes everything
-    let _ = write_drawing(&mut out, drawing, id, texts, attributes);
+    let _ = write_figure(&mut out, figure, attributes);
     out
 }
 
-pub(crate) fn file(drawing: &Drawing, id: &str, texts: [&str; 2]) -> String {
-    let Drawing { width, height, .. } = drawing;
+pub(crate) fn file(figure: &Figure) -> String {
+    let Drawing { width, height, .. } = figure.drawing;
     let more = format!(
         " xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" font-family=\"DejaVu Sans, Verdana, sans-serif\""
     );
-    element(drawing, id, texts, &more)
+    element(figure, &more)
 }
 
-fn write_drawing(
-    out: &mut String,
-    drawing: &Drawing,
-    id: &str,
-    [title, description]: [&str; 2],
-    attributes: &str,
-) -> fmt::Result {
-    let Drawing { width, height, layers } = drawing;
+fn write_figure(out: &mut String, figure: &Figure, attributes: &str) -> fmt::Result {
+    let Figure { id, title, description, area, drawing: Drawing { width, height, layers }, .. } = figure;
     write!(out, "<svg{attributes} class=\"figure\" viewBox=\"0 0 {width} {height}\" role=\"img\">")?;
     write!(out, "<title>{}</title><desc>{}</desc>", escaped(title), escaped(description))?;
-    let clip = layers.iter().find_map(|layer| match layer.kind {
-        LayerKind::Data { clip, .. } => Some(clip),
-        LayerKind::Frame | LayerKind::Legend => None,
-    });
-    if let Some(clip) = clip {
-        write!(
-            out,
-            "<clipPath id=\"clip-{id}\"><rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/></clipPath>",
-            clip.left, clip.top, clip.width, clip.height
-        )?;
-    }
+    let Rectangle { left, top, width, height } = area;
+    write!(
+        out,
+        "<clipPath id=\"clip-{id}\"><rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/></clipPath>"
+    )?;
     write!(out, "<rect width=\"100%\" height=\"100%\" class=\"paper\" fill=\"{}\"/>", hex(Colour::Paper))?;
     for layer in layers {
         write_layer(out, layer, id)?;
@@ -52,7 +41,7 @@ fn write_layer(out: &mut String, layer: &Layer, id: &str) -> fmt::Result {
     match layer.kind {
         LayerKind::Frame => out.write_str("<g class=\"frame\">")?,
         LayerKind::Legend => out.write_str("<g class=\"legend\">")?,
-        LayerKind::Data { series, .. } => {
+        LayerKind::Data(series) => {
             write!(out, "<g class=\"data series s{series}\" clip-path=\"url(#clip-{id})\">")?;
         }
     }

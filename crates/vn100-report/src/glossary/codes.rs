@@ -2,34 +2,23 @@
 
 use vn100_analysis::{Remedy, Setting};
 
-use super::{Explanation, plain};
+use super::Explanation;
 use crate::codes::{Code, all_codes};
 
 pub(super) fn explanations() -> Vec<Explanation> {
     all_codes().into_iter().map(entry).collect()
 }
 
-fn entry(code: Code) -> Explanation {
-    let (group, source) = group(code.key);
-    let (why, advice, remedies) = words(&code);
-    let mut letters = code.meaning.chars();
-    let first: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();
-    Explanation {
-        group,
-        code: code.code,
-        aliases: if plain(code.word) == code.code { Vec::new() } else { vec![code.word] },
-        title: code.word.into(),
-        meaning: format!("{first}{}.", letters.as_str()),
-        why,
-        advice,
-        remedies,
-        source,
-    }
+fn entry(Code { key, code, word, meaning }: Code) -> Explanation {
+    let (group, source) = group(key);
+    let (why, advice, remedies) = words(key, &code);
+    let title = word.map_or_else(|| code.replace('-', " "), str::to_owned);
+    Explanation { group, code, aliases: word.into_iter().collect(), title, meaning, why, advice, remedies, source }
 }
 
 /// Why a code matters, what to do, and the remedies.
-fn words(code: &Code) -> (&'static str, &'static str, &'static [Remedy]) {
-    match (code.key, code.code) {
+fn words(key: &str, code: &str) -> (&'static str, &'static str, &'static [Remedy]) {
+    match (key, code) {
         ("status", "estimated") => ("The interval has the stated confidence.", "Use the value.", &[]),
         ("status", "moved" | "model-rejected") => (
             "The motion or the disturbance is larger than the noise at the averaging times that would show it.",

@@ -71,7 +71,7 @@ fn of_program(consumer: &'static Consumer) -> Explanation {
     };
     Explanation {
         group: PROGRAMS,
-        code: consumer.name,
+        code: consumer.name.into(),
         title: consumer.title.into(),
         meaning: format!("{white}, {walk}. Note: {}.", consumer.remark),
         why: "With these numbers its own recursion gives the variances N^2 t and K^2 t.",
@@ -90,7 +90,7 @@ fn of_sheet(name: &'static str, text: &str) -> Option<Explanation> {
     let note = sheet.note.map_or(String::new(), |note| format!("; {note}"));
     Some(Explanation {
         group: "Data sheets",
-        code: name,
+        code: name.into(),
         title: sheet.name + &note,
         meaning: figures.collect::<Vec<_>>().join(" "),
         why: "A data sheet prints no random walk, and often not which frequencies its densities count.",

@@ -67,7 +67,7 @@ fn of_term(term: Term, names: [ParameterNames; 3]) -> Explanation {
     shorts.dedup();
     Explanation {
         group: PARAMETERS,
-        code: gyro.symbol,
+        code: gyro.symbol.into(),
         aliases,
         title: format!("{} ({}), slope {}", titles.join(" / "), shorts.join(" / "), gyro.slope),
         meaning: meaning.into(),

@@ -67,11 +67,11 @@ fn of_word(status: StatusWord) -> Explanation {
     entry("Words of the summary", ((status.word(), also), status.word(), [meaning, why, advice], remedies, ""))
 }
 
-fn of_message(name: &'static str, form: &str, about: &str, compensated: Option<bool>) -> Explanation {
+fn of_message(name: &str, form: &str, about: &str, compensated: Option<bool>) -> Explanation {
     let is_packet = form == "binary packet";
     Explanation {
         group: "Messages",
-        code: name,
+        code: name.into(),
         title: format!("a {form} of the VN-100"),
         meaning: format!("It carries {about}."),
         why: match (compensated, is_packet) {

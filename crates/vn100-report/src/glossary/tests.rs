@@ -2,24 +2,33 @@
 
 use std::collections::HashSet;
 
-use vn100_analysis::WarningKind;
+use vn100_analysis::noise::NoCoefficient;
 use vn100_analysis::protocol::{MESSAGES, PACKET_MESSAGES};
+use vn100_analysis::{WarningKind, WhyNoCoefficient};
 
 use super::*;
 use crate::{codes::all_codes, remedies::remedy_words};
 
 #[test]
 fn every_code_warning_and_parameter_is_explained() {
-    let wanted = all_codes().into_iter().map(|code| code.code);
-    let wanted = wanted
-        .chain(WarningKind::ALL.map(WarningKind::name))
-        .chain(["N", "B", "K", "R", "Q", "ARW", "VRW", "BI", "RRW", "RR", "QN", "edf", "aliasing", "tau"]);
-    let words = ["CHECK", "PROBLEM", "limited", "MOVED", "untested", "ok"].into_iter();
+    let no_coefficient = [
+        WhyNoCoefficient::Moved,
+        WhyNoCoefficient::BiasNotInStream,
+        WhyNoCoefficient::Constant,
+        WhyNoCoefficient::Temperature(NoCoefficient::TooShort { blocks: 0 }),
+        WhyNoCoefficient::Temperature(NoCoefficient::Excursion { excursion_c: 0.0 }),
+        WhyNoCoefficient::Temperature(NoCoefficient::OneDirection { correlation: 1.0 }),
+    ];
+    let words = WarningKind::ALL.map(WarningKind::name).into_iter().chain(no_coefficient.map(WhyNoCoefficient::code));
+    let words = words
+        .chain(["N", "B", "K", "R", "Q", "ARW", "VRW", "BI", "RRW", "RR", "QN", "edf", "aliasing", "tau"])
+        .chain(["CHECK", "PROBLEM", "limited", "MOVED", "untested", "ok"]);
+    let codes = all_codes();
+    assert_eq!(codes.len(), 4 + 6 + 6 + 4 + 5 + 4 + 4 + 6 + 6 + 11);
     let messages = MESSAGES.iter().map(|layout| layout.message.to_string());
     let messages = messages.chain(PACKET_MESSAGES.map(|packet| packet.name.into()));
-    for code in wanted.chain(words).map(String::from).chain(messages) {
-        let code = &*code;
-        assert!(!explain(code).is_empty(), "{code}");
+    for code in codes.into_iter().map(|code| code.code).chain(words.map(String::from)).chain(messages) {
+        assert!(!explain(&code).is_empty(), "{code}");
     }
 }
 
@@ -39,7 +48,7 @@ fn each_explanation_is_whole_sentences() {
 fn a_name_is_that_of_one_thing_in_each_group() {
     let mut seen = HashSet::new();
     for entry in glossary() {
-        for name in std::iter::once(entry.code).chain(entry.aliases) {
+        for name in std::iter::once(&*entry.code).chain(entry.aliases) {
             assert!(seen.insert((entry.group, plain(name))), "{}: {name}", entry.group);
         }
     }

@@ -5,6 +5,7 @@ use crate::{
     facts::{NOT_RECORDED, Row, fact, or_not_recorded, timing},
     numbers::{grouped, plain::time, trimmed},
     printable,
+    warnings::capitalised,
 };
 use maud::{Markup, html};
 use vn100_analysis::noise::{Deviation, Estimator};
@@ -146,11 +147,6 @@ fn conditions(record: &SourceResult) -> Vec<Row> {
 /// What the user said of places in the record, by the data time.
 pub(crate) fn marks(record: &SourceResult) -> Vec<Row> {
     record.source.marks.iter().map(|mark| fact(&time(mark.at_s), printable(&mark.text))).collect()
-}
-
-fn capitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// What is not recorded stands in one line below the table.

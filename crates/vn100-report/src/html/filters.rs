@@ -6,10 +6,10 @@ use vn100_analysis::{Drifting, SourceResult};
 
 use crate::{
     Consumer, FilterNoise, NotWritten,
+    codes::word_of,
     drift::ASSUMPTIONS,
     figure::Figures,
     html::{caption::Captions, figures},
-    names::in_words,
     numbers::{NOTHING, digits, duration},
     units::pretty_unit,
 };
@@ -31,7 +31,7 @@ pub(super) fn drift(record: &SourceResult, figures: &Figures, captions: &Caption
                     @if found.status == Status::Estimated {
                         td { (number(found.within)) } td { (number(found.std)) } td { (number(found.lower)) " to " (number(found.upper)) }
                         td { @if found.of_accelerometer.is_some() { (number(found.of_accelerometer)) } } td { (pretty_unit(found.unit)) }
-                    } @else { td colspan="5" { (in_words(found.status)) } }
+                    } @else { td colspan="5" { (word_of("status", found.status)) } }
                 }
             } }
         } }

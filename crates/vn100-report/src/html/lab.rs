@@ -94,7 +94,7 @@ pub(crate) fn background(words: RemedyWords) -> Markup {
         dl.background {
             @for (code, entry) in &entries {
                 div id={ "background-" (code.replace(' ', "-")) } {
-                    dt { b { (entry.code) } @if !entry.title.eq_ignore_ascii_case(entry.code) { ", " (with_minus(&entry.title)) } }
+                    dt { b { (entry.code) } @if !entry.title.eq_ignore_ascii_case(&entry.code) { ", " (with_minus(&entry.title)) } }
                     dd {
                         (with_code(&with_minus(&entry.meaning))) " " (with_code(entry.why)) " " (with_code(&entry.advice(words)))
                         @if !entry.source.is_empty() { " (" (entry.source) ")" }

@@ -3,9 +3,8 @@
 
 use crate::html::glance;
 use crate::{
-    names::{
-        QUANTITIES, TERMS, budget_rows, decided_by, in_words, motion_text, names_of, parameter_names, verdict_name,
-    },
+    codes::word_of,
+    names::{QUANTITIES, TERMS, budget_rows, decided_by, motion_text, names_of, parameter_names, verdict_name},
     numbers::{
         NOTHING, digits, duration, four_digits, p_value,
         plain::{digits_trimmed, short},
@@ -156,7 +155,7 @@ fn in_units(
 }
 
 fn sampling(noise: &NoiseResult) -> Option<String> {
-    let (below, above) = noise.budget()?.sampling?;
+    let (below, above) = noise.budget()?.parts.sampling?;
     Some(format!("−{} +{}", digits(100.0 * below, 2), digits(100.0 * above, 2)))
 }
 
@@ -167,7 +166,7 @@ fn proved(noise: &NoiseResult, term: Term) -> Option<f64> {
 
 /// The uncertainty of N besides that of sampling, the same for all axes.
 fn budget(noise: &NoiseResult, nominal_hz: Option<f64>) -> Markup {
-    let rows = noise.budget().zip(nominal_hz).map(|(budget, nominal_hz)| budget_rows(budget, nominal_hz));
+    let rows = noise.budget().zip(nominal_hz).map(|(budget, nominal_hz)| budget_rows(&budget.parts, nominal_hz));
     html! {
         @if let Some(rows) = rows {
             p { "Further uncertainty of N:" }
@@ -197,7 +196,7 @@ fn cell(parameter: Option<Parameter>, factor: f64, first: bool) -> String {
             format!("{} to {}", four_digits(lower * factor), four_digits(upper * factor))
         }
         (None, _, Some(upper)) => format!("≤ {}", four_digits(upper * factor)),
-        (None, ..) if first => in_words(parameter.status),
+        (None, ..) if first => word_of("status", parameter.status),
         (None, ..) => NOTHING.into(),
     }
 }

@@ -1,8 +1,10 @@
 //! The report: one HTML file that needs nothing else.
 
-use std::io::{self, Write};
-
-use crate::{facts::NOT_RECORDED, figure::Figures, run_name, run_prefix};
+use crate::{
+    facts::NOT_RECORDED,
+    figure::{Figures, ReportFigures},
+    names::{run_name, run_prefix},
+};
 use maud::{Markup, html};
 use vn100_analysis::SourceResult;
 
@@ -15,18 +17,9 @@ use crate::html::{
     several,
 };
 
-/// Writes the page of one capture, or of several. `figures` are those of the records, in the same
-/// order; `together` are the figures of all records together, which are empty for a single one.
-///
-/// # Errors
-/// When `out` cannot be written to.
-pub fn write_page(
-    out: &mut impl Write,
-    records: &[SourceResult],
-    figures: &[Figures],
-    together: &Figures,
-    options: PageOptions<'_>,
-) -> io::Result<()> {
+/// The page of one capture or of several, with their figures.
+#[must_use]
+pub fn report_page(records: &[SourceResult], figures: &ReportFigures, options: PageOptions<'_>) -> String {
     let title = match records {
         [record] => format!("Noise report: {}", record.source.name),
         _ => format!("Noise report of {} captures", records.len()),
@@ -34,9 +27,9 @@ pub fn write_page(
     let has_results = records.iter().any(|record| record.timing.samples > 0);
     let captions = Captions::default();
     let main = html! {
-        @if let ([record], [figures]) = (records, figures) { (one(record, figures, options, "", &captions)) } @else {
-            (several::several(records, together, options, &captions))
-            @for (index, (record, figures)) in records.iter().zip(figures).enumerate() {
+        @if let ([record], [figures]) = (records, &figures.records[..]) { (one(record, figures, options, "", &captions)) } @else {
+            (several::several(records, &figures.together, options, &captions))
+            @for (index, (record, figures)) in records.iter().zip(&figures.records).enumerate() {
                 article {
                     h2.record { (run_name(index)) ": " (record.source.name) }
                     (one(record, figures, options, &run_prefix(index), &captions))
@@ -49,8 +42,7 @@ pub fn write_page(
             footer { p { "Made by " (options.program.name) ", commit " (options.program.commit.unwrap_or(NOT_RECORDED)) ", from the capture alone: the same capture and options give the same page, byte by byte." } }
         }
     };
-    let page = Page { title: &title, style: &running_head(records), version: None, head: html! {}, main };
-    out.write_all(page.text().as_bytes())
+    Page { title: &title, style: &running_head(records), version: None, head: html! {}, main }.text()
 }
 
 /// The style of what each sheet of paper names at its foot.

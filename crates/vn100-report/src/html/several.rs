@@ -26,8 +26,7 @@ pub(crate) fn several(
     options: PageOptions<'_>,
     captions: &Captions,
 ) -> Markup {
-    let compared: Vec<_> = records.iter().map(|record| record.compared()).collect();
-    let comparison = Comparison::of(&compared, &[], options.confidence);
+    let comparison = Comparison::of(records, &[], options.confidence);
     html! {
         section id="comparison" {
             h2 { "Comparison" }

@@ -4,7 +4,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::protocol::stream::BagReport;
-use vn100_analysis::{ChannelResult, RateFrom, Remedy, Severity, SourceFacts, SourceResult, Warning, WarningKind};
+use vn100_analysis::{
+    Aspect, ChannelResult, RateFrom, Remedy, Severity, SourceFacts, SourceResult, Warning, WarningKind,
+};
 
 use super::AspectStatus;
 use crate::{
@@ -14,58 +16,6 @@ use crate::{
     numbers::plain::{counted, grouped, ppm, short},
     warnings::headline,
 };
-
-/// What a warning concerns.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Aspect {
-    /// Whether all samples arrived, and intact.
-    Data,
-    /// Rate and time stamps.
-    Time,
-    /// Whether the sensor lay still.
-    AtRest,
-    /// What the stream carries of the sensor's own noise.
-    Message,
-    /// What the numbers can resolve.
-    Values,
-}
-
-impl Aspect {
-    const ALL: [Self; 5] = [Self::Data, Self::Time, Self::AtRest, Self::Message, Self::Values];
-
-    const fn of(kind: WarningKind) -> Self {
-        use WarningKind as Kind;
-        match kind {
-            Kind::Incomplete
-            | Kind::NoValidLines
-            | Kind::OtherMessages
-            | Kind::LinkErrors
-            | Kind::StreamChanged
-            | Kind::Gaps
-            | Kind::RejectedLines
-            | Kind::RepeatedLines
-            | Kind::TooShort => Self::Data,
-            Kind::RateAssumed | Kind::RateOffNominal | Kind::StampsDoubtful => Self::Time,
-            Kind::VibrationLine
-            | Kind::NotStationary
-            | Kind::WarmUp
-            | Kind::FollowsTemperature
-            | Kind::MagnitudeOff => Self::AtRest,
-            Kind::CompensatedStream | Kind::CompensationUnknown | Kind::LowPass | Kind::SensorSettings => Self::Message,
-            Kind::QuantisationFloor | Kind::CorrelatedNoise | Kind::FullRange | Kind::UnitDoubtful => Self::Values,
-        }
-    }
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Data => "data",
-            Self::Time => "time",
-            Self::AtRest => "at rest",
-            Self::Message => "message",
-            Self::Values => "values",
-        }
-    }
-}
 
 /// The status of an aspect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
@@ -121,7 +71,7 @@ pub(crate) fn statuses(result: &SourceResult, mut place: impl FnMut(&Remedy) -> 
 }
 
 fn found(aspect: Aspect, result: &SourceResult, mut place: impl FnMut(&Remedy) -> usize) -> AspectStatus {
-    let of_aspect = |warning: &&Warning| Aspect::of(warning.kind) == aspect;
+    let of_aspect = |warning: &&Warning| warning.kind.aspect() == aspect;
     let warnings: Vec<&Warning> = result.warnings.iter().filter(of_aspect).collect();
     // a note stands beside graver ones in full results alone
     let is_shown = |warning: &&&Warning| {

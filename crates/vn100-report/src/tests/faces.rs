@@ -12,8 +12,8 @@ use super::fixture::measured;
 use crate::remedies::page_words;
 use crate::{
     ArchiveRow, ArchivedFile, Consumer, CsvTable, Document, Ended, FilterNoise, MeasuredSource,
-    figure::Figures,
-    html::{PageOptions, Program, result_parts, write_page},
+    figure::ReportFigures,
+    html::{PageOptions, Program, report_page, result_parts},
     metrics_text,
     summary::Summary,
     units::parameter_unit,
@@ -249,10 +249,8 @@ fn the_pages_have_the_warnings_and_statuses_of_the_document_and_tables_its_codes
             program: Program { name: "vn100 test", commit: None },
             span_s: 60.0,
         };
-        let mut page = Vec::new();
-        let figures = [Figures::of(result, "")];
-        write_page(&mut page, std::slice::from_ref(result), &figures, &Figures::default(), options).unwrap();
-        let page = String::from_utf8(page).unwrap();
+        let records = std::slice::from_ref(result);
+        let page = report_page(records, &ReportFigures::of(records), options);
         let live: String = result_parts(result, options).iter().map(|part| &*part.html).collect();
         let escaped =
             |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;");

@@ -50,9 +50,8 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
         all.push(measured);
         Ok(())
     })?;
-    let records: Vec<_> = all.iter().map(SourceResult::compared).collect();
     let confidence = args.files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE);
-    let comparison = Comparison::of(&records, &units(&inputs, &all, &args.sensor), confidence);
+    let comparison = Comparison::of(&all, &units(&inputs, &all, &args.sensor), confidence);
     if args.output.json {
         unless_closed(print_json(&ComparisonDocument::new(&all, &comparison, remedy_words)))?;
     } else {

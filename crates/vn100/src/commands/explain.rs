@@ -53,7 +53,7 @@ fn write_explanations(out: &mut String, found: &[Explanation]) -> fmt::Result {
 fn write_list(out: &mut String) -> fmt::Result {
     for group in glossary().chunk_by(|a, b| a.group == b.group) {
         writeln!(out, "{}", group[0].group)?;
-        let codes: Vec<&str> = group.iter().map(|entry| entry.code).collect();
+        let codes: Vec<&str> = group.iter().map(|entry| &*entry.code).collect();
         writeln!(out, "{}", fill(&codes.join(", "), "  ", "  "))?;
     }
     writeln!(out, "\n`vn100 explain CODE` explains one of them, such as gaps, bounded or ARW")

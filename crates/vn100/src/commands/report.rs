@@ -6,7 +6,7 @@ mod exports;
 use std::{
     fmt::Write,
     fs::{self, File},
-    io::{self, Read},
+    io::{self, Read, Write as _},
     path::Path,
     thread,
 };
@@ -14,8 +14,8 @@ use std::{
 use anyhow::{Result, anyhow};
 use sha2::{Digest, Sha256};
 use vn100_analysis::{Completion, DEFAULT_CONFIDENCE, FileFacts, SourceResult};
-use vn100_report::html::{PageOptions, write_page};
-use vn100_report::{figure::Figures, run_name, run_prefix};
+use vn100_report::figure::ReportFigures;
+use vn100_report::html::{PageOptions, report_page};
 
 use vn100_report::remedies::page_words;
 
@@ -57,11 +57,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     for (measured, stored) in records.iter_mut().zip(stored) {
         measured.source.file = stored;
     }
-    let names: Vec<String> = (0..records.len()).map(run_name).collect();
-    let prefix = |number| if records.len() > 1 { run_prefix(number) } else { String::new() };
-    let figures =
-        records.iter().enumerate().map(|(number, record)| Figures::of(record, &prefix(number))).collect::<Vec<_>>();
-    let together = if records.len() > 1 { Figures::together(&records, &names) } else { Figures::default() };
+    let figures = ReportFigures::of(&records);
     // of a capture of which nothing was read there is nothing to say on a page
     let is_read = records.iter().any(|record| record.link.bytes > 0);
     if let Some(path) = output.page().filter(|_| is_read) {
@@ -72,10 +68,10 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
             program: PROGRAM,
             span_s: args.span.as_secs_f64(),
         };
-        output.write(path, |file| Ok(write_page(file, &records, &figures, &together, options)?))?;
+        output.write(path, |file| Ok(file.write_all(report_page(&records, &figures, options).as_bytes())?))?;
         print_written(path)?;
     }
-    let exported = exports.write(&records, &figures, &together, &evaluation);
+    let exported = exports.write(&records, &figures, &evaluation);
     Ok(records.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete).max(exported))
 }
 

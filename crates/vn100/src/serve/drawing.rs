@@ -15,14 +15,13 @@ use tokio::{sync::watch, time::Instant};
 use vn100_analysis::{Assessment, Parts, SourceFacts, SourceResult};
 use vn100_report::{
     DEFAULT_SPAN_S, Document, Evaluation, MeasuredSource,
-    figure::Figures,
+    figure::ReportFigures,
     goals::Goals,
     html::{
-        PageOptions, PagePart, PageSource, ShownPage, live_page, result_parts, sources_part, state_part, write_page,
+        PageOptions, PagePart, PageSource, ShownPage, live_page, report_page, result_parts, sources_part, state_part,
     },
     json_line, metrics_text,
     remedies::{page_words, remedy_words},
-    run_name, run_prefix,
     words::end,
 };
 use vn100_session::{SourceState, Stage};
@@ -199,17 +198,7 @@ impl Drawer {
             let result = |source: &SourceDrawer| result_of(&source.state.borrow().clone(), Parts::All);
             let records: Vec<SourceResult> =
                 drawer.sources.iter().map(|source| drawer.evaluation.complete(result(source))).collect();
-            let is_alone = records.len() == 1;
-            let prefix = |place| if is_alone { String::new() } else { run_prefix(place) };
-            let figures: Vec<Figures> =
-                records.iter().enumerate().map(|(place, record)| Figures::of(record, &prefix(place))).collect();
-            let names: Vec<String> = (0..records.len()).map(run_name).collect();
-            let together = if is_alone { Figures::default() } else { Figures::together(&records, &names) };
-            let mut page = Vec::new();
-            // writing into memory does not fail
-            let _ =
-                write_page(&mut page, &records, &figures, &together, page_options(&drawer.asked, drawer.confidence));
-            String::from_utf8_lossy(&page).into_owned()
+            report_page(&records, &ReportFigures::of(&records), page_options(&drawer.asked, drawer.confidence))
         })
     }
 

@@ -7,28 +7,23 @@ use serde::Serialize;
 /// is proved.
 pub const PROVED_P: f64 = 0.03;
 
-/// What is known of a noise parameter.
+/// What is known of a noise parameter; `NotMeasurable` and `Moved` are set by the caller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, JsonSchema, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
-    /// It is there, and has a value and a two-sided interval.
+    /// The term was detected; it has a value and a two-sided confidence interval.
     Estimated,
-    /// It may be absent; it is not above the upper bound.
+    /// The term was not detected and may be zero; only its upper bound is given.
     Bounded,
-    /// The record does not show it.
+    /// The record does not show it, mostly because it is too short.
     NotObservable,
-    /// The stream does not carry it, however long the record; set by the caller.
+    /// The message does not carry it, however long the record.
     NotMeasurable,
-    /// The sensor was moved: what the fit shows is the motion; set by the caller.
+    /// The sensor was moved, and what its deviation shows is the motion; a record at rest shows the
+    /// parameter.
     Moved,
-    /// No range of averaging times follows the model.
+    /// No range of averaging times follows the noise model; N may still have an upper bound.
     ModelRejected,
-}
-
-impl Status {
-    /// From what is known best to what is known least.
-    pub const ALL: [Self; 6] =
-        [Self::Estimated, Self::Bounded, Self::NotObservable, Self::NotMeasurable, Self::Moved, Self::ModelRejected];
 }
 
 /// A noise parameter, in the unit of its term.

@@ -3,11 +3,11 @@
 use crate::accumulate::record::{Deviation, RecordShape};
 use crate::infer::power_law::PowerLaw;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A component of the noise of a rate, with its letter in IEEE Std 952 and its Allan variance.
 /// Amplitudes follow the two-sided spectrum.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, JsonSchema, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Term {
     /// Q, unit · s: 3 Q²/τ². Rounding of an angle; rounding of a rate is white.

@@ -3,17 +3,13 @@
 use vn100_analysis::SourceResult;
 
 use crate::{
-    figure::Figures,
-    html::{PageOptions, Program, write_page},
-    run_name,
+    figure::ReportFigures,
+    html::{PageOptions, Program, report_page},
     tests::fixture::{in_a_warming_room, with_attitude},
 };
 
 /// The report of these records.
 fn report(records: &[SourceResult]) -> String {
-    let figures: Vec<Figures> = records.iter().map(|record| Figures::of(record, "")).collect();
-    let names: Vec<String> = (0..records.len()).map(run_name).collect();
-    let together = if records.len() == 1 { Figures::default() } else { Figures::together(records, &names) };
     let options = PageOptions {
         confidence: 0.95,
         asked: "as asked",
@@ -21,9 +17,7 @@ fn report(records: &[SourceResult]) -> String {
         program: Program { name: "vn100 test", commit: None },
         span_s: 60.0,
     };
-    let mut page = Vec::new();
-    write_page(&mut page, records, &figures, &together, options).unwrap();
-    String::from_utf8(page).unwrap()
+    report_page(records, &ReportFigures::of(records), options)
 }
 
 /// The text between the elements of a piece of a page.

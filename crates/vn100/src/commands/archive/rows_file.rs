@@ -159,7 +159,17 @@ fn lines(path: &Path) -> Result<impl Iterator<Item = Result<String>>> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use vn100_analysis::{Analysis, Assessment, Parts, Settings, SourceFacts, SourceResult};
+
     use super::*;
+
+    fn unread() -> SourceResult {
+        let nothing = Arc::new(Analysis::new(Settings::default()).snapshot());
+        let assessment = Arc::new(Assessment::new(&nothing, 0.95));
+        SourceResult::new(SourceFacts::default(), nothing, assessment, Parts::WithoutSignals)
+    }
 
     fn file(path: &str, bytes: u64) -> ArchivedFile {
         ArchivedFile { path: path.into(), bytes, modified_ns: 5, options: "a".into() }
@@ -174,7 +184,7 @@ mod tests {
                 ["a", "b", "c"].into_iter().map(|name| (name.to_owned(), file(name, 1))).collect();
             let mut rows = RowsFile::open(&path, &wanted).unwrap();
             for (name, bytes) in [("a", 1), ("b", 2), ("other", 9), ("c", 1)] {
-                rows.add(&[ArchiveRow::of_error(&file(name, bytes), "unread")]).unwrap();
+                rows.add(&ArchiveRow::of_file(&file(name, bytes), &[unread()])).unwrap();
             }
             drop(rows);
             let text = fs::read_to_string(&path).unwrap();

@@ -7,7 +7,11 @@ use std::{
 
 use anyhow::{Error, Result, anyhow};
 use vn100_analysis::{Completion, SourceResult};
-use vn100_report::{Consumer, CsvTable, Document, Evaluation, FilterNoise, NotWritten, figure::Figures, json_line};
+use vn100_report::{
+    Consumer, CsvTable, Document, Evaluation, FilterNoise, NotWritten,
+    figure::{Figures, ReportFigures},
+    json_line,
+};
 
 use super::print_written;
 use vn100_report::remedies::remedy_words;
@@ -53,14 +57,11 @@ impl<'a> Exports<'a> {
     }
 
     /// Writes all of them. A form that a record does not allow is reported and fails the command;
-    /// the others are written.
-    ///
-    /// `together` are the figures of several records, which only SVG holds.
+    /// the others are written. Only SVG holds the figures of several records together.
     pub(crate) fn write(
         &self,
         records: &[SourceResult],
-        figures: &[Figures],
-        together: &Figures,
+        figures: &ReportFigures,
         evaluation: &Evaluation,
     ) -> Completion {
         let mut completion = Completion::Complete;
@@ -71,7 +72,7 @@ impl<'a> Exports<'a> {
             }
         };
         for form in &self.forms {
-            for (index, (record, figures)) in records.iter().zip(figures).enumerate() {
+            for (index, (record, figures)) in records.iter().zip(&figures.records).enumerate() {
                 // nothing could be read: the command says so already
                 if record.timing.samples == 0 {
                     continue;
@@ -80,7 +81,7 @@ impl<'a> Exports<'a> {
             }
         }
         if records.len() > 1 && self.forms.iter().any(|form| matches!(form, ExportForm::Svg)) {
-            check(self.write_figures(&self.output.beside(SVG), together));
+            check(self.write_figures(&self.output.beside(SVG), &figures.together));
         }
         completion
     }
@@ -163,9 +164,5 @@ fn endings(form: ExportForm) -> Vec<&'static str> {
 
 /// Why the file of a filter is not written, and what would give what it lacks.
 pub(crate) fn not_written(path: &Path, error: &NotWritten) -> Error {
-    let advice = match error {
-        NotWritten::Moved => "record it at rest".into(),
-        NotWritten::Lacks(_) => error.advice(remedy_words).join(", or "),
-    };
-    anyhow!("{} not written: {error}. To get it: {advice}", path.display())
+    anyhow!("{} not written: {error}. To get it: {}", path.display(), error.advice(remedy_words))
 }
