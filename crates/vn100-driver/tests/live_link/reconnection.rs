@@ -96,9 +96,6 @@ async fn a_sensor_without_output_is_kept_and_one_that_is_gone_is_not() {
     }
 }
 
-/// The time from power-up to the first line.
-const BOOT: Duration = ms(1250);
-
 #[tokio::test(start_paused = true)]
 async fn an_unplug_in_the_middle_of_a_line_is_a_new_segment() {
     for (rate_hz, baud) in RATES {

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use tokio::time::{Duration, advance, timeout};
 use vn100_session::Command;
 
-use super::{Bench, message, rate, replayed};
+use super::{Bench, rate, replayed};
 use crate::commands::attach::Completion;
 
 #[tokio::test(start_paused = true)]
