@@ -189,7 +189,8 @@ impl Framer {
     }
 
     fn packet<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Found<'a> {
-        let classified = match self.seen_heads.length_of(input) {
+        let known = self.seen_heads.length_of(input);
+        let classified = match known {
             Some(length) => packet::checked(input, length),
             None => packet::classify(input),
         };
@@ -202,15 +203,31 @@ impl Framer {
             None => Found::Incomplete,
             Some(true) => self.damaged_packet(input),
             Some(false) => {
-                let packet = Packet { raw: &input[..length], offset: self.offset };
-                self.seen_heads.remember(packet.raw);
-                self.advance(length);
-                self.tally.packet_bytes += length as u64;
-                self.tally.packets += 1;
-                self.line_end_of = LineEndOf::Nothing;
-                Found::Frame(length, Frame::Packet(packet))
+                if known.is_none() {
+                    self.seen_heads.remember(&input[..length]);
+                }
+                Found::Frame(length, Frame::Packet(self.accept_packet(&input[..length])))
             }
         }
+    }
+
+    /// The packet at the head of `input`, if one with the same head was seen: the usual case.
+    #[inline(never)]
+    pub(crate) fn known_packet<'a>(&mut self, input: &'a [u8]) -> Option<Packet<'a>> {
+        let length = self.seen_heads.length_of(input)?;
+        let is_packet = packet::checked(input, length) == PacketStart::Packet(length)
+            && is_completed_by_sentence(input, length, false) == Some(false);
+        is_packet.then(|| self.accept_packet(&input[..length]))
+    }
+
+    #[inline]
+    fn accept_packet<'a>(&mut self, raw: &'a [u8]) -> Packet<'a> {
+        let packet = Packet { raw, offset: self.offset };
+        self.advance(raw.len());
+        self.tally.packet_bytes += raw.len() as u64;
+        self.tally.packets += 1;
+        self.line_end_of = LineEndOf::Nothing;
+        packet
     }
 
     /// Counts bytes that begin with 0xFA and are no packet, if they were a packet before they were

@@ -55,14 +55,15 @@ pub(crate) struct SeenHeads {
 }
 
 impl SeenHeads {
+    /// Remembers the head of a packet whose length was not known.
+    #[cold]
     pub(crate) fn remember(&mut self, packet: &[u8]) {
-        if self.length_of(packet).is_none() {
-            self.heads.rotate_right(1);
-            self.heads[0] = (PacketHeader::of(packet), packet.len());
-        }
+        self.heads.rotate_right(1);
+        self.heads[0] = (PacketHeader::of(packet), packet.len());
     }
 
     /// The length of the packet at the head of `input`, if one with the same head was seen.
+    #[inline]
     pub(crate) fn length_of(&self, input: &[u8]) -> Option<usize> {
         let header = PacketHeader::of(input);
         self.heads.iter().find(|(seen, length)| *length > 0 && *seen == header).map(|(_, length)| *length)
@@ -93,6 +94,7 @@ pub(crate) fn classify(input: &[u8]) -> PacketStart {
 }
 
 /// Whether the first `length` bytes of `input` are a packet by their CRC.
+#[inline]
 pub(crate) fn checked(input: &[u8], length: usize) -> PacketStart {
     match input.get(1..length) {
         None => PacketStart::Incomplete,

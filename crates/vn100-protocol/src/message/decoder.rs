@@ -3,7 +3,7 @@
 use crate::{
     framing::checksum::Check,
     framing::framer::{Frame, Framer, Options},
-    framing::packet::{MAX_PACKET, Packet},
+    framing::packet::{MAX_PACKET, Packet, START},
     framing::sentence::{RejectReason, RejectedSentence, Sentence},
     framing::tally::Tally,
     message::GrammarError,
@@ -119,6 +119,13 @@ impl Decoder {
 #[inline]
 fn decode<'a>(framer: &mut Framer, mut rest: &'a [u8], end: bool, sink: &mut impl FnMut(Item<'_>)) -> &'a [u8] {
     loop {
+        // the usual packets of a capture, without a move of the largest item
+        while rest.first() == Some(&START)
+            && let Some(packet) = framer.known_packet(rest)
+        {
+            rest = &rest[packet.raw.len()..];
+            sink(Item::Packet(packet));
+        }
         let (consumed, item) = framer.next_item(rest, end);
         rest = &rest[consumed..];
         match item {

@@ -1,7 +1,6 @@
 //! The form of a packet: its fields, and the places of the measured ones.
 
 use alloc::{borrow::Cow, sync::Arc, vec::Vec};
-use core::ops::Range;
 
 use thiserror::Error;
 
@@ -34,17 +33,17 @@ pub struct PacketForm {
     pub header: PacketHeader,
     /// The channels that are measured.
     pub layout: Arc<Layout>,
-    runs: Vec<Run>,
+    numbers: Vec<MeasuredNumber>,
     device_time_at: Option<usize>,
     saturation_at: Option<usize>,
 }
 
-/// Floats of consecutive channels of one quantity in the bytes of a packet.
+/// The float of a channel in the bytes of a packet.
 #[derive(Debug, Clone, PartialEq)]
-struct Run {
-    channels: &'static [Channel],
-    bytes: Range<usize>,
-    /// The place of the interval by which they are divided.
+struct MeasuredNumber {
+    channel: &'static Channel,
+    at: usize,
+    /// The place of the interval by which it is divided.
     interval_at: Option<usize>,
     /// Counts of one unit of the packet.
     counts: f64,
@@ -117,7 +116,7 @@ impl PacketForm {
         let quantity = |found: &Found| found.numbers.channels[0].quantity;
         let has_angles = found.iter().any(|found| quantity(found) == Quantity::Angle);
         found.sort_by_key(|found| (quantity(found), found.numbers.processing));
-        let (mut runs, mut channels) = (Vec::new(), Vec::new());
+        let (mut numbers, mut channels) = (Vec::new(), Vec::new());
         let is_motion = |quantity: Quantity| matches!(quantity, Quantity::AngularRate | Quantity::Acceleration);
         let (mut compensated, mut before) = (None, None);
         for found in found {
@@ -134,14 +133,13 @@ impl PacketForm {
                     Correction::Integrated => None,
                 };
             }
-            let first = &found.numbers.channels[0];
-            runs.push(Run {
-                channels: found.numbers.channels,
-                bytes: found.at..found.at + 4 * found.numbers.channels.len(),
+            numbers.extend(found.numbers.channels.iter().enumerate().map(|(place, channel)| MeasuredNumber {
+                channel,
+                at: found.at + 4 * place,
                 interval_at: found.interval_at,
-                counts: found.numbers.unit_scale / first.scale,
-                limit_counts: first.limit_counts.into(),
-            });
+                counts: found.numbers.unit_scale / channel.scale,
+                limit_counts: channel.limit_counts.into(),
+            }));
             channels.extend(found.numbers.channels.iter().cloned());
         }
         channels.iter().any(|channel| is_motion(channel.quantity)).then(|| Self {
@@ -152,7 +150,7 @@ impl PacketForm {
                 channels: channels.into(),
                 columns: None,
             }),
-            runs,
+            numbers,
             device_time_at: None,
             saturation_at: None,
         })
@@ -171,20 +169,19 @@ impl PacketForm {
     /// increments over an interval that is not positive. No count is appended then.
     pub fn read(&self, packet: &Packet<'_>, counts: &mut Vec<i32>) -> Result<(), RejectedPacket> {
         let before = counts.len();
-        for run in &self.runs {
-            let per_one = run.counts_per_one(packet.raw);
-            for (float, channel) in floats(packet.raw, &run.bytes).zip(run.channels) {
-                let scaled = float * per_one;
-                // a comparison with NaN is false
-                let is_measured = scaled.abs() <= run.limit_counts;
-                if !is_measured {
-                    counts.truncate(before);
-                    return Err(run.rejected(packet.raw, channel, scaled));
-                }
-                counts.push(rounded(scaled));
-            }
+        let mut are_measured = true;
+        // without a branch for each number
+        counts.extend(self.numbers.iter().map(|number| {
+            let scaled = number.scaled(packet.raw);
+            are_measured &= number.is_measured(scaled);
+            rounded(scaled)
+        }));
+        if are_measured {
+            return Ok(());
         }
-        Ok(())
+        counts.truncate(before);
+        let rejected = self.numbers.iter().find_map(|number| number.rejected(packet.raw));
+        Err(rejected.unwrap_or(RejectedPacket { channel: BINARY, value: f64::NAN, limit: 0.0 }))
     }
 
     /// The time of the measurement in nanoseconds since the sensor started; `None` if the packet
@@ -204,39 +201,45 @@ impl PacketForm {
     }
 }
 
-impl Run {
-    /// Counts of one unit in this packet; NaN if no increments can have its interval.
+impl MeasuredNumber {
+    /// Its counts before rounding; NaN if no increments can have its interval.
     #[inline]
-    fn counts_per_one(&self, raw: &[u8]) -> f64 {
-        match self.interval_s(raw) {
+    fn scaled(&self, raw: &[u8]) -> f64 {
+        let per_one = match self.interval_at.map(|at| float(raw, at)) {
             None => self.counts,
-            Some(interval_s) if interval_s > 0.0 && interval_s <= LONGEST_INTERVAL_S => self.counts / interval_s,
+            Some(interval_s) if is_interval(interval_s) => self.counts / interval_s,
             Some(_) => f64::NAN,
-        }
+        };
+        float(raw, self.at) * per_one
     }
 
+    /// Whether a sensor can measure this count; false for NaN.
     #[inline]
-    fn interval_s(&self, raw: &[u8]) -> Option<f64> {
-        self.interval_at.and_then(|at| floats(raw, &(at..at + 4)).next())
+    fn is_measured(&self, scaled: f64) -> bool {
+        scaled.abs() <= self.limit_counts
     }
 
     #[cold]
-    fn rejected(&self, raw: &[u8], channel: &'static Channel, scaled: f64) -> RejectedPacket {
-        match self.interval_s(raw) {
-            Some(value) if self.counts_per_one(raw).is_nan() => {
-                RejectedPacket { channel: "the interval of the increments", value, limit: LONGEST_INTERVAL_S }
-            }
-            _ => RejectedPacket {
-                channel: &channel.name,
-                value: channel.in_unit(scaled),
-                limit: channel.value(channel.limit_counts),
-            },
+    fn rejected(&self, raw: &[u8]) -> Option<RejectedPacket> {
+        let (channel, scaled) = (self.channel, self.scaled(raw));
+        if let Some(value) = self.interval_at.map(|at| float(raw, at)).filter(|interval_s| !is_interval(*interval_s)) {
+            let channel = "the interval of the increments";
+            return Some(RejectedPacket { channel, value, limit: LONGEST_INTERVAL_S });
         }
+        (!self.is_measured(scaled)).then(|| RejectedPacket {
+            channel: &channel.name,
+            value: channel.in_unit(scaled),
+            limit: channel.value(channel.limit_counts),
+        })
     }
 }
 
+fn is_interval(interval_s: f64) -> bool {
+    interval_s > 0.0 && interval_s <= LONGEST_INTERVAL_S
+}
+
+/// The float at this place, which lies within a packet of the form.
 #[inline]
-fn floats(raw: &[u8], bytes: &Range<usize>) -> impl Iterator<Item = f64> {
-    let (floats, _) = raw[bytes.clone()].as_chunks();
-    floats.iter().map(|bytes| f32::from_le_bytes(*bytes).into())
+fn float(raw: &[u8], at: usize) -> f64 {
+    raw.get(at..).and_then(|rest| rest.first_chunk()).map_or(f64::NAN, |bytes| f32::from_le_bytes(*bytes).into())
 }
