@@ -83,7 +83,7 @@ fn each_recording_and_channel_is_a_row_with_the_numbers_of_its_replay() {
 #[test]
 fn an_archive_continues_where_it_stopped() {
     let folder = tempfile::tempdir().unwrap();
-    archive(folder.path(), "VNGYR");
+    archive(folder.path(), "VNMAR");
     let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
     for name in ["rows.jsonl", "rows.csv"] {
         let output = ["-o", name];
@@ -147,7 +147,7 @@ fn files_of_a_capture_count_as_part_of_it() {
 #[test]
 fn an_interrupted_archive_keeps_the_rows_it_has() {
     let folder = tempfile::tempdir().unwrap();
-    archive(folder.path(), "VNGYR");
+    archive(folder.path(), "VNMAR");
     let pipe = folder.path().join("in/endless.vnimu");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     let mut command = vn100();
