@@ -94,7 +94,7 @@ impl StatusLine {
         if let Some(state) = link {
             self.report_link(state);
         }
-        self.report_recording(recording);
+        self.report_recording(recording, self.next);
         let state = link.map_or("reading".into(), |link| link_word(&link_facts(link)));
         let recorded = recording.map_or(String::new(), |recording| match recording.error {
             Some(_) => "RECORDING FAILED  ".into(),
@@ -109,13 +109,13 @@ impl StatusLine {
         self.bar.finish_and_clear();
     }
 
-    /// Reports once that the recording has failed, and once that its disk is nearly full.
-    pub(crate) fn report_recording(&mut self, recording: Option<&RecordingState>) {
+    /// Reports once that the recording has failed and what is `next`, and once that its disk is nearly full.
+    pub(crate) fn report_recording(&mut self, recording: Option<&RecordingState>, next: &str) {
         if let Some(RecordingState { path, error: Some(error), .. }) = recording
             && !self.failure_reported
         {
             self.failure_reported = true;
-            let (name, next) = (&self.name, self.next);
+            let name = &self.name;
             self.status.report(&format!("{name}: RECORDING FAILED, {}: {error}; {next}", path.display()));
         }
         if let Some(RecordingState { path, low_space: Some(low), .. }) = recording
@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn a_disk_that_will_be_full_is_reported_once_with_both_numbers() {
+    fn a_disk_that_will_be_full_and_a_recording_that_failed_are_reported_once() {
         let messages = MessageQueue::default();
         let mut line =
             StatusLines::new(Some(messages.clone()), false, false).line("/dev/imu", "the measurement continues");
@@ -286,6 +286,12 @@ mod tests {
         }
         let expected =
             "/dev/imu: the disk of a.mcap has 12.00 MiB left, enough for 41 min 40 s at the present rate: make room";
+        assert_eq!(messages.take(), [expected]);
+        // it may fail after the last tick: what is next is that of the end
+        let failed = RecordingState { error: Some("the disk is full".into()), ..recording };
+        line.report_recording(Some(&failed), "the result has what was measured");
+        line.show(None, Some(&failed), &snapshot);
+        let expected = "/dev/imu: RECORDING FAILED, a.mcap: the disk is full; the result has what was measured";
         assert_eq!(messages.take(), [expected]);
     }
 

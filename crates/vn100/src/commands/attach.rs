@@ -325,7 +325,8 @@ async fn follow(
             result = &mut session.result => {
                 // the recording may have failed since the last tick
                 let line = line.get_or_insert_with(|| job.status.line(&name, next));
-                line.report_recording(session.state.borrow().recording.as_ref());
+                let next = if records_alone { next } else { "the result has what was measured" };
+                line.report_recording(session.state.borrow().recording.as_ref(), next);
                 let result = result.context(FAULT)?;
                 return Ok(if is_left { SessionResult { shortfall: None, unmet: Vec::new(), ..result } } else { result });
             }
