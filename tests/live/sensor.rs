@@ -17,7 +17,8 @@ pub(crate) struct Sensor {
 
 impl Sensor {
     pub(crate) fn start(options: &[&str]) -> Self {
-        Self::start_for("2min", options)
+        // it is ended when it is dropped
+        Self::start_for("1h", options)
     }
 
     /// Starts a sensor that ends after this duration.

@@ -154,6 +154,16 @@ impl Session {
         self.wait_until(text, |output| screen(output).contains(text).then_some(()));
     }
 
+    /// Waits until the view shows another number of samples than `before`, and returns it: a measurement
+    /// without samples would end without a result.
+    pub(crate) fn wait_for_samples(&self, before: &str) -> String {
+        self.wait_until("samples", |output| {
+            let screen = screen(output);
+            let count = screen.split_once(" samples in ")?.0.rsplit('\n').next()?.trim().to_owned();
+            (count != "0" && count != before).then_some(count)
+        })
+    }
+
     pub(crate) fn press(&mut self, keys: &str) {
         self.keyboard.as_mut().unwrap().write_all(keys.as_bytes()).unwrap();
     }

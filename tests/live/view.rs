@@ -28,7 +28,7 @@ fn counted(document: &serde_json::Value) -> String {
 fn keys_lead_through_the_view_and_the_result_follows() {
     let mut session = Session::start("attach sim");
     session.wait_for(ALTERNATE_SCREEN);
-    session.wait_for("Allan deviation");
+    session.wait_for_samples("");
     assert_ne!(Modes::of(&session.line), session.before, "keys are read one by one");
     session.press("?");
     session.wait_to_see("this help: arrows turn pages, esc closes it");
@@ -40,6 +40,8 @@ fn keys_lead_through_the_view_and_the_result_follows() {
     session.wait_to_see("Discard everything");
     session.press("y");
     session.wait_to_see("started over after");
+    let samples = session.wait_for_samples("");
+    session.wait_for_samples(&samples);
     session.press("q");
     session.assert_left_well();
 }
@@ -49,7 +51,7 @@ fn every_way_to_end_restores_the_terminal() {
     let mut sessions: Vec<(Session, &str)> =
         ["q", "\x03", "TERM", "INT"].map(|way| (Session::start("attach sim"), way)).into();
     for (session, way) in &mut sessions {
-        session.wait_for("Allan deviation");
+        session.wait_for_samples("");
         match *way {
             "TERM" => session.signal(Signal::TERM),
             "INT" => session.signal(Signal::INT),
@@ -65,7 +67,7 @@ fn every_way_to_end_restores_the_terminal() {
 fn a_signal_that_aborts_leaves_the_terminal_as_it_was() {
     for (signal, code) in [(Signal::QUIT, 131), (Signal::ABORT, 134)] {
         let mut session = Session::start("attach sim");
-        session.wait_for("Allan deviation");
+        session.wait_for_samples("");
         session.signal(signal);
         assert_eq!(session.wait().code(), Some(code));
         assert_eq!(Modes::of(&session.line), session.before, "{signal:?}");
@@ -78,7 +80,7 @@ fn a_signal_that_aborts_leaves_the_terminal_as_it_was() {
 #[test]
 fn another_size_is_drawn_at_once() {
     let mut session = Session::start("attach sim");
-    session.wait_for("Allan deviation");
+    session.wait_for_samples("");
     set_size(session.keyboard.as_ref().unwrap(), 40, 10);
     session.wait_to_see("40x10 is too small");
     set_size(session.keyboard.as_ref().unwrap(), 150, 50);
@@ -97,7 +99,7 @@ fn another_size_is_drawn_at_once() {
 #[test]
 fn suspended_and_back() {
     let mut session = Session::shell("\"$VN100\" attach sim; echo the shell again; fg >/dev/null");
-    session.wait_for("Allan deviation");
+    session.wait_for_samples("");
     session.press("\x1a");
     let shell = session.wait_for("the shell again");
     let again = session.wait_for_after(shell, ALTERNATE_SCREEN);
@@ -109,7 +111,7 @@ fn suspended_and_back() {
 #[test]
 fn without_its_terminal_only_a_recording_continues() {
     let mut session = Session::start("attach sim");
-    session.wait_for("Allan deviation");
+    session.wait_for_samples("");
     let pid = session.vn100();
     session.hang_up();
     let _ = session.wait();
@@ -119,7 +121,7 @@ fn without_its_terminal_only_a_recording_continues() {
     let [told, gone, ended] = ["told", "gone", "ended"].map(|name| folder.path().join(format!("{name}.mcap")));
     let record = |recording: &Path, options: &str| {
         let session = Session::start(&format!("attach sim --record {} {options}", recording.display()));
-        session.wait_for("Allan deviation");
+        session.wait_for_samples("");
         session
     };
     // each at once, because on a busy machine one may end before the other has begun
@@ -149,7 +151,7 @@ fn a_terminal_that_is_not_read_delays_nothing() {
     let recording = folder.path().join("kept.mcap");
     let bytes = || fs::read(&recording).unwrap();
     let mut session = Session::start(&format!("attach sim --record {}", recording.display()));
-    session.wait_for("Allan deviation");
+    session.wait_for_samples("");
     tcflow(&session.line, Action::OOff).unwrap();
     let takes = |line: &File| poll(&mut [PollFd::new(line, PollFlags::OUT)], Some(&Timespec::default())).unwrap() > 0;
     let before = bytes().len();
@@ -178,7 +180,7 @@ fn a_terminal_stopped_before_the_first_byte_delays_no_measurement() {
     wait_until("measured on", || fs::metadata(&recording).is_ok_and(|file| file.len() > 10_000));
     assert_eq!(session.output(), "", "nothing can be drawn");
     tcflow(&session.line, Action::OOn).unwrap();
-    session.wait_for("Allan deviation");
+    session.wait_for_samples("");
     session.press("q");
     session.assert_left_well();
 }

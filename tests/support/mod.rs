@@ -97,6 +97,29 @@ fn finish(command: &mut Command, bytes: Vec<u8>) -> Output {
     Output { status, stdout, stderr }
 }
 
+/// Runs a command until a line on its standard error contains `said`, and interrupts it then.
+#[cfg(unix)]
+pub(crate) fn interrupted_after(command: &mut Command, said: &str) -> Output {
+    use rustix::process::{Pid, Signal, kill_process};
+    let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let stdout = read_on(child.stdout.take().unwrap());
+    let mut lines = Lines::of(child.stderr.take().unwrap());
+    let mut stderr = String::new();
+    while let Some(line) = lines.next() {
+        stderr = stderr + &line + "\n";
+        if line.contains(said) {
+            break;
+        }
+    }
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    lines.for_each(|line| stderr = std::mem::take(&mut stderr) + &line + "\n");
+    Output {
+        status: child.wait().unwrap(),
+        stdout: stdout.recv_timeout(PATIENCE).unwrap(),
+        stderr: stderr.into_bytes(),
+    }
+}
+
 /// A program that is observed while it runs, and ended when dropped.
 pub(crate) struct Running {
     pub(crate) process: Child,

@@ -4,19 +4,18 @@
 use std::{
     fs,
     path::Path,
-    process::{Command, Output, Stdio},
+    process::{Command, Output},
     sync::Mutex,
     thread,
 };
 
-use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
 use super::{
     captures,
     shown::{Document, documents},
 };
-use crate::support::{Lines, run, workspace};
+use crate::support::{interrupted_after, run, workspace};
 
 /// Lines that are not run, with the reason. The targets of cargo in them must exist nevertheless.
 const NOT_RUN: &[(&str, &str)] = &[
@@ -133,18 +132,10 @@ fn run_line(line: &str, folder: &Path, programs: &Path) -> Output {
     shell.arg("-c").current_dir(folder).env_remove("RUST_BACKTRACE");
     shell.env("PATH", path);
     if words.starts_with(&["vn100", "replay"]) && words.contains(&"--serve=:0") {
-        return interrupted_at_its_end(shell.arg(format!("exec {line}")));
+        // a replay with a page stays at its end
+        return interrupted_after(shell.arg(format!("exec {line}")), "replayed to its end");
     }
     run(shell.arg(line))
-}
-
-/// A replay with a page stays at its end until Ctrl-C.
-fn interrupted_at_its_end(command: &mut Command) -> Output {
-    let mut replay = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let mut said = Lines::of(replay.stderr.take().unwrap());
-    said.find(|line| line.contains("replayed to its end")).unwrap();
-    kill_process(Pid::from_child(&replay), Signal::INT).unwrap();
-    replay.wait_with_output().unwrap()
 }
 
 /// A folder of programs, before those of the system.
