@@ -64,6 +64,7 @@ mod rate_search;
 mod sample_counter;
 mod sensor_rates;
 mod stall;
+mod whole_steps;
 
 pub use device_clock::ClockAfterOutage;
 pub use gap_detector::GapDetector;

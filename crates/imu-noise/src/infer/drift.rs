@@ -10,7 +10,7 @@
 //! rest is as long as the coast, the variance is 2 T² σ²(T). The same weights, integrated once and
 //! twice more, give the position of an accelerometer and what a tilt makes of it.
 
-use crate::infer::chi_squared;
+use crate::infer::{chi_squared, confidence::Interval};
 
 /// The deviation at one averaging time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,8 +104,8 @@ impl Drift {
     /// The confidence interval of the standard deviation. `None` unless 0 < `confidence` < 1.
     #[must_use]
     pub fn interval(&self, confidence: f64) -> Option<(f64, f64)> {
-        let bound = |p| Some(self.std * (self.edf / chi_squared::quantile(p, self.edf)?).sqrt());
-        Some((bound(f64::midpoint(1.0, confidence))?, bound((1.0 - confidence) / 2.0)?))
+        let interval = Interval::new(self.std * self.std, self.edf, confidence)?;
+        Some((interval.lower, interval.upper))
     }
 }
 

@@ -4,6 +4,7 @@
 //! a random walk of any proportion: a change is a shape with which the likelihood, the noise fitted
 //! with it, is that much larger.
 
+use super::level_series::longest_series;
 use super::noise_model::{MeanShape, MeanShapes, Rows, Scored, Structure};
 use crate::accumulate::blocks::Block;
 use crate::accumulate::counts::counts_to_unit;
@@ -98,7 +99,7 @@ impl LevelSearch {
     pub fn of<'a>(signals: impl IntoIterator<Item = &'a ChannelSignal>) -> Self {
         let mut shapes: Vec<MeanShapes> = Vec::new();
         for signal in signals {
-            let blocks = longest_series(&signal.blocks()).len();
+            let blocks = longest_full(&signal.blocks()).len();
             if blocks >= MIN_BLOCKS && shapes.iter().all(|known| known.blocks != blocks) {
                 shapes.push(MeanShapes::new(blocks).with_steps());
             }
@@ -111,7 +112,7 @@ impl LevelSearch {
     #[must_use]
     pub fn find(&self, signal: &ChannelSignal, interval_s: f64, decimals: u8) -> LevelFindings {
         let blocks = signal.blocks();
-        let blocks = longest_series(&blocks);
+        let blocks = longest_full(&blocks);
         let shapes = self.shapes.iter().find(|shapes| shapes.blocks == blocks.len());
         let (Some(shapes), Some(first)) = (shapes, blocks.first()) else { return LevelFindings::default() };
         // From the first, so that no digits are lost on a large offset.
@@ -128,13 +129,9 @@ impl LevelSearch {
 }
 
 /// The consecutive blocks that are as good as full.
-fn longest_series(blocks: &[Block]) -> &[Block] {
+fn longest_full(blocks: &[Block]) -> &[Block] {
     let fullest = blocks.iter().map(|block| block.count).max().unwrap_or(0) as f64;
-    let is_full = |block: &Block| block.count as f64 >= LEAST_PRESENT * fullest;
-    let follows = |a: &Block, b: &Block| a.first_sample + a.length == b.first_sample && is_full(a) == is_full(b);
-    let series = blocks.chunk_by(follows).filter(|series| is_full(&series[0]));
-    // the first of the longest
-    series.rev().max_by_key(|series| series.len()).unwrap_or_default()
+    longest_series(blocks, |block| block.count as f64 >= LEAST_PRESENT * fullest)
 }
 
 /// The level of a channel, and its noise without any shape.
@@ -160,7 +157,7 @@ impl<'a> Level<'a> {
     /// `None` for a level that does not vary.
     fn new(shapes: &'a MeanShapes, means: &[f64]) -> Option<Self> {
         let rows = Rows::of_level(shapes.transform.of(means));
-        let alone = rows.fit(&structure(&[]), None)?;
+        let alone = rows.fit(&Structure::of_level(&[]), None)?;
         Some(Self { shapes, rows, alone })
     }
 
@@ -168,7 +165,8 @@ impl<'a> Level<'a> {
     fn likeliest(&self, evidence: f64, is_meant: impl Fn(MeanShape) -> bool) -> Option<LevelFit> {
         let find = |noise: &Scored, least_rise: f64| {
             let found = self.shapes.likeliest(&self.rows.level, &noise.expected, &[], &is_meant, least_rise)?;
-            let with = self.rows.fit(&structure(&found.coefficients), Some(noise))?;
+            let shapes: Vec<&[f64]> = found.coefficients.iter().map(Vec::as_slice).collect();
+            let with = self.rows.fit(&Structure::of_level(&shapes), Some(noise))?;
             Some((found.shape, with))
         };
         let (mut shape, mut with) = find(&self.alone, 0.0)?;
@@ -191,15 +189,9 @@ impl<'a> Level<'a> {
     }
 
     fn ramp_evidence(&self) -> f64 {
-        let ramp = core::slice::from_ref(&self.shapes.ramp);
-        self.rows.fit(&structure(ramp), Some(&self.alone)).map_or(0.0, |with| self.evidence(&with))
+        let structure = Structure::of_level(&[&self.shapes.ramp]);
+        self.rows.fit(&structure, Some(&self.alone)).map_or(0.0, |with| self.evidence(&with))
     }
-}
-
-/// White noise, flicker noise and a walk, with a shape.
-fn structure(shape: &[Vec<f64>]) -> Structure<'_> {
-    let shapes = shape.iter().map(Vec::as_slice).collect();
-    Structure { components: vec![0, 1, 2], shapes, ..Structure::default() }
 }
 
 struct Span {

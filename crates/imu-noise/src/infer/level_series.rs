@@ -41,11 +41,10 @@ impl LevelSeries {
     }
 
     fn of_blocks(blocks: &[Block], unit_per_count: f64) -> Option<Self> {
-        let is_full = |block: &Block| block.count as f64 >= LEAST_PRESENT * block.length as f64;
-        let follows = |a: &Block, b: &Block| a.first_sample + a.length == b.first_sample;
-        let full = blocks.split(|block| !is_full(block));
-        let series = full.flat_map(|blocks| blocks.chunk_by(follows));
-        let series = series.max_by_key(|series| series.len()).filter(|series| series.len() >= MIN_BLOCKS)?;
+        let series = longest_series(blocks, |block| block.count as f64 >= LEAST_PRESENT * block.length as f64);
+        if series.len() < MIN_BLOCKS {
+            return None;
+        }
         let (first, start, end) = (series.first()?, blocks.first()?, blocks.last()?);
         let places = end.first_sample + end.count - start.first_sample;
         if ((series.len() as u64 * first.length) as f64) < LEAST_SHARE * places as f64 {
@@ -62,6 +61,13 @@ impl LevelSeries {
             white_factor,
         })
     }
+}
+
+/// The longest of the series of consecutive blocks that are as good as full, the first of several.
+pub(super) fn longest_series(blocks: &[Block], is_full: impl Fn(&Block) -> bool) -> &[Block] {
+    let follows = |a: &Block, b: &Block| a.first_sample + a.length == b.first_sample && is_full(a) == is_full(b);
+    let series = blocks.chunk_by(follows).filter(|series| is_full(&series[0]));
+    series.rev().max_by_key(|series| series.len()).unwrap_or_default()
 }
 
 /// The cosine transform of series of one length.

@@ -250,13 +250,9 @@ impl BlockNoise {
             let squares: f64 = means.iter().map(|(windows, log)| windows * (log - mean).powi(2)).sum();
             (squares, means.len().saturating_sub(1))
         };
-        let (squares, free) = match change {
-            None => part(false),
-            Some(_) => {
-                let ((a, free_a), (b, free_b)) = (part(false), part(true));
-                (a + b, free_a + free_b)
-            }
-        };
+        // without a change there is no part within
+        let ((outside, free_outside), (within, free_within)) = (part(false), part(true));
+        let (squares, free) = (outside + within, free_outside + free_within);
         let ratio = squares / free as f64 / self.variance_within;
         let p = chi_squared::probability_above(ratio / MARGIN * free as f64, free as f64)?;
         (p < FALSE_ALARM / CHANNELS && ratio > LEAST).then_some(ratio)

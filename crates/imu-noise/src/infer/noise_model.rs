@@ -32,9 +32,8 @@ pub use record_length::{Aim, Wanted};
 pub(super) use scoring::{Rows, Scored, Structure};
 use search::Layout;
 pub use search::Rival;
-pub(super) use search::crossing;
 pub(super) use shapes::{MeanShape, MeanShapes};
-use spectral_rows::Grid;
+use spectral_rows::{Grid, GridOctave};
 pub use term::Term;
 use thresholds::{LONGEST_PROCESS, MOST_COSINES, PROCESSES_APART, SHORTEST_PROCESS};
 
@@ -45,12 +44,7 @@ pub struct NoiseModel {
     shape: RecordShape,
     window: Option<BoxcarWindow>,
     layout: Layout,
-    /// Places of the octaves that can vary, with two windows or more, among those given.
-    places: Vec<usize>,
-    /// Of each of these the degrees of freedom in white noise, flicker noise and a walk.
-    edf: Vec<[f64; 3]>,
-    /// `None` without such octaves.
-    grid: Option<Grid>,
+    grid: Grid,
     /// Shapes of the mean, of as many blocks as the first channel has.
     shapes: Arc<OnceLock<Arc<MeanShapes>>>,
 }
@@ -65,21 +59,21 @@ impl NoiseModel {
     pub fn new(octaves: &[Octave], shape: &RecordShape, window: Option<BoxcarWindow>, is_quantized: bool) -> Self {
         let of = |(place, octave): (usize, &Octave)| {
             let of_law = |law| edf(octave, shape, law);
-            let laws = [of_law(PowerLaw::White)?, of_law(PowerLaw::Flicker)?, of_law(PowerLaw::RandomWalk)?];
-            Some((place, *octave, laws))
+            Some(GridOctave {
+                octave: *octave,
+                place,
+                white_edf: of_law(PowerLaw::White)?,
+                flicker_edf: of_law(PowerLaw::Flicker)?,
+                walk_edf: of_law(PowerLaw::RandomWalk)?,
+            })
         };
-        let used: Vec<(usize, Octave, [f64; 3])> = octaves.iter().enumerate().filter_map(of).collect();
+        let octaves = octaves.iter().enumerate().filter_map(of).collect();
         let layout = layout(shape, window, is_quantized);
-        let of_law = |law: usize| used.iter().map(|(.., edf)| edf[law]).collect::<Vec<f64>>();
-        let in_use = used.iter().map(|(_, octave, _)| *octave).collect();
-        let grid = (!used.is_empty()).then(|| Grid::new(shape, in_use, [of_law(0), of_law(2)], &layout.components));
         Self {
             shape: *shape,
             window,
+            grid: Grid::new(shape, octaves, &layout.components),
             layout,
-            places: used.iter().map(|(place, ..)| *place).collect(),
-            edf: used.iter().map(|(.., edf)| *edf).collect(),
-            grid,
             shapes: Arc::default(),
         }
     }
@@ -94,27 +88,6 @@ impl NoiseModel {
     fn shapes(&self, blocks: usize) -> Arc<MeanShapes> {
         let known = self.shapes.get_or_init(|| Arc::new(MeanShapes::new(blocks)));
         if known.blocks == blocks { Arc::clone(known) } else { Arc::new(MeanShapes::new(blocks)) }
-    }
-
-    /// Degrees of freedom of an octave in a mixture of noises with these parameters, by those of each
-    /// alone, as if differences of all were as much alike as those of the one they share most with.
-    fn mixed_edf(&self, place: usize, parameters: &[f64]) -> Option<f64> {
-        let grid = self.grid.as_ref()?;
-        let m = grid.octaves().get(place)?.m as f64;
-        let [white, flicker, walk] = *self.edf.get(place)?;
-        let each = self.layout.components.iter().zip(grid.columns(place)).zip(parameters);
-        let (sum, spread) = each.fold((0.0, 0.0), |(sum, spread), ((component, column), parameter)| {
-            let share: f64 = column * parameter;
-            let edf = match component {
-                Component::Flicker => flicker,
-                Component::Walk => walk,
-                Component::GaussMarkov(time) if m < *time => walk,
-                _ => white,
-            };
-            (sum + share, spread + share / edf.sqrt())
-        });
-        let edf = (sum / spread).powi(2);
-        edf.is_finite().then_some(edf)
     }
 }
 

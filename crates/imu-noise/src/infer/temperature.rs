@@ -6,7 +6,7 @@ use core::fmt;
 
 use super::chi_squared;
 use super::level_series::CosineTransform;
-use super::noise_model::{Rows, Scored, Structure, crossing};
+use super::noise_model::{Rows, Scored, Structure};
 use crate::accumulate::temperature_blocks::TemperatureBlocks;
 use series::BlockSeries;
 
@@ -129,6 +129,12 @@ struct LaggedTemperature {
     coefficients: Vec<f64>,
 }
 
+impl LaggedTemperature {
+    fn structure(&self) -> Structure<'_> {
+        Structure::of_level(&[&self.coefficients])
+    }
+}
+
 impl TemperatureSearch {
     /// In the longest stretch without a gap. `degrees_per_count` is of the temperature.
     ///
@@ -173,12 +179,12 @@ impl TemperatureSearch {
     pub fn coefficient(&self, axis: usize, unit_per_count: f64, confidence: f64) -> Option<TemperatureCoefficient> {
         let z = chi_squared::normal_two_sided(confidence)?;
         let rows = Rows::of_level(self.transform.of(self.series.axes.get(axis)?));
-        let without = rows.fit(&structure(&[]), None)?;
+        let without = rows.fit(&Structure::of_level(&[]), None)?;
         let drop = 0.5 * z * z * UNKNOWN_NOISE;
         let mut bank = self.bank.clone();
         // between the lags that the record does not exclude, as long as it distinguishes those of the bank
         let (fitted, likeliest, first, last) = loop {
-            let fit = |lagged: &LaggedTemperature| rows.fit(&structure(&[&lagged.coefficients]), Some(&without));
+            let fit = |lagged: &LaggedTemperature| rows.fit(&lagged.structure(), Some(&without));
             let fitted = bank.iter().map(fit).collect::<Option<Vec<Scored>>>()?;
             let of = |place: usize| fitted[place].log_likelihood;
             let likeliest = (0..LAGS).max_by(|a, b| of(*a).total_cmp(&of(*b)))?;
@@ -193,23 +199,16 @@ impl TemperatureSearch {
         let most = fitted[likeliest].log_likelihood;
         let limit = |sign: f64| {
             let of = |place: usize| {
-                let (best, x) = (&fitted[place], &bank[place].coefficients);
-                let value = best.multiples.first().copied().unwrap_or(0.0);
-                let deviation = 1.0 / x.iter().zip(&best.expected).map(|(x, v)| x * x / v).sum::<f64>().sqrt();
-                let fall = |distance: f64| {
-                    let held = Structure { held_shape: Some(value + sign * distance), ..structure(&[x]) };
-                    let held = rows.fit(&held, Some(best));
-                    held.map_or(f64::INFINITY, |held| best.log_likelihood - held.log_likelihood)
-                };
+                let best = &fitted[place];
                 let left = (drop - (most - best.log_likelihood)).max(0.0);
-                sign * value + crossing(left, deviation, fall)
+                Some(sign * rows.limit_of_multiple(&bank[place].structure(), best, sign, left)?)
             };
-            sign * (first..=last).map(of).fold(f64::NEG_INFINITY, f64::max)
+            Some(sign * (first..=last).filter_map(of).reduce(f64::max)?)
         };
         let rise = (most - without.log_likelihood).max(0.0);
         let p = (2.0 * chi_squared::normal_above((2.0 * rise).sqrt()) * LAGS as f64).min(1.0);
         let value = *fitted[likeliest].multiples.first()?;
-        let [value, a, b] = [value, limit(-1.0), limit(1.0)].map(|value| value * unit_per_count);
+        let [value, a, b] = [value, limit(-1.0)?, limit(1.0)?].map(|value| value * unit_per_count);
         let (lower, upper) = (a.min(b), a.max(b));
         let lag_range_s = (bank[first.saturating_sub(1)].lag_s, bank[(last + 1).min(LAGS - 1)].lag_s);
         let is_lag_open = self.bank.last().is_some_and(|longest| lag_range_s.1 > 0.999 * longest.lag_s);
@@ -231,12 +230,6 @@ fn largest_share(lagged: &LaggedTemperature, fitted: &Scored) -> f64 {
         made / (made + noise)
     };
     octaves.map(share).fold(0.0, f64::max)
-}
-
-/// The noise of the level, with a shape.
-fn structure<'a>(shape: &[&'a Vec<f64>]) -> Structure<'a> {
-    let shapes = shape.iter().map(|shape| shape.as_slice()).collect();
-    Structure { components: vec![0, 1, 2], shapes, ..Structure::default() }
 }
 
 #[cfg(test)]

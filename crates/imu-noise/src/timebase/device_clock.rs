@@ -3,22 +3,15 @@
 mod doubtful_run;
 mod ticks;
 
-use std::{collections::VecDeque, time::Duration};
+use std::time::Duration;
 
 use super::envelope::Envelope;
-use super::gap_event::{GapEvent, NominalRate, TimebaseSummary};
+use super::gap_event::{GapEvent, GapEvents, NominalRate, TimebaseSummary};
 use super::interval_statistics::IntervalStatistics;
 use super::sensor_rates::RUN;
+use super::whole_steps::{TOLERANCE, whole_steps};
 use doubtful_run::{DoubtfulRun, Stamped};
 use ticks::period_ns;
-
-/// The fraction of a period by which an interval may differ from whole periods. Chosen: at 800 Hz
-/// the intervals of real sensors differ by a fortieth.
-const TOLERANCE: f64 = 0.25;
-
-/// An interval of more periods is another clock and not a gap: at 800 Hz such a gap would last two
-/// months.
-const MAX_PERIODS: f64 = 4_294_967_296.0;
 
 /// A record shorter than this shows no offset between the clocks of sensor and host.
 const MIN_COMPARED: Duration = Duration::from_secs(60);
@@ -45,7 +38,7 @@ const CLOCK_DIFFERENCE: f64 = 1e-3;
 /// one follows the sample before the doubtful one by two periods, the doubtful time is false,
 /// [`GapEvent::FalseTime`]. If its interval is equal to the doubtful one, both samples are in
 /// doubt.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct DeviceClock {
     last_ns: u64,
     last_at: Option<Duration>,
@@ -67,9 +60,7 @@ pub(super) struct DeviceClock {
     compared_from: Option<Duration>,
     samples: u64,
     backwards: u64,
-    missing: u64,
-    gaps: u64,
-    pub(super) events: VecDeque<GapEvent>,
+    pub(super) events: GapEvents,
 }
 
 /// The state of the sensor's clock according to the first sample after an outage.
@@ -84,27 +75,6 @@ pub enum ClockAfterOutage {
 }
 
 impl DeviceClock {
-    pub(super) fn new() -> Self {
-        Self {
-            last_ns: 0,
-            last_at: None,
-            held: Vec::new(),
-            period_ns: None,
-            in_doubt: DoubtfulRun::default(),
-            after_outage: false,
-            index: 0,
-            least_lag_ns: None,
-            envelope: None,
-            intervals: IntervalStatistics::new(),
-            compared_from: None,
-            samples: 0,
-            backwards: 0,
-            missing: 0,
-            gaps: 0,
-            events: VecDeque::new(),
-        }
-    }
-
     /// Takes the next sample; `at` is the arrival time, if it is known.
     pub(super) fn push(&mut self, device_ns: u64, at: Option<Duration>) {
         self.samples += 1;
@@ -140,7 +110,7 @@ impl DeviceClock {
         };
         let (interval, passed) = (Duration::from_nanos(interval_ns), at.saturating_sub(last));
         let difference = passed.abs_diff(interval);
-        self.after_outage = whole_periods(interval_ns, period_ns).is_some()
+        self.after_outage = whole_steps(interval_ns, period_ns).is_some()
             && difference <= LATEST_ARRIVAL + interval.mul_f64(CLOCK_DIFFERENCE);
         if self.after_outage { ClockAfterOutage::RunsOn } else { ClockAfterOutage::Unknown }
     }
@@ -162,8 +132,8 @@ impl DeviceClock {
             measured_hz,
             offset_ppm: nominal.zip(measured_hz).map(|(nominal, hz)| (hz / nominal.hz() - 1.0) * 1e6),
             refusal: None,
-            missing: self.missing,
-            gaps: self.gaps,
+            missing: self.events.missing,
+            gaps: self.events.gaps,
             unevenness: None,
             flushed: 0,
             arrivals: nominal.and_then(|nominal| self.intervals.summary(nominal.hz().recip())),
@@ -177,7 +147,7 @@ impl DeviceClock {
         if let Some(period_ns) = period_ns(intervals().filter(|ns| *ns > 0)) {
             self.period_ns = Some(period_ns);
             self.envelope = Some(Envelope::new(period_ns * 1e-9));
-            self.events.push_back(GapEvent::DeviceTimeInUse { rate_hz: 1e9 / period_ns });
+            self.events.push(GapEvent::DeviceTimeInUse { rate_hz: 1e9 / period_ns });
         }
         self.add_sample(*first);
         for stamped in &held[1..] {
@@ -185,7 +155,7 @@ impl DeviceClock {
                 Some(period_ns) => self.take(*stamped, period_ns),
                 // without an interval there is no period
                 None => {
-                    self.events.push_back(GapEvent::UnknownGap);
+                    self.events.push(GapEvent::UnknownGap);
                     self.add_sample(*stamped);
                 }
             }
@@ -207,7 +177,7 @@ impl DeviceClock {
             && !periods_after(doubtful.device_ns, 1.0)
         {
             self.in_doubt.take();
-            self.events.push_back(GapEvent::FalseTime);
+            self.events.push(GapEvent::FalseTime);
             self.add_missing(1);
             self.index += 1;
             return self.add_sample(stamped);
@@ -225,7 +195,7 @@ impl DeviceClock {
     /// The samples in doubt arrive at another rate.
     fn change_rate(&mut self, period_ns: f64, to_period_ns: f64) {
         let (from_hz, to_hz) = (1e9 / period_ns, 1e9 / to_period_ns);
-        self.events.push_back(GapEvent::RateChanged { from_hz, to_hz, until: Box::new(self.so_far()) });
+        self.events.push(GapEvent::RateChanged { from_hz, to_hz, until: Box::new(self.so_far()) });
         self.period_ns = Some(to_period_ns);
         self.envelope = Some(Envelope::new(to_period_ns * 1e-9));
         let mut run = self.in_doubt.take().into_iter();
@@ -255,7 +225,7 @@ impl DeviceClock {
         if self.is_too_early(stamped, interval_ns) {
             return self.begin_anew(stamped, GapEvent::TimeStep);
         }
-        let Some(periods) = whole_periods(interval_ns, period_ns) else {
+        let Some(periods) = whole_steps(interval_ns, period_ns) else {
             return self.begin_anew(stamped, GapEvent::UnknownGap);
         };
         self.add_missing(periods - 1);
@@ -271,12 +241,8 @@ impl DeviceClock {
     }
 
     fn add_missing(&mut self, missing: u64) {
-        if missing > 0 {
-            self.index += missing;
-            self.missing += missing;
-            self.gaps += 1;
-            self.events.push_back(GapEvent::Missing(missing));
-        }
+        self.index += missing;
+        self.events.push(GapEvent::Missing(missing));
     }
 
     /// Starts the time base again at this sample, which comes an unknown time after the one before,
@@ -287,7 +253,7 @@ impl DeviceClock {
         if let Some(envelope) = &mut self.envelope {
             envelope.restart();
         }
-        self.events.push_back(reason);
+        self.events.push(reason);
         self.add_sample(stamped);
     }
 
@@ -309,19 +275,8 @@ impl DeviceClock {
             self.last_at = Some(at);
             self.compared_from.get_or_insert(at);
         }
-        match self.events.back_mut() {
-            Some(GapEvent::Samples(samples)) => *samples += 1,
-            _ => self.events.push_back(GapEvent::Samples(1)),
-        }
+        self.events.push(GapEvent::Samples(1));
     }
-}
-
-/// The number of periods in the interval, at least one; `None` if it is not a whole number.
-fn whole_periods(interval_ns: u64, period_ns: f64) -> Option<u64> {
-    let quotient = interval_ns as f64 / period_ns;
-    let periods = quotient.round();
-    let is_whole = (quotient - periods).abs() <= TOLERANCE && (1.0..=MAX_PERIODS).contains(&periods);
-    is_whole.then_some(periods as u64)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 use std::collections::VecDeque;
 
 use super::envelope::Envelope;
+use super::gap_event::GapEvent;
 use super::sensor_rates::{RUN, SensorRates};
 
 /// Lag in periods from which a sample is in doubt: above 0.76, an observed shift of the phase of a
@@ -65,12 +66,10 @@ const MOST_IN_DOUBT: usize = 65_536;
 const DECAY: f64 = 0.999;
 
 /// A decision on the first pending samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Decision {
-    /// This many samples have no gap before them.
-    Samples(u64),
-    /// This many samples are missing before the first pending one.
-    Missing(u64),
+    /// Samples without a gap before them, or the samples that are missing before the first one.
+    Gap(GapEvent),
     /// The pending samples arrive at this rate in Hz, which differs from that of the tracker.
     OtherRate(f64),
 }
@@ -127,7 +126,7 @@ struct Doubt {
     reads: usize,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct EdgeTracker {
     /// The rates to which the sensor may change; `None` if another part examines its steps.
     rates: Option<SensorRates>,
@@ -175,25 +174,12 @@ impl EdgeTracker {
         Self {
             rates,
             period_s,
-            follows_fit: false,
             due_s,
-            pending: VecDeque::new(),
-            judged: 0,
-            doubt: None,
-            owed_s: 0.0,
-            jump_s: 0.0,
-            reads: Reads::default(),
             window_s: WINDOW_S,
             block: (0, due_s, f64::INFINITY, 0.0),
-            late_s: 0.0,
-            recent_s: 0.0,
-            index: 0,
-            settled: 0,
             previous_s: f64::NEG_INFINITY,
-            last_s: None,
-            even: (0, 0.0),
-            flushed: 0,
             envelope: Envelope::new(period_s),
+            ..Self::default()
         }
     }
 
@@ -379,7 +365,7 @@ impl EdgeTracker {
         }
         self.doubt = None;
         self.judged = 0;
-        Decision::Samples(samples as u64)
+        Decision::Gap(GapEvent::Samples(samples as u64))
     }
 
     /// Ends a doubt about early samples: those up to `samples` have no gap before them, and the
@@ -426,7 +412,7 @@ impl EdgeTracker {
             self.last_s = None;
         }
         self.index += missing as u64;
-        Decision::Missing(missing as u64)
+        Decision::Gap(GapEvent::Missing(missing as u64))
     }
 
     fn begin_block(&mut self, at_s: f64) {

@@ -23,7 +23,7 @@ struct LaggedArrival {
 
 /// The earliest arrival, relative to the nominal rate, of each of at most 64 blocks of equal
 /// length: [`RUN`] samples at first, doubled as the record grows.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Envelope {
     nominal_period_s: f64,
     block_len: u64,

@@ -99,7 +99,7 @@ impl GapDetector {
     /// nanoseconds since the sensor started: only device times decide, and arrival times show the
     /// offset of the clocks. All samples of a stream must be added by the same method.
     pub fn push_device_time(&mut self, device_ns: u64, at: Option<Duration>) {
-        self.device_clock.get_or_insert_with(|| Box::new(DeviceClock::new())).push(device_ns, at);
+        self.device_clock.get_or_insert_with(Box::default).push(device_ns, at);
     }
 
     /// Whether the samples carry device times.
@@ -145,11 +145,11 @@ impl GapDetector {
     /// The next decided event; `None` if it depends on later samples.
     pub fn poll(&mut self) -> Option<GapEvent> {
         if let Some(clock) = &mut self.device_clock {
-            return clock.events.pop_front();
+            return clock.events.next();
         }
         loop {
             if self.by_counter == 0 {
-                match self.counter.as_mut().map(|counter| (counter.events.pop_front(), counter.has_ended)) {
+                match self.counter.as_mut().map(|counter| (counter.events.next(), counter.has_ended)) {
                     None => self.by_counter = u64::MAX,
                     Some((Some(GapEvent::Samples(samples)), _)) => self.by_counter = samples,
                     Some((Some(event), _)) => {
@@ -160,7 +160,7 @@ impl GapDetector {
                     Some((None, false)) => return None,
                 }
             } else if self.by_arrival == 0 {
-                match self.arrivals.as_mut().map(|arrivals| arrivals.events.pop_front()) {
+                match self.arrivals.as_mut().map(|arrivals| arrivals.events.next()) {
                     None => self.by_arrival = u64::MAX,
                     Some(Some(GapEvent::Samples(samples))) => self.by_arrival = samples,
                     Some(Some(GapEvent::Missing(_))) if self.counter_in_use => {}

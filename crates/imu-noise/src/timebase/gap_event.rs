@@ -1,6 +1,6 @@
 //! A gap: the number of missing samples, their place, and the source of this knowledge.
 
-use std::fmt;
+use std::{collections::VecDeque, fmt};
 
 use super::interval_statistics::Arrivals;
 use super::local_steps::Unevenness;
@@ -53,6 +53,39 @@ pub enum GapEvent {
     },
     /// From here on arrival times are ignored. Reported once; no event of arrival times follows.
     Refused(Refusal),
+}
+
+/// The decided events of a stream that are not reported yet, and the gaps so far.
+#[derive(Clone, Debug, Default)]
+pub(super) struct GapEvents {
+    waiting: VecDeque<GapEvent>,
+    /// Number of missing samples, and of gaps.
+    pub(super) missing: u64,
+    pub(super) gaps: u64,
+}
+
+impl GapEvents {
+    /// Adds an event; one of no samples is none.
+    pub(super) fn push(&mut self, event: GapEvent) {
+        match (&event, self.waiting.back_mut()) {
+            (GapEvent::Samples(0) | GapEvent::Missing(0), _) => return,
+            (GapEvent::Samples(more), Some(GapEvent::Samples(samples))) => {
+                *samples += more;
+                return;
+            }
+            (GapEvent::Missing(missing), _) => {
+                self.missing += missing;
+                self.gaps += 1;
+            }
+            _ => {}
+        }
+        self.waiting.push_back(event);
+    }
+
+    /// Takes the first event.
+    pub(super) fn next(&mut self) -> Option<GapEvent> {
+        self.waiting.pop_front()
+    }
 }
 
 /// Nominal rate of a stream.

@@ -37,12 +37,14 @@ pub(super) struct IntervalStatistics {
     max_us: u64,
 }
 
-impl IntervalStatistics {
-    pub(super) fn new() -> Self {
+impl Default for IntervalStatistics {
+    fn default() -> Self {
         let histogram = Histogram::new_with_bounds(1, MAX_INTERVAL_US, 3).ok();
         Self { histogram, min_us: u64::MAX, max_us: 0 }
     }
+}
 
+impl IntervalStatistics {
     pub(super) fn push(&mut self, interval_us: u64) {
         if let Some(histogram) = &mut self.histogram {
             histogram.saturating_record(interval_us);

@@ -100,20 +100,16 @@ pub(super) struct Stretch {
     pub(super) begins: bool,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct LocalSteps {
     pub(super) pending_s: Vec<f64>,
-    begins: bool,
-    /// Whether no sample has been taken yet.
-    is_first: bool,
+    /// Whether samples have been taken, and whether the rate is still that of the last of them.
+    has_begun: bool,
+    continues: bool,
     last: Option<Steps>,
 }
 
 impl LocalSteps {
-    pub(super) const fn new() -> Self {
-        Self { pending_s: Vec::new(), begins: true, is_first: true, last: None }
-    }
-
     /// Adds a sample. Returns the samples that are decided with it.
     pub(super) fn push(&mut self, at_s: f64) -> Option<Stretch> {
         self.pending_s.push(at_s);
@@ -135,7 +131,7 @@ impl LocalSteps {
         let mut even_s = spread(&self.pending_s[waited..], usual_s.unwrap_or_default());
         let mut until = self.pending_s.len();
         if let Some((place, before_s, after_s)) = change_of_rate(&even_s) {
-            if self.is_first && 2 * place <= even_s.len() && is_flush(place, before_s, after_s) {
+            if !self.has_begun && 2 * place <= even_s.len() && is_flush(place, before_s, after_s) {
                 even_s.drain(..place);
             } else {
                 even_s.truncate(place);
@@ -144,10 +140,10 @@ impl LocalSteps {
         }
         let steps = steps_of(&even_s, self.last);
         let taken = if until < self.pending_s.len() { until } else { most.min(until) };
-        let stretch = Stretch { stamps_s: self.pending_s.drain(..taken).collect(), steps, begins: self.begins };
-        self.begins = taken == until && !self.pending_s.is_empty();
-        self.is_first = false;
-        self.last = steps.filter(|_| !self.begins);
+        let stretch = Stretch { stamps_s: self.pending_s.drain(..taken).collect(), steps, begins: !self.continues };
+        self.continues = taken < until || self.pending_s.is_empty();
+        self.has_begun = true;
+        self.last = steps.filter(|_| self.continues);
         stretch
     }
 

@@ -7,6 +7,7 @@
 //! counts if it is clearly the shortest.
 
 use super::edge_tracker::TOGETHER_PERIODS;
+use super::gap_event::NominalRate;
 use super::sensor_rates::{LISTED_TOLERANCE, RUN, SensorRates, TOO_FAST, WHOLE_TOLERANCE, mean_hz, near};
 
 /// Seconds, and intervals, of samples that arrive singly and evenly until their rate is certain:
@@ -39,17 +40,6 @@ const CLEARLY: f64 = 8.0;
 const CLEARLY_PER_SAMPLE: f64 = 0.15;
 const UNLISTED: f64 = 30.0;
 
-/// The result of the first samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Found {
-    /// A rate of the sensor, in Hz.
-    Listed(f64),
-    /// An even rate in Hz that the sensor does not have.
-    Unlisted(f64),
-    /// Samples arrive at this rate in Hz, unevenly: some are missing, or the rate is another one.
-    Uneven(f64),
-}
-
 #[derive(Clone, Debug)]
 pub(super) struct RateSearch {
     rates: SensorRates,
@@ -79,29 +69,30 @@ impl RateSearch {
         (std::mem::take(&mut self.unstamped), std::mem::take(&mut self.pending_s))
     }
 
-    /// Adds a sample. Returns the result, if the search ends with it.
-    pub(super) fn push(&mut self, at_s: f64) -> Option<Found> {
+    /// Adds a sample. Returns the result, as [`finish`](Self::finish), if the search ends with it.
+    pub(super) fn push(&mut self, at_s: f64) -> Option<Result<NominalRate, f64>> {
         self.pending_s.push(at_s);
         let span_s = at_s - self.pending_s[0];
         let samples = self.pending_s.len();
         if span_s >= EVEN_S
             && let Some(hz) = self.even()
         {
-            return Some(Found::Listed(hz));
+            return Some(Ok(NominalRate::Snapped(hz)));
         }
         if samples >= MOST_SAMPLES || (span_s >= LONGEST_S && samples >= ENOUGH) {
             return self.finish();
         }
         let is_due = samples.is_multiple_of(RUN) && span_s >= EVIDENCE_S;
         let found = if is_due { self.found() } else { None };
-        found.filter(|found| matches!(found, Found::Listed(_)))
+        found.filter(|found| matches!(found, NominalRate::Snapped(_))).map(Ok)
     }
 
-    /// The result of all samples, if no other follows; `None` below two of them.
-    pub(super) fn finish(&self) -> Option<Found> {
+    /// The rate that all samples show, if no other follows, or how many of them arrive per second,
+    /// unevenly: some are missing, or the rate is another one. `None` below two samples.
+    pub(super) fn finish(&self) -> Option<Result<NominalRate, f64>> {
         let mean_hz = mean_hz(&self.pending_s)?;
         if mean_hz > TOO_FAST * self.rates.fastest() {
-            return Some(Found::Uneven(mean_hz));
+            return Some(Err(mean_hz));
         }
         if self.pending_s.len() < RUN {
             let whole = |hz: &f64| {
@@ -112,9 +103,9 @@ impl RateSearch {
             };
             let nearest_hz = self.rates.nearest(mean_hz, 5.0 * LISTED_TOLERANCE);
             let nearest_hz = nearest_hz.or_else(|| self.rates.0.iter().copied().filter(whole).min_by(f64::total_cmp));
-            return Some(nearest_hz.map_or(Found::Uneven(mean_hz), Found::Listed));
+            return Some(nearest_hz.map(NominalRate::Snapped).ok_or(mean_hz));
         }
-        self.found().or(Some(Found::Uneven(mean_hz)))
+        Some(self.found().ok_or(mean_hz))
     }
 
     /// The rate if the latest second of samples arrived singly and evenly; most of [`RUN`] samples are
@@ -136,17 +127,17 @@ impl RateSearch {
         listed_hz.filter(is_single).or_else(|| nearest_hz.filter(are_many_single))
     }
 
-    fn found(&self) -> Option<Found> {
+    fn found(&self) -> Option<NominalRate> {
         let mean_hz = mean_hz(&self.pending_s)?;
         let near_hz = self.rates.nearest(mean_hz, 3.0 * LISTED_TOLERANCE);
         // reads at a pace of their own look like a higher rate with missing samples
         if let Some(hz) = near_hz.filter(|hz| self.pending_s.len() >= ENOUGH && self.is_read_in_time(*hz, 0)) {
-            return Some(Found::Listed(hz));
+            return Some(NominalRate::Snapped(hz));
         }
         let possible = self.rates.0.iter().copied().filter(|hz| *hz > 0.97 * mean_hz);
-        let listed = possible.map(|hz| (self.description(hz), Found::Listed(hz)));
-        let unlisted = (self.description(mean_hz) + UNLISTED, Found::Unlisted(mean_hz));
-        let mut all: Vec<(f64, Found)> = listed.chain([unlisted]).collect();
+        let listed = possible.map(|hz| (self.description(hz), NominalRate::Snapped(hz)));
+        let unlisted = (self.description(mean_hz) + UNLISTED, NominalRate::Measured(mean_hz));
+        let mut all: Vec<(f64, NominalRate)> = listed.chain([unlisted]).collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         let clearly = CLEARLY + CLEARLY_PER_SAMPLE * self.pending_s.len() as f64;
         let others = all.get(1).map_or(f64::INFINITY, |second| second.0);
@@ -155,11 +146,12 @@ impl RateSearch {
         }
         let late = self.pending_s.len() / 10;
         if let Some(hz) = near_hz.filter(|hz| self.is_read_in_time(*hz, late)) {
-            return Some(Found::Listed(hz));
+            return Some(NominalRate::Snapped(hz));
         }
         // one or two missing samples lower the mean
         let above_hz = near_hz.filter(|hz| *hz > mean_hz);
-        self.is_read_in_time(mean_hz, late).then(|| above_hz.map_or(Found::Unlisted(mean_hz), Found::Listed))
+        self.is_read_in_time(mean_hz, late)
+            .then(|| above_hz.map_or(NominalRate::Measured(mean_hz), NominalRate::Snapped))
     }
 
     /// Whether no sample is missing at this rate, and a reader takes all available samples, except

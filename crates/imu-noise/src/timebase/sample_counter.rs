@@ -1,17 +1,8 @@
 //! Missing samples from the counter that each sample carries.
 
-use std::collections::VecDeque;
-
-use super::gap_event::GapEvent;
+use super::gap_event::{GapEvent, GapEvents};
 use super::sensor_rates::RUN;
-
-/// The fraction of a step by which an increment may differ from a whole number of steps. Chosen:
-/// counters that run at 800 Hz differ by one event in four or more.
-const TOLERANCE: f64 = 0.25;
-
-/// An increment of more steps is another counter and not a gap: at 200 Hz such a gap would last
-/// eight months.
-const MAX_STEPS: f64 = 4_294_967_296.0;
+use super::whole_steps::{single_step, whole_steps};
 
 /// Judges the counters of the samples of a stream, in bounded memory.
 ///
@@ -26,24 +17,19 @@ const MAX_STEPS: f64 = 4_294_967_296.0;
 #[derive(Clone, Debug, Default)]
 pub(super) struct SampleCounter {
     last: Option<u64>,
-    /// Increments before the pending samples; empty once the step is known.
-    pending: Vec<Increment>,
+    /// Increments before the pending samples, `None` for a counter that decreased; empty once the
+    /// step is known.
+    pending: Vec<Option<u64>>,
     /// 0 for an ignored counter.
     step: Option<f64>,
-    pub(super) events: VecDeque<GapEvent>,
+    pub(super) events: GapEvents,
     /// Whether [`finish`](Self::finish) was called.
     pub(super) has_ended: bool,
 }
 
-#[derive(Clone, Copy, Debug)]
-enum Increment {
-    By(u64),
-    Back,
-}
-
 impl SampleCounter {
     pub(super) fn push(&mut self, count: u64) {
-        let Some(last) = self.last.replace(count) else { return self.add_sample() };
+        let Some(last) = self.last.replace(count) else { return self.events.push(GapEvent::Samples(1)) };
         let increment = increment(last, count);
         if let Some(step) = self.step {
             self.judge(increment, step);
@@ -65,63 +51,32 @@ impl SampleCounter {
         if self.pending.is_empty() {
             return;
         }
-        let step = step(&self.pending);
+        let increments = self.pending.iter().copied();
+        let step = match increments.clone().any(|increment| increment == Some(0)) {
+            true => 0.0,
+            false => single_step(increments.flatten()).unwrap_or(0.0),
+        };
         self.step = Some(step);
         if step > 0.0 {
-            self.events.push_back(GapEvent::CounterInUse);
+            self.events.push(GapEvent::CounterInUse);
         }
         std::mem::take(&mut self.pending).into_iter().for_each(|increment| self.judge(increment, step));
     }
 
-    fn judge(&mut self, increment: Increment, step: f64) {
-        let gap = match increment {
-            _ if step == 0.0 => None,
-            Increment::By(events) => {
-                let steps = (events as f64 / step).round();
-                let is_whole = (events as f64 / step - steps).abs() <= TOLERANCE && (1.0..=MAX_STEPS).contains(&steps);
-                if is_whole {
-                    (steps > 1.0).then(|| GapEvent::Missing(steps as u64 - 1))
-                } else {
-                    Some(GapEvent::UnknownGap)
-                }
-            }
-            Increment::Back => Some(GapEvent::UnknownGap),
-        };
-        self.events.extend(gap);
-        self.add_sample();
-    }
-
-    fn add_sample(&mut self) {
-        match self.events.back_mut() {
-            Some(GapEvent::Samples(samples)) => *samples += 1,
-            _ => self.events.push_back(GapEvent::Samples(1)),
+    fn judge(&mut self, increment: Option<u64>, step: f64) {
+        if step > 0.0 {
+            let steps = increment.and_then(|events| whole_steps(events, step));
+            self.events.push(steps.map_or(GapEvent::UnknownGap, |steps| GapEvent::Missing(steps - 1)));
         }
+        self.events.push(GapEvent::Samples(1));
     }
 }
 
-fn increment(last: u64, count: u64) -> Increment {
+/// `None` if the counter decreased.
+fn increment(last: u64, count: u64) -> Option<u64> {
     const WRAP: u64 = 1 << 32;
-    match count.checked_sub(last) {
-        Some(events) => Increment::By(events),
-        None if last < WRAP && last - count > WRAP / 2 => Increment::By(count + WRAP - last),
-        None => Increment::Back,
-    }
-}
-
-/// Events per sample; 0 for a counter that does not change.
-fn step(increments: &[Increment]) -> f64 {
-    if increments.iter().any(|increment| matches!(increment, Increment::By(0))) {
-        return 0.0;
-    }
-    let events = increments.iter().filter_map(|increment| match increment {
-        Increment::By(events) => Some(*events as f64),
-        Increment::Back => None,
-    });
-    let Some(least) = events.clone().reduce(f64::min) else {
-        return 0.0;
-    };
-    let single: Vec<_> = events.filter(|&events| events <= 1.5 * least).collect();
-    single.iter().sum::<f64>() / single.len() as f64
+    let wraps = last < WRAP && last.saturating_sub(count) > WRAP / 2;
+    count.checked_sub(last).or_else(|| wraps.then(|| count + WRAP - last))
 }
 
 #[cfg(test)]
@@ -135,7 +90,7 @@ mod tests {
         let mut counter = SampleCounter::default();
         counts.into_iter().for_each(|count| counter.push(count));
         counter.finish();
-        std::iter::from_fn(|| counter.events.pop_front()).collect()
+        std::iter::from_fn(|| counter.events.next()).collect()
     }
 
     /// The first sample, the start of the counter's use, and these events.
@@ -190,11 +145,11 @@ mod tests {
     fn events_come_as_soon_as_the_step_is_known() {
         let mut counter = SampleCounter::default();
         (0..31).for_each(|count| counter.push(count));
-        assert_eq!((counter.events.pop_front(), counter.events.pop_front()), (Some(Samples(1)), None));
+        assert_eq!((counter.events.next(), counter.events.next()), (Some(Samples(1)), None));
         counter.push(31);
-        assert_eq!((counter.events.pop_front(), counter.events.pop_front()), (Some(CounterInUse), Some(Samples(31))));
+        assert_eq!((counter.events.next(), counter.events.next()), (Some(CounterInUse), Some(Samples(31))));
         counter.push(33);
-        assert_eq!((counter.events.pop_front(), counter.events.pop_front()), (Some(Missing(1)), Some(Samples(1))));
+        assert_eq!((counter.events.next(), counter.events.next()), (Some(Missing(1)), Some(Samples(1))));
     }
 
     proptest! {

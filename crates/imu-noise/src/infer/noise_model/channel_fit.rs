@@ -4,13 +4,13 @@ use super::{
     ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, Parameter, Rival, Status, Term,
     density::variance_of_process,
     search::{Candidate, FLICKER, Found, Search, WALK, WHITE},
-    spectral_rows::ChannelData,
+    spectral_rows::{ChannelData, GridOctave},
     thresholds::{
         BEYOND_ANY_FILTER, BEYOND_MEMORY, FILTERS, LEAST_EDF, LEAST_EDF_OF_BOUND, PRESENT, PROCESSES_INSTEAD, PROVED,
         RAMP_PRESENT, REJECTED,
     },
 };
-use crate::accumulate::record::{Deviation, Octave};
+use crate::accumulate::record::Deviation;
 use crate::infer::chi_squared;
 
 impl NoiseModel {
@@ -35,7 +35,7 @@ impl NoiseModel {
     /// of the frequencies. N lies below what the octaves longer than any possible filter leave.
     #[must_use]
     pub fn fit(&self, curve: &ChannelCurve<'_>, confidence: f64) -> NoiseFit {
-        self.fit_octaves(curve, self.octaves(), confidence)
+        self.fit_octaves(curve, self.grid.octaves.len(), confidence)
     }
 
     /// As [`fit`](Self::fit), without a ramp, to the averaging times of the first `octaves` alone:
@@ -43,20 +43,16 @@ impl NoiseModel {
     /// changes out.
     #[must_use]
     pub fn fit_part(&self, curve: &ChannelCurve<'_>, octaves: usize, confidence: f64) -> NoiseFit {
-        let octaves = self.places.partition_point(|place| *place < octaves);
+        let octaves = self.grid.octaves.partition_point(|of| of.place < octaves);
         let mut fit = self.fit_octaves(&ChannelCurve { has_ramp: false, ..*curve }, octaves, confidence);
         fit.parameters[Term::RateRamp as usize] = None;
         fit
     }
 
-    fn octaves(&self) -> usize {
-        self.places.len()
-    }
-
     fn fit_octaves(&self, curve: &ChannelCurve<'_>, octaves: usize, confidence: f64) -> NoiseFit {
-        let data = self.grid.as_ref().and_then(|grid| ChannelData::new(grid, curve, &self.places, octaves));
+        let data = ChannelData::new(&self.grid, curve, octaves);
         let found = data.zip(chi_squared::normal_two_sided(confidence)).and_then(|(data, z)| {
-            let is_part = octaves < self.octaves();
+            let is_part = octaves < self.grid.octaves.len();
             ReadOut::new(self, &data, curve, z, is_part).map(|read_out| read_out.fit(confidence))
         });
         found.unwrap_or_else(|| self.without_values(Status::NotObservable))
@@ -65,23 +61,20 @@ impl NoiseModel {
     pub(super) fn without_values(&self, status: Status) -> NoiseFit {
         let is_in = |term| term != Term::Quantization || self.layout.quantization.is_some();
         let parameter = |term| is_in(term).then_some(Parameter::without_value(status));
-        NoiseFit::of_parameters(Term::ALL.map(parameter))
+        NoiseFit { parameters: Term::ALL.map(parameter), ..NoiseFit::default() }
     }
 }
 
 pub(super) struct ReadOut<'a> {
     model: &'a NoiseModel,
-    data: &'a ChannelData<'a>,
-    search: Option<Search<'a>>,
-    has_ramp: bool,
+    search: Search<'a>,
     /// Relative variance of the power of white noise of heavy tails beyond that of normal noise.
     tails: f64,
     lacks_free_band: bool,
-    z: f64,
 }
 
 impl<'a> ReadOut<'a> {
-    /// `None` if the channel does not show more than it has parameters.
+    /// `None` if the channel does not show more than it has parameters, or no structure explains it.
     pub(super) fn new(
         model: &'a NoiseModel,
         data: &'a ChannelData<'a>,
@@ -98,10 +91,10 @@ impl<'a> ReadOut<'a> {
         if shown <= parameters {
             return None;
         }
-        let search = Search::new(data, &model.layout, shapes, has_ramp, z);
+        let search = Search::new(data, &model.layout, shapes, has_ramp, z)?;
         let tails = curve.fourth_cumulant.max(0.0) / (data.scale * data.scale) / model.shape.samples as f64;
         let lacks_free_band = curve.bands.iter().map(|band| band.share_of_band).sum::<f64>() > 0.5;
-        Some(Self { model, data, search, has_ramp, tails, lacks_free_band, z })
+        Some(Self { model, search, tails, lacks_free_band })
     }
 
     /// Of a record that shows what is expected, for plans: a short filter is not looked for.
@@ -110,7 +103,7 @@ impl<'a> ReadOut<'a> {
         let search = Search::new(data, &model.layout, shapes, true, z)?;
         // what is expected on average is the level of no one record
         let _ = search.switching.set(f64::NEG_INFINITY);
-        Some(Self { model, data, search: Some(search), has_ramp: true, tails: 0.0, lacks_free_band: false, z })
+        Some(Self { model, search, tails: 0.0, lacks_free_band: false })
     }
 
     /// Standard deviations by which the absence of a slow term is excluded.
@@ -120,20 +113,18 @@ impl<'a> ReadOut<'a> {
             Term::RateRandomWalk => WALK,
             _ => return None,
         };
-        Some(self.search.as_ref()?.slow(column, column == WALK).evidence)
+        Some(self.search.slow(column, column == WALK).evidence)
     }
 
     /// Of the square of a component, in the likeliest structure without processes.
     pub(super) fn relative_variance(&self, column: usize) -> Option<f64> {
-        let search = self.search.as_ref()?;
-        let candidate = search.candidates.iter().find(|candidate| !candidate.has_processes)?;
+        let candidate = self.search.candidates.iter().find(|candidate| !candidate.has_processes)?;
         let relative = candidate.variances[column] / candidate.scored.parameters[column].powi(2);
         relative.is_finite().then_some(relative)
     }
 
     pub(super) fn fit(&self, confidence: f64) -> NoiseFit {
-        let believed = self.search.as_ref().filter(|search| search.dispersion < REJECTED);
-        let fit = believed.and_then(|search| self.parameters(search, confidence));
+        let fit = if self.search.dispersion < REJECTED { self.parameters(confidence) } else { None };
         fit.unwrap_or_else(|| self.rejected(confidence))
     }
 
@@ -153,12 +144,12 @@ impl<'a> ReadOut<'a> {
     }
 
     /// `None` if N lies above what the curve itself leaves.
-    fn parameters(&self, search: &Search<'_>, confidence: f64) -> Option<NoiseFit> {
-        let model = self.model;
+    fn parameters(&self, confidence: f64) -> Option<NoiseFit> {
+        let (model, search) = (self.model, &self.search);
         let best = search.best();
         let mut fit = model.without_values(Status::NotObservable);
         fit.lacks_free_band = self.lacks_free_band;
-        let white = self.white(search, confidence)?;
+        let white = self.white(confidence)?;
         fit.parameters[Term::White as usize] = Some(match self.lacks_free_band {
             true => self.amplitude(Term::White, white).not_proved(),
             false => self.amplitude(Term::White, white),
@@ -166,7 +157,7 @@ impl<'a> ReadOut<'a> {
         let slow = [(Term::BiasInstability, FLICKER), (Term::RateRandomWalk, WALK)];
         let quantization = model.layout.quantization.map(|column| (Term::Quantization, column));
         // without the level nothing distinguishes a walk from a ramp
-        let may_be_ramp = self.has_ramp && self.data.level.is_none();
+        let may_be_ramp = search.has_ramp && search.data.level.is_none();
         for (term, column) in slow.into_iter().chain(quantization) {
             let mut found = search.slow(column, column == WALK);
             if may_be_ramp && term != Term::Quantization {
@@ -181,8 +172,8 @@ impl<'a> ReadOut<'a> {
             fit.rivals[term as usize] = found.rival;
             fit.parameters[term as usize] = Some(self.amplitude(term, found));
         }
-        if self.has_ramp {
-            let (parameter, rival) = self.ramp(search);
+        if search.has_ramp {
+            let (parameter, rival) = self.ramp();
             fit.parameters[Term::RateRamp as usize] = Some(parameter);
             fit.rivals[Term::RateRamp as usize] = rival;
         }
@@ -190,23 +181,24 @@ impl<'a> ReadOut<'a> {
         if fit.is_process_proved {
             fit.processes = self.processes(&best.scored.parameters);
         }
-        self.add_filter(search, &mut fit);
-        self.add_curve(search, &mut fit);
+        self.add_filter(&mut fit);
+        self.add_curve(&mut fit);
         Some(fit)
     }
 
-    fn white(&self, search: &Search<'_>, confidence: f64) -> Option<Found> {
+    fn white(&self, confidence: f64) -> Option<Found> {
+        let search = &self.search;
         let mut white = search.white();
         if white.value <= 0.0 {
             white.upper = white.upper.min(self.white_ceiling(BEYOND_ANY_FILTER, 1.0 - confidence));
             return Some(Found { value: 0.0, lower: 0.0, ..white });
         }
         // heavy tails make the power of all frequencies together less certain
-        let beyond = self.z * (self.tails / white.value.powi(2)).sqrt();
+        let beyond = search.z * (self.tails / white.value.powi(2)).sqrt();
         let wider = |end: f64| (end / white.value).ln().abs().hypot(beyond);
         (white.lower, white.upper) =
             (white.value * (-wider(white.lower)).exp(), white.value * wider(white.upper).exp());
-        let memory = search.candidates.iter().filter(|of| of.score > search.best().score - 0.5 * self.z * self.z);
+        let memory = search.candidates.iter().filter(|of| of.score > search.best().score - 0.5 * search.z * search.z);
         let memory_of = |of: &Candidate| FILTERS[of.filter].lags() as f64;
         let memory = memory.map(memory_of).fold(0.0, f64::max);
         let shortest = (BEYOND_MEMORY * memory).clamp(1.0, BEYOND_ANY_FILTER);
@@ -224,13 +216,13 @@ impl<'a> ReadOut<'a> {
     /// white noise and whatever adds, so that its upper end bounds N². The upper ends of all octaves
     /// hold together (Bonferroni), with the degrees of freedom of a random walk, which has fewest.
     fn white_ceiling(&self, shortest: f64, risk: f64) -> f64 {
-        let octaves = self.data.octaves().enumerate();
+        let octaves = self.search.data.octaves().enumerate();
         let counted =
-            octaves.filter(|(_, (octave, _, walk_edf))| octave.m as f64 >= shortest && *walk_edf >= LEAST_EDF_OF_BOUND);
-        let of = |(place, (_, value, walk_edf)): (usize, (&Octave, f64, f64))| {
-            let square = value / self.data.grid.columns(place)[WHITE];
+            octaves.filter(|(_, (of, _))| of.octave.m as f64 >= shortest && of.walk_edf >= LEAST_EDF_OF_BOUND);
+        let of = |(place, (of, value)): (usize, (&GridOctave, f64))| {
+            let square = value / self.search.data.grid.columns(place)[WHITE];
             // heavy tails make each less certain
-            (square, 2.0 / (2.0 / walk_edf + self.tails / (square * square)))
+            (square, 2.0 / (2.0 / of.walk_edf + self.tails / (square * square)))
         };
         let counted: Vec<(f64, f64)> = counted.map(of).collect();
         let each = risk / counted.len() as f64;
@@ -240,7 +232,7 @@ impl<'a> ReadOut<'a> {
 
     /// The amplitude of a term from what is known of its square.
     fn amplitude(&self, term: Term, found: Found) -> Parameter {
-        let of = |square: f64| (square * self.data.scale).sqrt();
+        let of = |square: f64| (square * self.search.data.scale).sqrt();
         if !(of(found.upper).is_finite() && found.upper > 0.0) {
             return Parameter::without_value(Status::NotObservable);
         }
@@ -256,12 +248,12 @@ impl<'a> ReadOut<'a> {
         Parameter { p, ..parameter }.scaled(term.per_second(self.model.shape.interval_s))
     }
 
-    fn ramp(&self, search: &Search<'_>) -> (Parameter, Option<Rival>) {
-        let interval_s = self.model.shape.interval_s;
-        let Some((level, found)) = self.data.level.as_ref().zip(search.slope()) else {
+    fn ramp(&self) -> (Parameter, Option<Rival>) {
+        let (data, interval_s) = (self.search.data, self.model.shape.interval_s);
+        let Some((level, found)) = data.level.as_ref().zip(self.search.slope()) else {
             return (Parameter::without_value(Status::NotObservable), None);
         };
-        let per_block = self.data.scale.sqrt() / (level.block_samples as f64 * interval_s);
+        let per_block = data.scale.sqrt() / (level.block_samples as f64 * interval_s);
         let parameter = match found.evidence > RAMP_PRESENT {
             true => Parameter::estimated(found.value, found.lower, found.upper),
             false => Parameter::bounded(found.lower.abs().max(found.upper.abs())),
@@ -274,15 +266,15 @@ impl<'a> ReadOut<'a> {
         let interval_s = self.model.shape.interval_s;
         let of = |column: usize| {
             let time = self.model.layout.components[column].process_time()?;
-            let variance = parameters[column] * self.data.scale * variance_of_process(time);
+            let variance = parameters[column] * self.search.data.scale * variance_of_process(time);
             let process = GaussMarkovProcess { correlation_time_s: time * interval_s, sigma: variance.sqrt() };
             (variance > 0.0).then_some(process)
         };
         self.model.layout.processes.clone().filter_map(of).collect()
     }
 
-    fn add_filter(&self, search: &Search<'_>, fit: &mut NoiseFit) {
-        let best = search.best();
+    fn add_filter(&self, fit: &mut NoiseFit) {
+        let (search, best) = (&self.search, self.search.best());
         let score = |is_meant: bool| {
             let meant = search.candidates.iter().filter(|of| (of.filter == 0) == is_meant);
             meant.map(|of| of.score).fold(f64::NEG_INFINITY, f64::max)
@@ -297,7 +289,7 @@ impl<'a> ReadOut<'a> {
         let interval_s = self.model.shape.interval_s;
         let (chi2, dof) = (search.chi2, search.dof);
         let longest =
-            self.data.octaves().filter(|(.., walk_edf)| *walk_edf >= LEAST_EDF).map(|(octave, ..)| octave.m).last();
+            search.data.octaves().filter(|(of, _)| of.walk_edf >= LEAST_EDF).map(|(of, _)| of.octave.m).last();
         fit.quality = chi_squared::probability_above(chi2, dof as f64).map(|p| FitQuality {
             tau_min_s: interval_s,
             tau_max_s: interval_s * longest.unwrap_or(1) as f64,
@@ -309,28 +301,27 @@ impl<'a> ReadOut<'a> {
 
     /// What the likeliest structure expects of each octave, and the degrees of freedom of each in
     /// its mixture of noises.
-    fn add_curve(&self, search: &Search<'_>, fit: &mut NoiseFit) {
-        let best = search.best();
+    fn add_curve(&self, fit: &mut NoiseFit) {
+        let (data, best) = (self.search.data, self.search.best());
         let components = &self.model.layout.components;
-        let ramp = best.scored.multiples.first().zip(self.data.level.as_ref()).filter(|_| self.has_ramp);
+        let ramp = best.scored.multiples.first().zip(data.level.as_ref()).filter(|_| self.search.has_ramp);
         let ramp = ramp.map_or(0.0, |(multiple, level)| (multiple / level.block_samples as f64).powi(2));
-        for (place, (octave, _, walk_edf)) in self.data.octaves().enumerate() {
+        for (place, (of, _)) in data.octaves().enumerate() {
             let parameters = &best.scored.parameters;
             let (of_components, lines) = parameters.split_at(components.len());
-            let m = octave.m as f64;
+            let m = of.octave.m as f64;
             let ramp = match self.model.shape.deviation {
                 Deviation::Allan => ramp * m * m / 2.0,
                 Deviation::Hadamard => 0.0,
             };
-            let columns = self.data.grid.columns(place).iter().zip(of_components);
-            let shown = columns.map(|(column, parameter)| column * parameter).sum::<f64>()
-                + self.data.lines_of(place, lines)
-                + ramp;
-            if walk_edf >= LEAST_EDF {
-                fit.expected.push((octave.m, shown * self.data.scale));
+            let columns = data.grid.columns(place).iter().zip(of_components);
+            let shown =
+                columns.map(|(column, parameter)| column * parameter).sum::<f64>() + data.lines_of(place, lines) + ramp;
+            if of.walk_edf >= LEAST_EDF {
+                fit.expected.push((of.octave.m, shown * data.scale));
             }
-            let mixed = self.model.mixed_edf(place, of_components);
-            fit.edf.extend(mixed.map(|edf| (octave.m, edf)));
+            let mixed = data.grid.mixed_edf(place, of_components);
+            fit.edf.extend(mixed.map(|edf| (of.octave.m, edf)));
         }
     }
 }

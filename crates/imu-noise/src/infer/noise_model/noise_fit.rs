@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 /// The fitted noise of one channel.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct NoiseFit {
     /// `None` if no parameter could be fitted.
     pub quality: Option<FitQuality>,
@@ -57,21 +57,6 @@ pub struct GaussMarkovProcess {
 }
 
 impl NoiseFit {
-    /// Parameters by term, as in [`Term::ALL`], and nothing else.
-    pub(super) const fn of_parameters(parameters: [Option<Parameter>; Term::ALL.len()]) -> Self {
-        Self {
-            quality: None,
-            parameters,
-            processes: Vec::new(),
-            is_process_proved: false,
-            lacks_free_band: false,
-            correlation_samples: None,
-            rivals: [None; Term::ALL.len()],
-            edf: Vec::new(),
-            expected: Vec::new(),
-        }
-    }
-
     /// The parameter of `term`; `None` if it was not asked for.
     #[must_use]
     pub fn parameter(&self, term: Term) -> Option<Parameter> {
@@ -106,7 +91,7 @@ impl NoiseFit {
     pub fn withhold(&mut self, status: Status) {
         let parameters = self.parameters.map(|known| known.map(|_| Parameter::without_value(status)));
         let edf = std::mem::take(&mut self.edf);
-        *self = Self { edf, ..Self::of_parameters(parameters) };
+        *self = Self { edf, parameters, ..Self::default() };
     }
 
     /// Equivalent degrees of freedom of the octave with averaging factor `m` in the fitted mixture

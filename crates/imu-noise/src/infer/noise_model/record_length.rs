@@ -33,14 +33,13 @@ impl NoiseModel {
     /// What the record shows in which the squared amplitude of `term` comes out at this quantile, and
     /// everything else as is expected.
     fn unlucky(&self, truth: &[(Term, f64)], term: Term, quantile: f64, z: f64) -> Option<ChannelData<'_>> {
-        let grid = self.grid.as_ref()?;
         let mut squares = self.squares(truth);
         let place = self.column(term)?;
-        let expected = ChannelData::expecting(grid, &self.layout.components, &squares);
+        let expected = ChannelData::expecting(&self.grid, &squares);
         let read_out = ReadOut::expecting(self, &expected, z)?;
         let edf = 2.0 / read_out.relative_variance(place)?;
         squares[place] *= chi_squared::quantile(quantile, edf)? / edf;
-        Some(ChannelData::expecting(grid, &self.layout.components, &squares))
+        Some(ChannelData::expecting(&self.grid, &squares))
     }
 
     /// The smallest value of `term`, in its unit, that about nine of ten records estimate in the noise of
@@ -54,8 +53,7 @@ impl NoiseModel {
             self.evidence(&truth, term).is_some_and(|evidence| evidence > margin(term) * PRESENT)
         };
         // as high as the others at the longest averaging time, which is of the right order
-        let longest = self.places.len().checked_sub(1)?;
-        let columns = self.grid.as_ref()?.columns(longest);
+        let columns = self.grid.columns(self.grid.octaves.len().checked_sub(1)?);
         self.column(term)?;
         let [hidden, one] = [others, &[(term, 1.0)]]
             .map(|truth| columns.iter().zip(self.squares(truth)).map(|(column, square)| column * square).sum::<f64>());

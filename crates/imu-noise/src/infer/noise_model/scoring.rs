@@ -10,6 +10,7 @@ use core::ops::Range;
 use multiversion::multiversion;
 
 use super::cholesky::Cholesky;
+use super::search::{FLICKER, WALK, WHITE, crossing};
 use crate::accumulate::counts::dot;
 use crate::infer::power_law::{flicker_variance, walk_variance};
 
@@ -270,6 +271,26 @@ impl Rows {
         Some(parameters)
     }
 
+    /// Where the log-likelihood of `best`, restricted by no ramp, has fallen by `drop` along the multiple of
+    /// the first shape, above or below it by `sign`.
+    pub(in crate::infer) fn limit_of_multiple(
+        &self,
+        structure: &Structure<'_>,
+        best: &Scored,
+        sign: f64,
+        drop: f64,
+    ) -> Option<f64> {
+        let (shape, value) = (structure.shapes.first()?, best.multiples.first()?);
+        let each = shape.iter().zip(&best.expected[self.first_level..]);
+        let deviation = 1.0 / each.map(|(shape, expected)| shape * shape / expected).sum::<f64>().sqrt();
+        let fall = |distance: f64| {
+            let held_shape = Some(value + sign * distance);
+            let held = self.fit(&Structure { held_shape, is_restricted: false, ..structure.clone() }, Some(best));
+            held.map_or(f64::INFINITY, |held| best.unrestricted() - held.log_likelihood)
+        };
+        Some(value + sign * crossing(drop, deviation, fall))
+    }
+
     /// The squares of the multiples of the shapes from `first` on over their variances.
     pub(super) fn significances(&self, structure: &Structure<'_>, scored: &Scored, first: usize) -> Vec<f64> {
         let shapes = structure.shapes.iter().zip(&scored.multiples).skip(first);
@@ -341,7 +362,12 @@ impl Scored {
     }
 }
 
-impl Structure<'_> {
+impl<'a> Structure<'a> {
+    /// White noise, flicker noise and a walk of a level, with these shapes.
+    pub(in crate::infer) fn of_level(shapes: &[&'a [f64]]) -> Self {
+        Self { components: vec![WHITE, FLICKER, WALK], shapes: shapes.to_vec(), ..Self::default() }
+    }
+
     /// The components that are not held, then the cosines.
     fn free_columns(&self) -> Vec<usize> {
         let is_free = |column: &usize| self.held.is_none_or(|(held, _)| held != *column);

@@ -86,13 +86,13 @@ pub(super) struct Found {
 }
 
 pub(super) struct Search<'a> {
-    data: &'a ChannelData<'a>,
+    pub(super) data: &'a ChannelData<'a>,
     layout: &'a Layout,
     shapes: Option<Arc<MeanShapes>>,
     /// The mean may have a ramp.
-    has_ramp: bool,
+    pub(super) has_ramp: bool,
     /// Standard deviations of the limits.
-    z: f64,
+    pub(super) z: f64,
     pub(super) rows: Rows,
     pub(super) candidates: Vec<Candidate>,
     /// Coefficients of shapes of the mean that are there beyond doubt.
@@ -286,21 +286,21 @@ impl<'a> Search<'a> {
         });
         let (weight, sum) = weighted.fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
         let value = sum / weight;
-        let (lower, upper) = self.limits_of_white(|_| true);
+        let (lower, upper) = self.limits_of_white();
         // a part so small of the value is as good as zero
         let lower = if lower < AS_GOOD_AS_ZERO * value { 0.0 } else { lower };
         let evidence = if lower > 0.0 { f64::INFINITY } else { 0.0 };
         Found { value, lower: lower.min(value), upper: upper.max(value), evidence, rival: None }
     }
 
-    /// Over those structures that are meant: the quantiles of their mixture, each normal in the
-    /// logarithm on either side of its likeliest value.
-    pub(super) fn limits_of_white(&self, is_meant: impl Fn(&Candidate) -> bool) -> (f64, f64) {
-        let meant: Vec<&Candidate> = self.candidates.iter().filter(|candidate| is_meant(candidate)).collect();
-        let Some(best) = meant.first().map(|best| best.score) else { return (0.0, f64::INFINITY) };
+    /// Over all structures: the quantiles of their mixture, each normal in the logarithm on either side
+    /// of its likeliest value.
+    fn limits_of_white(&self) -> (f64, f64) {
+        let best = self.best().score;
         let target = (2.0 * self.drop()).sqrt();
-        let parts: Vec<Part> = meant
-            .into_iter()
+        let parts: Vec<Part> = self
+            .candidates
+            .iter()
             .map(|candidate| (((candidate.score - best) / self.dispersion).exp(), candidate))
             .filter(|(weight, _)| *weight > NEGLIGIBLE)
             .map(|(weight, candidate)| {
@@ -329,11 +329,9 @@ impl<'a> Search<'a> {
         let risk = chi_squared::normal_above(self.z);
         let end = |sign: f64| {
             let outside = |at: f64| parts.iter().map(|part| part.weight * part.outside(at, sign)).sum::<f64>() / total;
-            let ends = parts.iter().map(|part| part.end(sign, self.z * 3.0));
+            let ends = parts.iter().flat_map(|part| [part.logarithm, part.end(sign, self.z * 3.0)]);
             let (mut low, mut high) =
                 ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), end| (low.min(end), high.max(end)));
-            low = low.min(parts.iter().map(|part| part.logarithm).fold(f64::INFINITY, f64::min));
-            high = high.max(parts.iter().map(|part| part.logarithm).fold(f64::NEG_INFINITY, f64::max));
             for _ in 0..BISECTIONS {
                 let middle = 0.5 * (low + high);
                 if (outside(middle) > risk) == (sign > 0.0) { low = middle } else { high = middle }
@@ -419,18 +417,19 @@ impl<'a> Search<'a> {
 
     /// The slope of the level, in its own unit per block; `None` if that is not in the model.
     pub(super) fn slope(&self) -> Option<Found> {
-        let (ramp, best, rows) = (self.ramp()?, self.best(), &self.rows);
-        let fit = |shapes: Vec<&[f64]>, held_shape: Option<f64>| {
-            let structure = self.structure(best.filter, best.has_processes, &[]);
-            rows.fit(&Structure { shapes, held_shape, is_restricted: false, ..structure }, Some(&best.scored))
+        self.ramp()?;
+        let (best, rows) = (self.best(), &self.rows);
+        let structure = self.structure(best.filter, best.has_processes, &[]);
+        let fit = |shapes: Vec<&[f64]>| {
+            rows.fit(&Structure { shapes, is_restricted: false, ..structure.clone() }, Some(&best.scored))
         };
         let definite: Vec<&[f64]> = self.definite.iter().map(Vec::as_slice).collect();
-        let (with, without) = (&best.scored, fit(definite.clone(), None)?);
+        let (with, without) = (&best.scored, fit(definite.clone())?);
         let (most, mut bare, mut rival) = (with.unrestricted(), without.log_likelihood, None);
         if 2.0 * (most - bare) > RAMP_PRESENT * RAMP_PRESENT {
             for Nuisance { coefficients, penalty, rival: name } in self.nuisances(&definite, &without.expected) {
                 let instead = coefficients.iter().map(Vec::as_slice);
-                let Some(instead) = fit(definite.iter().copied().chain(instead).collect(), None) else { continue };
+                let Some(instead) = fit(definite.iter().copied().chain(instead).collect()) else { continue };
                 let score = instead.log_likelihood - penalty + BENT_LINE;
                 if score > bare {
                     (bare, rival) = (score, Some(name));
@@ -439,17 +438,9 @@ impl<'a> Search<'a> {
         }
         let evidence = (2.0 * (most - bare).max(0.0)).sqrt();
         let value = with.multiples.first().copied()?;
-        let each = ramp.iter().zip(&with.expected[rows.first_level..]);
-        let deviation = 1.0 / each.map(|(ramp, expected)| ramp * ramp / expected).sum::<f64>().sqrt();
-        let limit = |sign: f64| {
-            let fall = |distance: f64| {
-                let held = fit(self.known_shapes(), Some(value + sign * distance));
-                held.map_or(f64::INFINITY, |held| most - held.log_likelihood)
-            };
-            value + sign * crossing(self.drop(), deviation, fall)
-        };
+        let [lower, upper] = [-1.0, 1.0].map(|sign| rows.limit_of_multiple(&structure, with, sign, self.drop()));
         let rival = rival.filter(|_| evidence <= RAMP_PRESENT);
-        Some(Found { value, lower: limit(-1.0), upper: limit(1.0), evidence, rival })
+        Some(Found { value, lower: lower?, upper: upper?, evidence, rival })
     }
 
     /// The likeliest structure with or without processes.
@@ -575,7 +566,7 @@ const fn is_of(shape: MeanShape, is_cycle: bool) -> bool {
 }
 
 /// The distance at which the log-likelihood has fallen by `drop`, whose root rises about evenly.
-pub(in crate::infer) fn crossing(drop: f64, deviation: f64, fall: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn crossing(drop: f64, deviation: f64, fall: impl Fn(f64) -> f64) -> f64 {
     let target = (2.0 * drop).sqrt();
     let mut distance = target * deviation;
     if !distance.is_finite() {

@@ -28,15 +28,24 @@ const DEPENDENCE: f64 = 1.944;
 /// An octave shows most at this frequency times its averaging factor.
 const OCTAVE_PEAK: f64 = 0.37;
 
+/// An octave that can vary, with two windows or more.
+#[derive(Clone, Debug)]
+pub(super) struct GridOctave {
+    pub(super) octave: Octave,
+    /// Among all octaves of the record.
+    pub(super) place: usize,
+    /// Degrees of freedom by kind of noise.
+    pub(super) white_edf: f64,
+    pub(super) flicker_edf: f64,
+    pub(super) walk_edf: f64,
+}
+
 /// What all channels of a record have in common.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     shape: RecordShape,
     components: Vec<Component>,
-    octaves: Vec<Octave>,
-    /// Degrees of freedom in white noise and in a walk.
-    white_edf: Vec<f64>,
-    walk_edf: Vec<f64>,
+    pub(super) octaves: Vec<GridOctave>,
     /// Edges of frequencies, and by octave what it takes from each cell.
     edges: Vec<f64>,
     filters: Vec<Vec<f64>>,
@@ -114,7 +123,7 @@ fn densities(components: &[Component], frequency: f64, points: f64, samples: usi
 }
 
 impl SegmentGrid {
-    fn new(samples: usize, components: &[Component], octaves: &[Octave], deviation: Deviation) -> Self {
+    fn new(samples: usize, components: &[Component], octaves: &[GridOctave], deviation: Deviation) -> Self {
         let n = samples as f64;
         let mut groups = Vec::new();
         let mut start = FIRST;
@@ -133,9 +142,9 @@ impl SegmentGrid {
             groups.push(Group { first: start, end, densities });
             start = end;
         }
-        let taken = |octave: &Octave| {
+        let taken = |of: &GridOctave| {
             let edge = |point: usize| (point as f64 - 0.5) / n;
-            let point = |k: usize| octave_filter(octave, deviation, edge(k), edge(k + 1));
+            let point = |k: usize| octave_filter(&of.octave, deviation, edge(k), edge(k + 1));
             groups.iter().map(|group| (group.first..group.end).map(point).sum()).collect()
         };
         Self { samples, taken: octaves.iter().map(taken).collect(), groups }
@@ -143,49 +152,51 @@ impl SegmentGrid {
 }
 
 impl Grid {
-    pub(super) fn new(
-        shape: &RecordShape,
-        octaves: Vec<Octave>,
-        [white_edf, walk_edf]: [Vec<f64>; 2],
-        components: &[Component],
-    ) -> Self {
-        let edges = super::density::cells(shape);
-        let filters: Vec<Vec<f64>> = octaves
-            .iter()
-            .map(|octave| {
-                edges.windows(2).map(|cell| octave_filter(octave, shape.deviation, cell[0], cell[1])).collect()
-            })
-            .collect();
+    pub(super) fn new(shape: &RecordShape, octaves: Vec<GridOctave>, components: &[Component]) -> Self {
+        let (edges, deviation) = (super::density::cells(shape), shape.deviation);
+        let filter = |of: &GridOctave| {
+            edges.windows(2).map(|cell| octave_filter(&of.octave, deviation, cell[0], cell[1])).collect()
+        };
+        let filters: Vec<Vec<f64>> = octaves.iter().map(filter).collect();
         let densities: Vec<Vec<f64>> = components
             .iter()
             .map(|component| edges.windows(2).map(|cell| component.density((cell[0] * cell[1]).sqrt())).collect())
             .collect();
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let column = |(octave, filter): (&Octave, &Vec<f64>)| {
-            let each = components.iter().zip(&densities);
-            let of = |(component, density): (&Component, &Vec<f64>)| {
-                component.exact_octave(octave, shape.deviation).unwrap_or_else(|| product(filter, density))
+        let column = |(of, filter): (&GridOctave, &Vec<f64>)| {
+            let shown = |(component, density): (&Component, &Vec<f64>)| {
+                component.exact_octave(&of.octave, deviation).unwrap_or_else(|| product(filter, density))
             };
-            each.map(of).collect()
+            components.iter().zip(&densities).map(shown).collect()
         };
-        let columns = octaves.iter().zip(&filters).map(column);
-        let segments = [LONG, SHORT].map(|samples| SegmentGrid::new(samples, components, &octaves, shape.deviation));
-        let components = components.to_vec();
         Self {
             shape: *shape,
-            components,
-            columns: columns.collect(),
+            components: components.to_vec(),
+            columns: octaves.iter().zip(&filters).map(column).collect(),
+            segments: [LONG, SHORT].map(|samples| SegmentGrid::new(samples, components, &octaves, deviation)),
             octaves,
-            white_edf,
-            walk_edf,
             edges,
             filters,
-            segments,
         }
     }
 
-    pub(super) fn octaves(&self) -> &[Octave] {
-        &self.octaves
+    /// Degrees of freedom of an octave in a mixture of noises with these parameters, by those of each
+    /// alone, as if differences of all were as much alike as those of the one they share most with.
+    pub(super) fn mixed_edf(&self, place: usize, parameters: &[f64]) -> Option<f64> {
+        let of = &self.octaves[place];
+        let each = self.components.iter().zip(&self.columns[place]).zip(parameters);
+        let (sum, spread) = each.fold((0.0, 0.0), |(sum, spread), ((component, column), parameter)| {
+            let share: f64 = column * parameter;
+            let edf = match component {
+                Component::Flicker => of.flicker_edf,
+                Component::Walk => of.walk_edf,
+                Component::GaussMarkov(time) if (of.octave.m as f64) < *time => of.walk_edf,
+                _ => of.white_edf,
+            };
+            (sum + share, spread + share / edf.sqrt())
+        });
+        let edf = (sum / spread).powi(2);
+        edf.is_finite().then_some(edf)
     }
 
     /// What an octave shows of each component with parameter 1.
@@ -238,22 +249,18 @@ impl<'a> Segments<'a> {
 impl<'a> ChannelData<'a> {
     /// `None` if a variance is missing, zero or no number. `known_octaves` of the first ones may
     /// have a part.
-    pub(super) fn new(
-        grid: &'a Grid,
-        curve: &super::ChannelCurve<'_>,
-        places: &[usize],
-        known_octaves: usize,
-    ) -> Option<Self> {
-        let variances: Vec<f64> = places.iter().filter_map(|place| curve.variances.get(*place).copied()).collect();
+    pub(super) fn new(grid: &'a Grid, curve: &super::ChannelCurve<'_>, known_octaves: usize) -> Option<Self> {
+        let variances: Vec<f64> = grid.octaves.iter().filter_map(|of| curve.variances.get(of.place).copied()).collect();
         let is_usable = |value: &f64| value.is_finite() && *value > 0.0;
         let scale = *variances.first()?;
         if variances.len() != grid.octaves.len() || !variances.iter().all(is_usable) {
             return None;
         }
         let is_part = known_octaves < grid.octaves.len();
-        let lowest = if is_part { OCTAVE_PEAK / grid.octaves[known_octaves.checked_sub(1)?].m as f64 } else { 0.0 };
+        let lowest =
+            if is_part { OCTAVE_PEAK / grid.octaves[known_octaves.checked_sub(1)?].octave.m as f64 } else { 0.0 };
         let level = curve.signal.and_then(|(signal, unit)| LevelSeries::of(signal, unit / scale.sqrt()));
-        let shown = grid.shape.share_of_windows(&grid.octaves[0]) * grid.shape.samples as f64;
+        let shown = grid.shape.share_of_windows(&grid.octaves[0].octave) * grid.shape.samples as f64;
         let segments = curve.signal.and_then(|(signal, unit)| {
             let lowest = level.as_ref().map_or(0.0, |level| 0.5 / level.block_samples as f64).max(lowest);
             let powers = signal.spectrum().powers()?;
@@ -273,16 +280,16 @@ impl<'a> ChannelData<'a> {
                 band.power / scale * band.parts.iter().map(|part| of_part(octave, part)).sum::<f64>()
             };
             let of = |octave: &Octave| group.iter().map(|band| of_band(octave, band)).sum();
-            grid.octaves.iter().map(of).collect()
+            grid.octaves.iter().map(|grid_octave| of(&grid_octave.octave)).collect()
         });
         let lines = lines.collect();
         let variances: Vec<f64> = variances.iter().map(|variance| variance / scale).collect();
         let mut segments = segments;
         if let Some(segments) = &mut segments {
-            let long = grid.octaves.iter().zip(&variances).zip(&grid.white_edf);
-            let long = long.filter(|((octave, _), edf)| octave.m >= LONGER_THAN_FILTERS && **edf >= LEAST_EDF_OF_FLOOR);
+            let is_long = |of: &GridOctave| of.octave.m >= LONGER_THAN_FILTERS && of.white_edf >= LEAST_EDF_OF_FLOOR;
+            let long = grid.octaves.iter().zip(&variances).filter(|(of, _)| is_long(of));
             let floor =
-                long.map(|((octave, variance), _)| octave.m as f64 * variance).fold(segments.mean_density(), f64::min);
+                long.map(|(of, variance)| of.octave.m as f64 * variance).fold(segments.mean_density(), f64::min);
             segments.measured.iter_mut().for_each(|of| of.is_stopped = of.power < STOPPED * floor);
         }
         Some(Self {
@@ -300,7 +307,7 @@ impl<'a> ChannelData<'a> {
 
     /// What a record is expected to show of components with these squares, in whole blocks and without
     /// segments.
-    pub(super) fn expecting(grid: &'a Grid, components: &[Component], squares: &[f64]) -> Self {
+    pub(super) fn expecting(grid: &'a Grid, squares: &[f64]) -> Self {
         let sum = |columns: &mut dyn Iterator<Item = f64>| columns.zip(squares).map(|(a, b)| a * b).sum::<f64>();
         let variances: Vec<f64> = grid.columns.iter().map(|columns| sum(&mut columns.iter().copied())).collect();
         let scale = variances.first().copied().unwrap_or(1.0);
@@ -312,7 +319,7 @@ impl<'a> ChannelData<'a> {
         let coefficient = |k: usize| {
             let of = |component: &Component| component.of_level(k, blocks, length as f64);
             let sign = if k % 4 < 2 { 1.0 } else { -1.0 };
-            sign * (sum(&mut components.iter().map(of)) / scale).sqrt()
+            sign * (sum(&mut grid.components.iter().map(of)) / scale).sqrt()
         };
         let coefficients: Vec<f64> = (1..blocks).map(coefficient).collect();
         let level = LevelSeries { block_samples: length, coefficients, white_factor: 1.0 };
@@ -329,15 +336,14 @@ impl<'a> ChannelData<'a> {
         }
     }
 
-    /// Those that may have a part: each with its variance and its degrees of freedom in a walk.
-    pub(super) fn octaves(&self) -> impl Iterator<Item = (&Octave, f64, f64)> {
-        let all = self.grid.octaves.iter().zip(&self.variances).zip(&self.grid.walk_edf);
-        all.map(|((octave, variance), walk_edf)| (octave, *variance, *walk_edf)).take(self.octaves)
+    /// Those that may have a part, each with its variance.
+    pub(super) fn octaves(&self) -> impl Iterator<Item = (&GridOctave, f64)> {
+        self.grid.octaves.iter().zip(self.variances.iter().copied()).take(self.octaves)
     }
 
     /// How many of them have more than a few degrees of freedom.
     pub(super) fn octaves_in_use(&self) -> usize {
-        self.octaves().filter(|(.., walk_edf)| *walk_edf >= LEAST_EDF).count()
+        self.octaves().filter(|(of, _)| of.walk_edf >= LEAST_EDF).count()
     }
 
     pub(super) fn has_segments(&self) -> bool {
@@ -400,10 +406,10 @@ impl<'a> ChannelData<'a> {
     }
 
     fn is_in(&self, place: usize, rest: &Rest) -> bool {
-        let octave = &self.grid.octaves[place];
+        let of = &self.grid.octaves[place];
         let is_above_level = match &self.level {
-            Some(level) => 2 * octave.m <= level.block_samples,
-            None => self.grid.walk_edf[place] >= LEAST_EDF,
+            Some(level) => 2 * of.octave.m <= level.block_samples,
+            None => of.walk_edf >= LEAST_EDF,
         };
         is_above_level && rest.value > 0.0 && rest.share > LEAST_REST
     }
@@ -440,7 +446,7 @@ impl<'a> ChannelData<'a> {
         // the windows that there are, by white noise in all of them
         let factor = |(i, place): (usize, &usize)| {
             let white = covariance(i, i, &|_| 1.0) / mean(i, &|_| 1.0).powi(2);
-            (2.0 / self.grid.white_edf[*place] / white).sqrt()
+            (2.0 / self.grid.octaves[*place].white_edf / white).sqrt()
         };
         let factors: Vec<f64> = chosen.iter().enumerate().map(factor).collect();
         let means: Vec<f64> = (0..chosen.len()).map(|i| mean(i, &|cell| cell.density * cell.left)).collect();
@@ -458,7 +464,7 @@ impl<'a> ChannelData<'a> {
     /// Frequencies, with the density as the octaves or the segments show it.
     fn cells(&self, chosen: &[usize]) -> Vec<Cell> {
         let density = |frequency: f64| {
-            let of = |place: usize| self.variances[place] * self.grid.octaves[place].m as f64;
+            let of = |place: usize| self.variances[place] * self.grid.octaves[place].octave.m as f64;
             let at = (OCTAVE_PEAK / frequency).log2().clamp(0.0, (self.grid.octaves.len() - 1) as f64);
             let (below, part) = (at.floor() as usize, at.fract());
             of(below) + part * (of((below + 1).min(self.grid.octaves.len() - 1)) - of(below))

@@ -1,5 +1,7 @@
 //! The ticks of the sensor's clock, and the period of its samples in them.
 
+use super::super::whole_steps::single_step;
+
 /// The sensor measures 800 times per second, and sends every n-th of these measurements (VN-100
 /// User Manual, register 75).
 const TICK_NS: f64 = 1_250_000.0;
@@ -25,9 +27,7 @@ pub(super) fn round_to_ticks(period_ns: f64) -> f64 {
 /// The period in nanoseconds of these intervals, which must not be zero; `None` if there are none.
 /// Whole ticks if the sum of the intervals is a whole number of ticks.
 pub(super) fn period_ns(intervals: impl Iterator<Item = u64> + Clone) -> Option<f64> {
-    let least = intervals.clone().min()? as f64;
-    let single: Vec<f64> = intervals.clone().map(|ns| ns as f64).filter(|ns| *ns <= 1.5 * least).collect();
-    let mean_ns = single.iter().sum::<f64>() / single.len() as f64;
+    let mean_ns = single_step(intervals.clone())?;
     let ticks_of = |ns: f64| (ns / TICK_NS).round();
     let (all_ns, all_ticks) =
         intervals.fold((0.0, 0.0), |(all_ns, ticks), ns| (all_ns + ns as f64, ticks + ticks_of(ns as f64)));
