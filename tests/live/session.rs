@@ -134,7 +134,9 @@ impl Session {
                 return found;
             }
             let left = end.saturating_duration_since(Instant::now());
-            assert!(!left.is_zero(), "no {wanted:?} on\n{}", screen(&text));
+            let last = text.len().saturating_sub(3000);
+            let last = &text[text.ceil_char_boundary(last)..];
+            assert!(!left.is_zero(), "no {wanted:?} on\n{}\nafter {last:?}", screen(&text));
             output = self.printed.more.wait_timeout(output, left).unwrap().0;
         }
     }

@@ -4,7 +4,7 @@ use std::{
     io::{self, IsTerminal, Stdout, Write},
     mem::ManuallyDrop,
     panic,
-    sync::mpsc,
+    sync::{Mutex, MutexGuard, PoisonError, mpsc},
     thread,
     time::Duration,
 };
@@ -24,7 +24,36 @@ use ratatui::{
 };
 
 /// How long to wait for a terminal that takes no output.
-const STALLED_AFTER: Duration = Duration::from_millis(500);
+const STALLED_AFTER: Duration = Duration::from_secs(2);
+
+/// What the terminal shows; locked while that changes, which may take as long as the terminal likes.
+static SCREEN: Mutex<ShownScreen> = Mutex::new(ShownScreen { entries: 0, is_of_view: false });
+
+struct ShownScreen {
+    /// How often the view has entered its screen.
+    entries: u64,
+    is_of_view: bool,
+}
+
+impl ShownScreen {
+    fn enter(&mut self, out: &mut impl Write) -> io::Result<()> {
+        self.entries += 1;
+        self.is_of_view = true;
+        execute!(out, EnterAlternateScreen, cursor::Hide)
+    }
+
+    /// Shows the screen before the view, if it has not been shown since this entry.
+    fn leave(&mut self, entries: u64, out: &mut impl Write) {
+        if self.is_of_view && self.entries == entries {
+            let _ = execute!(out, EndSynchronizedUpdate, LeaveAlternateScreen, cursor::Show);
+            self.is_of_view = false;
+        }
+    }
+}
+
+fn shown_screen() -> MutexGuard<'static, ShownScreen> {
+    SCREEN.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// The terminal, as long as the view has it.
 pub(crate) struct Screen {
@@ -80,7 +109,9 @@ impl Screen {
     /// Leaves the terminal to the shell until this program is continued.
     #[cfg(unix)]
     pub(crate) fn suspend(&mut self) -> io::Result<()> {
-        give_back();
+        if !give_back() {
+            leave_screen();
+        }
         rustix::process::kill_current_process_group(rustix::process::Signal::TSTP)?;
         // another thread may have to take the signal first; where stopping is refused, as without a shell, nothing happens
         thread::sleep(Duration::from_millis(100));
@@ -95,7 +126,9 @@ impl Screen {
 
     /// Takes the terminal once more, after another program had it.
     pub(crate) fn take_again(&mut self) -> io::Result<()> {
-        give_back();
+        if !give_back() {
+            leave_screen();
+        }
         enter()?;
         self.draw_anew()
     }
@@ -113,25 +146,26 @@ impl Drop for Screen {
 
 fn enter() -> io::Result<()> {
     enable_raw_mode()?;
-    execute!(io::stdout(), EnterAlternateScreen, cursor::Hide)
+    shown_screen().enter(&mut io::stdout())
 }
 
-/// Gives the terminal back as it was, if the view has it, and returns whether it took all output.
-/// Output that it does not take soon, as when its other end is not read, is left for
-/// `leave_screen`: the modes of its line are restored in any case.
+/// Gives the terminal back as it was, if the view has it, and returns whether the screen before the view
+/// is shown. A terminal that does not take that soon, as if its other end is not read, or if the machine
+/// stands still, is left to `leave_screen`: the modes of its line are restored in any case.
 pub fn give_back() -> bool {
-    if !is_raw_mode_enabled().unwrap_or(false) {
-        return true;
+    if is_raw_mode_enabled().unwrap_or(false) {
+        let (done, finished) = mpsc::sync_channel(1);
+        let entries = SCREEN.try_lock().ok().map(|shown| shown.entries);
+        let restore = move || {
+            // it may begin late, when the view has entered its screen again
+            entries.into_iter().for_each(|entries| shown_screen().leave(entries, &mut io::stdout()));
+            let _ = done.send(());
+        };
+        let _ = thread::Builder::new().name("vn100-restore".into()).spawn(restore);
+        let _ = finished.recv_timeout(STALLED_AFTER);
+        give_back_line();
     }
-    let (done, finished) = mpsc::sync_channel(1);
-    let restore = move || {
-        leave_screen();
-        let _ = done.send(());
-    };
-    let left = thread::Builder::new().name("vn100-restore".into()).spawn(restore).is_ok()
-        && finished.recv_timeout(STALLED_AFTER).is_ok();
-    give_back_line();
-    left
+    SCREEN.try_lock().is_ok_and(|shown| !shown.is_of_view)
 }
 
 /// Sets the modes of the line back. The view sees it and ends, without leaving the screen.
@@ -141,9 +175,9 @@ pub(crate) fn give_back_line() {
 
 /// Shows the screen as it was before; waits until the terminal takes that.
 pub(crate) fn leave_screen() {
-    let mut out = io::stdout();
-    let _ = execute!(out, EndSynchronizedUpdate, LeaveAlternateScreen, cursor::Show);
-    let _ = out.flush();
+    let mut shown = shown_screen();
+    let entries = shown.entries;
+    shown.leave(entries, &mut io::stdout());
 }
 
 /// Waits for a key or another size. `None` when nothing came in time.
@@ -214,4 +248,25 @@ fn notify_again() -> io::Result<()> {
 #[cfg(not(unix))]
 fn something_came(wait: Duration) -> io::Result<bool> {
     event::poll(wait)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_entry_of_the_screen_is_left_once_however_late() {
+        let mut shown = ShownScreen { entries: 0, is_of_view: false };
+        let written = |change: &mut dyn FnMut(&mut Vec<u8>)| {
+            let mut out = Vec::new();
+            change(&mut out);
+            String::from_utf8(out).unwrap()
+        };
+        assert!(written(&mut |out| shown.enter(out).unwrap()).contains("\x1b[?1049h"));
+        assert!(written(&mut |out| shown.leave(1, out)).contains("\x1b[?1049l"));
+        assert_eq!(written(&mut |out| shown.leave(1, out)), "");
+        assert!(written(&mut |out| shown.enter(out).unwrap()).contains("\x1b[?1049h"));
+        assert_eq!(written(&mut |out| shown.leave(1, out)), "", "that was the entry before");
+        assert!(written(&mut |out| shown.leave(2, out)).contains("\x1b[?1049l"));
+    }
 }
