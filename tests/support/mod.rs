@@ -105,7 +105,7 @@ pub(crate) fn interrupted_after(command: &mut Command, said: &str) -> Output {
     let stdout = read_on(child.stdout.take().unwrap());
     let mut lines = Lines::of(child.stderr.take().unwrap());
     let mut stderr = String::new();
-    while let Some(line) = lines.next() {
+    for line in lines.by_ref() {
         stderr = stderr + &line + "\n";
         if line.contains(said) {
             break;

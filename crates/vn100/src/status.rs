@@ -204,6 +204,8 @@ fn counts(snapshot: &Snapshot) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::{io, sync::Arc};
+
     use vn100_analysis::{Analysis, Settings};
     use vn100_capture::LowSpace;
     use vn100_driver::LatencyTimer;
@@ -288,7 +290,7 @@ mod tests {
             "/dev/imu: the disk of a.mcap has 12.00 MiB left, enough for 41 min 40 s at the present rate: make room";
         assert_eq!(messages.take(), [expected]);
         // it may fail after the last tick: what is next is that of the end
-        let failed = RecordingState { error: Some("the disk is full".into()), ..recording };
+        let failed = RecordingState { error: Some(Arc::new(io::Error::other("the disk is full"))), ..recording };
         line.report_recording(Some(&failed), "the result has what was measured");
         line.show(None, Some(&failed), &snapshot);
         let expected = "/dev/imu: RECORDING FAILED, a.mcap: the disk is full; the result has what was measured";
