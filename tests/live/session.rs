@@ -134,8 +134,7 @@ impl Session {
                 return found;
             }
             let left = end.saturating_duration_since(Instant::now());
-            let last = text.len().saturating_sub(3000);
-            let last = &text[text.ceil_char_boundary(last)..];
+            let last = String::from_utf8_lossy(&output[output.len().saturating_sub(3000)..]);
             assert!(!left.is_zero(), "no {wanted:?} on\n{}\nafter {last:?}", screen(&text));
             output = self.printed.more.wait_timeout(output, left).unwrap().0;
         }
