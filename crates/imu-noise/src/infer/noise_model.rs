@@ -4,6 +4,7 @@ mod boxcar;
 mod channel_curve;
 mod channel_fit;
 mod cholesky;
+mod crossing;
 mod curve_reading;
 mod density;
 mod noise_fit;

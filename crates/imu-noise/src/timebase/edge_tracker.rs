@@ -4,8 +4,8 @@
 use std::collections::VecDeque;
 
 use super::envelope::Envelope;
-use super::gap_event::GapEvent;
 use super::sensor_rates::{RUN, SensorRates};
+use super::{gap_event::GapEvent, interval_statistics::TOGETHER_PERIODS};
 
 /// Lag in periods from which a sample is in doubt: above 0.76, an observed shift of the phase of a
 /// host, and below 0.88, the part of a period that remained at the end of a real pause.
@@ -33,9 +33,6 @@ const FALLING_PERIODS: f64 = 0.004;
 /// The edge follows if [`EDGE_SAMPLES`] of [`CONFIRMATIONS`] samples are that early.
 const FAR_EARLY_PERIODS: f64 = 0.3;
 const EDGE_SAMPLES: usize = 4;
-
-/// Samples less than this many periods apart were returned by one read.
-pub(super) const TOGETHER_PERIODS: f64 = 0.2;
 
 /// The number of reads over which their pattern is averaged, and the tolerance for a time between
 /// reads that is a multiple of the period. Chosen.

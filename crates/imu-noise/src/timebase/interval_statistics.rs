@@ -5,7 +5,8 @@ use serde::Serialize;
 
 use hdrhistogram::Histogram;
 
-use super::edge_tracker::TOGETHER_PERIODS;
+/// Samples less than this many periods apart were returned by one read.
+pub(super) const TOGETHER_PERIODS: f64 = 0.2;
 
 /// Longest interval that the percentiles distinguish: longer ones count as one hour.
 const MAX_INTERVAL_US: u64 = 3_600_000_000;

@@ -6,8 +6,8 @@
 //! high a rate needs many missing samples, too low a rate late samples. The shortest description
 //! counts if it is clearly the shortest.
 
-use super::edge_tracker::TOGETHER_PERIODS;
 use super::gap_event::NominalRate;
+use super::interval_statistics::TOGETHER_PERIODS;
 use super::sensor_rates::{LISTED_TOLERANCE, RUN, SensorRates, TOO_FAST, WHOLE_TOLERANCE, mean_hz, near};
 
 /// Seconds, and intervals, of samples that arrive singly and evenly until their rate is certain:

@@ -2,8 +2,8 @@
 
 use super::{
     ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, Parameter, Rival, Status, Term,
-    density::variance_of_process,
-    search::{Candidate, FLICKER, Found, Search, WALK, WHITE},
+    density::{FLICKER, WALK, WHITE, variance_of_process},
+    search::{Candidate, Found, Search},
     spectral_rows::{ChannelData, GridOctave},
     thresholds::{
         BEYOND_ANY_FILTER, BEYOND_MEMORY, FILTERS, LEAST_EDF, LEAST_EDF_OF_BOUND, PRESENT, PROCESSES_INSTEAD, PROVED,

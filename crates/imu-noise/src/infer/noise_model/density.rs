@@ -21,6 +21,11 @@ pub(super) enum Component {
     Cosine(usize),
 }
 
+/// The places of the first components.
+pub(super) const WHITE: usize = 0;
+pub(super) const FLICKER: usize = 1;
+pub(super) const WALK: usize = 2;
+
 impl Component {
     pub(super) fn white(window: Option<BoxcarWindow>) -> Self {
         Self::White(window.map_or_else(|| vec![1.0], BoxcarWindow::autocovariance))

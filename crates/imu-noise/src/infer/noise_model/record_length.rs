@@ -4,8 +4,8 @@
 use super::{
     NoiseModel, Parameter, Status, Term,
     channel_fit::ReadOut,
+    density::{FLICKER, WALK, WHITE},
     parameter::PROVED_P,
-    search::{FLICKER, WALK, WHITE},
     spectral_rows::ChannelData,
     thresholds::{OF_MISSED, PLANNED_BIAS, PLANNED_WALK, PRESENT, UNLUCKY, WIDER, WIDER_WHITE},
 };

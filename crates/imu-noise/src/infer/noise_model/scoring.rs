@@ -10,7 +10,8 @@ use core::ops::Range;
 use multiversion::multiversion;
 
 use super::cholesky::Cholesky;
-use super::search::{FLICKER, WALK, WHITE, crossing};
+use super::crossing::crossing;
+use super::density::{FLICKER, WALK, WHITE};
 use crate::accumulate::counts::dot;
 use crate::infer::power_law::{flicker_variance, walk_variance};
 

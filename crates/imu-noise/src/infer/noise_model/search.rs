@@ -9,7 +9,8 @@ use core::{cell::OnceCell, f64::consts::PI, ops::Range};
 use std::sync::Arc;
 
 use super::{
-    density::Component,
+    crossing::crossing,
+    density::{Component, FLICKER, WALK, WHITE},
     scoring::{Rows, Scored, Structure},
     shapes::{MeanShape, MeanShapes},
     spectral_rows::ChannelData,
@@ -21,10 +22,6 @@ use super::{
     },
 };
 use crate::infer::chi_squared;
-
-/// Steps towards a limit, and how near to it, relative.
-const STEPS: usize = 7;
-const NEAR: f64 = 0.02;
 
 /// Standard deviations of a logarithm that is not known.
 const VAGUE: f64 = 30.0;
@@ -40,11 +37,6 @@ pub(super) struct Layout {
     pub(super) processes: Range<usize>,
     pub(super) cosines: Range<usize>,
 }
-
-/// The first components.
-pub(super) const WHITE: usize = 0;
-pub(super) const FLICKER: usize = 1;
-pub(super) const WALK: usize = 2;
 
 /// One structure, fitted.
 pub(super) struct Candidate {
@@ -563,28 +555,4 @@ fn levels(coefficients: &[f64]) -> Vec<f64> {
 /// Warm-up or cycle.
 const fn is_of(shape: MeanShape, is_cycle: bool) -> bool {
     matches!(shape, MeanShape::Cycle(_)) == is_cycle
-}
-
-/// The distance at which the log-likelihood has fallen by `drop`, whose root rises about evenly.
-pub(super) fn crossing(drop: f64, deviation: f64, fall: impl Fn(f64) -> f64) -> f64 {
-    let target = (2.0 * drop).sqrt();
-    let mut distance = target * deviation;
-    if !distance.is_finite() {
-        return f64::INFINITY;
-    }
-    let (mut low, mut high) = (0.0, f64::INFINITY);
-    for _ in 0..STEPS {
-        let reached = (2.0 * fall(distance).max(0.0)).sqrt();
-        if (reached / target - 1.0).abs() < NEAR {
-            break;
-        }
-        if reached < target {
-            low = distance
-        } else {
-            high = distance
-        }
-        let next = distance * (target / reached).clamp(0.3, 3.0);
-        distance = if next > low && next < high { next } else { 0.5 * (low + high.min(2.0 * low + distance)) };
-    }
-    distance
 }
