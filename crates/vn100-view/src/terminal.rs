@@ -109,9 +109,7 @@ impl Screen {
     /// Leaves the terminal to the shell until this program is continued.
     #[cfg(unix)]
     pub(crate) fn suspend(&mut self) -> io::Result<()> {
-        if !give_back() {
-            leave_screen();
-        }
+        leave();
         rustix::process::kill_current_process_group(rustix::process::Signal::TSTP)?;
         // another thread may have to take the signal first; where stopping is refused, as without a shell, nothing happens
         thread::sleep(Duration::from_millis(100));
@@ -126,9 +124,7 @@ impl Screen {
 
     /// Takes the terminal once more, after another program had it.
     pub(crate) fn take_again(&mut self) -> io::Result<()> {
-        if !give_back() {
-            leave_screen();
-        }
+        leave();
         enter()?;
         self.draw_anew()
     }
@@ -166,6 +162,13 @@ pub fn give_back() -> bool {
         give_back_line();
     }
     SCREEN.try_lock().is_ok_and(|shown| !shown.is_of_view)
+}
+
+/// Gives the terminal back, and waits until it has taken that.
+fn leave() {
+    if !give_back() {
+        leave_screen();
+    }
 }
 
 /// Sets the modes of the line back. The view sees it and ends, without leaving the screen.

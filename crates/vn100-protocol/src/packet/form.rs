@@ -176,12 +176,11 @@ impl PacketForm {
             are_measured &= number.is_measured(scaled);
             rounded(scaled)
         }));
-        if are_measured {
-            return Ok(());
+        if !are_measured && let Some(rejected) = self.numbers.iter().find_map(|number| number.rejected(packet.raw)) {
+            counts.truncate(before);
+            return Err(rejected);
         }
-        counts.truncate(before);
-        let rejected = self.numbers.iter().find_map(|number| number.rejected(packet.raw));
-        Err(rejected.unwrap_or(RejectedPacket { channel: BINARY, value: f64::NAN, limit: 0.0 }))
+        Ok(())
     }
 
     /// The time of the measurement in nanoseconds since the sensor started; `None` if the packet
