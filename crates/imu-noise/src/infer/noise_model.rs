@@ -34,7 +34,7 @@ pub(super) use scoring::{Rows, Scored, Structure};
 use search::Layout;
 pub use search::Rival;
 pub(super) use shapes::{MeanShape, MeanShapes};
-use spectral_rows::{Grid, GridOctave};
+use spectral_rows::{ChannelData, Grid, GridOctave};
 pub use term::Term;
 use thresholds::{LONGEST_PROCESS, MOST_COSINES, PROCESSES_APART, SHORTEST_PROCESS};
 
@@ -83,6 +83,11 @@ impl NoiseModel {
     #[must_use]
     pub fn of_length(&self, octaves: &[Octave], samples: u64) -> Self {
         Self::new(octaves, &RecordShape { samples, ..self.shape }, self.window, self.layout.quantization.is_some())
+    }
+
+    /// Of as many blocks as the level of a channel has.
+    fn shapes_of(&self, data: &ChannelData<'_>) -> Option<Arc<MeanShapes>> {
+        data.level.as_ref().map(|level| self.shapes(level.coefficients.len() + 1))
     }
 
     /// Of so many blocks, which nearly all channels of a record have.

@@ -99,8 +99,7 @@ impl<'a> ReadOut<'a> {
 
     /// Of a record that shows what is expected, for plans: a short filter is not looked for.
     pub(super) fn expecting(model: &'a NoiseModel, data: &'a ChannelData<'a>, z: f64) -> Option<Self> {
-        let shapes = data.level.as_ref().map(|level| model.shapes(level.coefficients.len() + 1));
-        let search = Search::new(data, &model.layout, shapes, true, z)?;
+        let search = Search::new(data, &model.layout, model.shapes_of(data), true, z)?;
         // what is expected on average is the level of no one record
         let _ = search.switching.set(f64::NEG_INFINITY);
         Some(Self { model, search, tails: 0.0, lacks_free_band: false })
@@ -114,13 +113,6 @@ impl<'a> ReadOut<'a> {
             _ => return None,
         };
         Some(self.search.slow(column, column == WALK).evidence)
-    }
-
-    /// Of the square of a component, in the likeliest structure without processes.
-    pub(super) fn relative_variance(&self, column: usize) -> Option<f64> {
-        let candidate = self.search.candidates.iter().find(|candidate| !candidate.has_processes)?;
-        let relative = candidate.variances[column] / candidate.scored.parameters[column].powi(2);
-        relative.is_finite().then_some(relative)
     }
 
     pub(super) fn fit(&self, confidence: f64) -> NoiseFit {

@@ -6,6 +6,7 @@ use super::{
     channel_fit::ReadOut,
     density::{FLICKER, WALK, WHITE},
     parameter::PROVED_P,
+    search::Search,
     spectral_rows::ChannelData,
     thresholds::{OF_MISSED, PLANNED_BIAS, PLANNED_WALK, PRESENT, UNLUCKY, WIDER, WIDER_WHITE},
 };
@@ -19,25 +20,24 @@ impl NoiseModel {
     /// chosen for that, as slow noise is far from independent.
     fn evidence(&self, truth: &[(Term, f64)], term: Term) -> Option<f64> {
         let z = chi_squared::normal_two_sided(0.95)?;
-        let data = self.unlucky(truth, term, UNLUCKY, z)?;
+        let data = self.unlucky(truth, term, UNLUCKY)?;
         ReadOut::expecting(self, &data, z)?.evidence(term)
     }
 
     /// What the record says of `term` whose squared amplitude comes out at this quantile.
     fn parameter_at(&self, truth: &[(Term, f64)], term: Term, quantile: f64, confidence: f64) -> Option<Parameter> {
         let z = chi_squared::normal_two_sided(confidence)?;
-        let data = self.unlucky(truth, term, quantile, z)?;
+        let data = self.unlucky(truth, term, quantile)?;
         ReadOut::expecting(self, &data, z)?.fit(confidence).parameter(term)
     }
 
     /// What the record shows in which the squared amplitude of `term` comes out at this quantile, and
     /// everything else as is expected.
-    fn unlucky(&self, truth: &[(Term, f64)], term: Term, quantile: f64, z: f64) -> Option<ChannelData<'_>> {
+    fn unlucky(&self, truth: &[(Term, f64)], term: Term, quantile: f64) -> Option<ChannelData<'_>> {
         let mut squares = self.squares(truth);
         let place = self.column(term)?;
         let expected = ChannelData::expecting(&self.grid, &squares);
-        let read_out = ReadOut::expecting(self, &expected, z)?;
-        let edf = 2.0 / read_out.relative_variance(place)?;
+        let edf = 2.0 / Search::relative_variance(&expected, &self.layout, self.shapes_of(&expected), place)?;
         squares[place] *= chi_squared::quantile(quantile, edf)? / edf;
         Some(ChannelData::expecting(&self.grid, &squares))
     }
@@ -109,11 +109,16 @@ fn least(start: f64, tolerance: f64, is_enough: impl Fn(f64) -> bool) -> Option<
     while found <= start && is_enough(missed) && found * FARTHEST > start {
         (found, missed) = (missed, 0.5 * missed);
     }
+    Some(narrowed(found, missed, tolerance, is_enough))
+}
+
+/// Between a value that is enough and one that is not, the least that is, too high by the `tolerance` at most.
+fn narrowed(mut found: f64, mut missed: f64, tolerance: f64, is_enough: impl Fn(f64) -> bool) -> f64 {
     while found / missed > 1.0 + tolerance {
         let middle = (found * missed).sqrt();
         *if is_enough(middle) { &mut found } else { &mut missed } = middle;
     }
-    Some(found)
+    found
 }
 
 /// What a record shall show.
@@ -152,9 +157,13 @@ impl Wanted<'_> {
     /// simulation.
     #[must_use]
     pub fn record_s(&self, interval_s: f64, confidence: f64) -> Option<f64> {
-        let is_shown = |duration_s: f64| duration_s <= LONGEST_S && self.is_shown(duration_s, interval_s, confidence);
-        // the shortest that has an octave for each parameter
-        least(16.0 * interval_s, 0.02, is_shown)
+        let is_shown = |duration_s: f64| self.is_shown(duration_s, interval_s, confidence);
+        // from the shortest that has an octave for each parameter
+        let doubled = core::iter::successors(Some(16.0 * interval_s), |length_s| Some(2.0 * length_s));
+        let lengths_s: Vec<f64> = doubled.take_while(|length_s| *length_s <= LONGEST_S).collect();
+        let place = lengths_s.partition_point(|length_s| !is_shown(*length_s));
+        let found_s = *lengths_s.get(place)?;
+        Some(if place == 0 { found_s } else { narrowed(found_s, 0.5 * found_s, 0.02, is_shown) })
     }
 
     fn is_shown(&self, duration_s: f64, interval_s: f64, confidence: f64) -> bool {

@@ -113,8 +113,24 @@ impl<'a> Search<'a> {
         has_ramp: bool,
         z: f64,
     ) -> Option<Self> {
+        let mut search = Self::before(data, layout, shapes, has_ramp, z);
+        search.find_definite_shapes();
+        search.scan_filters();
+        search.add_processes();
+        search.judge();
+        search.candidates.sort_by(|a, b| b.score.total_cmp(&a.score));
+        (!search.candidates.is_empty()).then_some(search)
+    }
+
+    fn before(
+        data: &'a ChannelData<'a>,
+        layout: &'a Layout,
+        shapes: Option<Arc<MeanShapes>>,
+        has_ramp: bool,
+        z: f64,
+    ) -> Self {
         let rows = data.rows();
-        let mut search = Self {
+        Self {
             data,
             layout,
             shapes,
@@ -127,13 +143,19 @@ impl<'a> Search<'a> {
             chi2: 0.0,
             dof: 1,
             switching: OnceCell::new(),
-        };
-        search.find_definite_shapes();
-        search.scan_filters();
-        search.add_processes();
-        search.judge();
-        search.candidates.sort_by(|a, b| b.score.total_cmp(&a.score));
-        (!search.candidates.is_empty()).then_some(search)
+        }
+    }
+
+    /// The relative variance of a component whose data are what is expected, without a filter or processes.
+    pub(super) fn relative_variance(
+        data: &'a ChannelData<'a>,
+        layout: &'a Layout,
+        ramp: Option<Arc<MeanShapes>>,
+        column: usize,
+    ) -> Option<f64> {
+        let plain = Self::before(data, layout, ramp, true, 1.0).candidate(0, false, None)?;
+        let relative = plain.variances[column] / plain.scored.parameters[column].powi(2);
+        relative.is_finite().then_some(relative)
     }
 
     pub(super) fn best(&self) -> &Candidate {

@@ -6,6 +6,8 @@
 //! times what the segments say of it is independent of them: the octave, of all samples, is the
 //! efficient estimate, and its covariance with any other one is its own variance.
 
+use std::sync::{Arc, OnceLock};
+
 use super::{
     density::{Component, octave_filter},
     scoring::Rows,
@@ -51,8 +53,19 @@ pub(super) struct Grid {
     filters: Vec<Vec<f64>>,
     /// By octave and component.
     columns: Vec<Vec<f64>>,
-    /// Of segments, long or short.
-    segments: [SegmentGrid; 2],
+    /// Of segments, long or short, from the first channel on that has them.
+    segments: [OnceLock<SegmentGrid>; 2],
+    /// Of the level of the first channel, which nearly all have in common.
+    level: OnceLock<Arc<LevelGrid>>,
+}
+
+/// The level of so many blocks.
+#[derive(Debug)]
+struct LevelGrid {
+    blocks: usize,
+    block_samples: u64,
+    /// Variance of each cosine coefficient, by component.
+    columns: Vec<Vec<f64>>,
 }
 
 /// What segments of so many samples show.
@@ -173,11 +186,29 @@ impl Grid {
             shape: *shape,
             components: components.to_vec(),
             columns: octaves.iter().zip(&filters).map(column).collect(),
-            segments: [LONG, SHORT].map(|samples| SegmentGrid::new(samples, components, &octaves, deviation)),
+            segments: Default::default(),
+            level: OnceLock::new(),
             octaves,
             edges,
             filters,
         }
+    }
+
+    fn segments(&self, samples: usize) -> Option<&SegmentGrid> {
+        let place = [LONG, SHORT].iter().position(|known| *known == samples)?;
+        let of = || SegmentGrid::new(samples, &self.components, &self.octaves, self.shape.deviation);
+        Some(self.segments[place].get_or_init(of))
+    }
+
+    fn level(&self, blocks: usize, block_samples: u64) -> Arc<LevelGrid> {
+        let of = || {
+            let coefficient = |k: usize| {
+                self.components.iter().map(|component| component.of_level(k, blocks, block_samples as f64)).collect()
+            };
+            Arc::new(LevelGrid { blocks, block_samples, columns: (1..blocks).map(coefficient).collect() })
+        };
+        let known = self.level.get_or_init(of);
+        if (known.blocks, known.block_samples) == (blocks, block_samples) { Arc::clone(known) } else { of() }
     }
 
     /// Degrees of freedom of an octave in a mixture of noises with these parameters, by those of each
@@ -264,7 +295,7 @@ impl<'a> ChannelData<'a> {
         let segments = curve.signal.and_then(|(signal, unit)| {
             let lowest = level.as_ref().map_or(0.0, |level| 0.5 / level.block_samples as f64).max(lowest);
             let powers = signal.spectrum().powers()?;
-            let segments = grid.segments.iter().find(|of| of.samples == powers.segment_samples)?;
+            let segments = grid.segments(powers.segment_samples)?;
             Segments::new(segments, &grid.components, &powers, curve.bands, scale / (unit * unit), lowest, shown)
         });
         let mut bands: Vec<&NarrowBand> = curve.bands.iter().filter(|band| band.power > 0.0).collect();
@@ -316,12 +347,12 @@ impl<'a> ChannelData<'a> {
             length *= 2;
         }
         let blocks = (grid.shape.samples / length) as usize;
-        let coefficient = |k: usize| {
-            let of = |component: &Component| component.of_level(k, blocks, length as f64);
+        let coefficient = |(k, columns): (usize, &Vec<f64>)| {
             let sign = if k % 4 < 2 { 1.0 } else { -1.0 };
-            sign * (sum(&mut grid.components.iter().map(of)) / scale).sqrt()
+            sign * (sum(&mut columns.iter().copied()) / scale).sqrt()
         };
-        let coefficients: Vec<f64> = (1..blocks).map(coefficient).collect();
+        let of_level = grid.level(blocks, length);
+        let coefficients: Vec<f64> = (1..).zip(&of_level.columns).map(coefficient).collect();
         let level = LevelSeries { block_samples: length, coefficients, white_factor: 1.0 };
         Self {
             grid,
@@ -378,15 +409,16 @@ impl<'a> ChannelData<'a> {
         rows.first_level = rows.power.len();
         if let Some(level) = &self.level {
             let (blocks, length) = (level.coefficients.len() + 1, level.block_samples as f64);
-            for (k, coefficient) in (1..blocks).zip(&level.coefficients) {
-                if 0.5 * k as f64 / (blocks as f64 * length) < self.lowest {
+            let of_level = self.grid.level(blocks, level.block_samples);
+            for (k, (coefficient, columns)) in (1..).zip(level.coefficients.iter().zip(&of_level.columns)) {
+                if 0.5 * f64::from(k) / (blocks as f64 * length) < self.lowest {
                     continue;
                 }
-                let of = |component: &Component| {
+                let of = |(component, variance): (&Component, &f64)| {
                     let missing = if matches!(component, Component::White(_)) { level.white_factor } else { 1.0 };
-                    missing * component.of_level(k, blocks, length)
+                    missing * variance
                 };
-                let columns = components.iter().map(of).chain(core::iter::repeat_n(0.0, lines));
+                let columns = components.iter().zip(columns).map(of).chain(core::iter::repeat_n(0.0, lines));
                 rows.push(coefficient * coefficient, 0.5, 0.5, columns);
                 rows.level.push(*coefficient);
             }
