@@ -47,8 +47,10 @@ pub struct NoiseModel {
     layout: Layout,
     grid: Grid,
     /// Shapes of the mean, of as many blocks as the first channel has.
-    shapes: Arc<OnceLock<Arc<MeanShapes>>>,
+    shapes: SharedShapes,
 }
+
+type SharedShapes = Arc<OnceLock<Arc<MeanShapes>>>;
 
 impl NoiseModel {
     /// A model of white noise, bias instability, random walk and a ramp, and of quantisation if it

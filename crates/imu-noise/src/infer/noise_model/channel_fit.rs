@@ -6,8 +6,8 @@ use super::{
     search::{Candidate, Found, Search},
     spectral_rows::{ChannelData, GridOctave},
     thresholds::{
-        BEYOND_ANY_FILTER, BEYOND_MEMORY, FILTERS, LEAST_EDF, LEAST_EDF_OF_BOUND, PRESENT, PROCESSES_INSTEAD, PROVED,
-        RAMP_PRESENT, REJECTED,
+        BEYOND_ANY_FILTER, BEYOND_MEMORY, FILTERS, LEAST_EDF, LEAST_EDF_OF_BOUND, NO_BOUND, PRESENT, PROCESSES_INSTEAD,
+        PROVED, RAMP_PRESENT, REJECTED,
     },
 };
 use crate::accumulate::record::Deviation;
@@ -99,9 +99,7 @@ impl<'a> ReadOut<'a> {
 
     /// Of a record that shows what is expected, for plans: a short filter is not looked for.
     pub(super) fn expecting(model: &'a NoiseModel, data: &'a ChannelData<'a>, z: f64) -> Option<Self> {
-        let search = Search::new(data, &model.layout, model.shapes_of(data), true, z)?;
-        // what is expected on average is the level of no one record
-        let _ = search.switching.set(f64::NEG_INFINITY);
+        let search = Search::expecting(data, &model.layout, model.shapes_of(data), z)?;
         Some(Self { model, search, tails: 0.0, lacks_free_band: false })
     }
 
@@ -113,6 +111,14 @@ impl<'a> ReadOut<'a> {
             _ => return None,
         };
         Some(self.search.slow(column, column == WALK).evidence)
+    }
+
+    /// One parameter, of which the model holds.
+    pub(super) fn parameter(&self, term: Term, confidence: f64) -> Option<Parameter> {
+        match term {
+            Term::White => self.white_parameter(confidence),
+            other => Some(self.amplitude(other, self.slow(other, self.model.column(other)?))),
+        }
     }
 
     pub(super) fn fit(&self, confidence: f64) -> NoiseFit {
@@ -141,26 +147,11 @@ impl<'a> ReadOut<'a> {
         let best = search.best();
         let mut fit = model.without_values(Status::NotObservable);
         fit.lacks_free_band = self.lacks_free_band;
-        let white = self.white(confidence)?;
-        fit.parameters[Term::White as usize] = Some(match self.lacks_free_band {
-            true => self.amplitude(Term::White, white).not_proved(),
-            false => self.amplitude(Term::White, white),
-        });
+        fit.parameters[Term::White as usize] = Some(self.white_parameter(confidence)?);
         let slow = [(Term::BiasInstability, FLICKER), (Term::RateRandomWalk, WALK)];
         let quantization = model.layout.quantization.map(|column| (Term::Quantization, column));
-        // without the level nothing distinguishes a walk from a ramp
-        let may_be_ramp = search.has_ramp && search.data.level.is_none();
         for (term, column) in slow.into_iter().chain(quantization) {
-            let mut found = search.slow(column, column == WALK);
-            if may_be_ramp && term != Term::Quantization {
-                found.evidence = 0.0;
-            }
-            if term == Term::BiasInstability
-                && search.rise_by_processes() > PROCESSES_INSTEAD
-                && found.evidence > PRESENT
-            {
-                found = Found { evidence: 0.0, rival: Some(Rival::Process), ..found };
-            }
+            let found = self.slow(term, column);
             fit.rivals[term as usize] = found.rival;
             fit.parameters[term as usize] = Some(self.amplitude(term, found));
         }
@@ -176,6 +167,25 @@ impl<'a> ReadOut<'a> {
         self.add_filter(&mut fit);
         self.add_curve(&mut fit);
         Some(fit)
+    }
+
+    fn slow(&self, term: Term, column: usize) -> Found {
+        let search = &self.search;
+        let mut found = search.slow(column, column == WALK);
+        // without the level nothing distinguishes a walk from a ramp
+        if search.has_ramp && search.data.level.is_none() && term != Term::Quantization {
+            found.evidence = 0.0;
+        }
+        if term == Term::BiasInstability && search.rise_by_processes() > PROCESSES_INSTEAD && found.evidence > PRESENT {
+            found = Found { evidence: 0.0, rival: Some(Rival::Process), ..found };
+        }
+        found
+    }
+
+    /// `None` if N lies above what the curve itself leaves.
+    fn white_parameter(&self, confidence: f64) -> Option<Parameter> {
+        let parameter = self.amplitude(Term::White, self.white(confidence)?);
+        Some(if self.lacks_free_band { parameter.not_proved() } else { parameter })
     }
 
     fn white(&self, confidence: f64) -> Option<Found> {
@@ -225,7 +235,7 @@ impl<'a> ReadOut<'a> {
     /// The amplitude of a term from what is known of its square.
     fn amplitude(&self, term: Term, found: Found) -> Parameter {
         let of = |square: f64| (square * self.search.data.scale).sqrt();
-        if !(of(found.upper).is_finite() && found.upper > 0.0) {
+        if !(found.upper > 0.0 && found.upper < NO_BOUND) {
             return Parameter::without_value(Status::NotObservable);
         }
         let is_there = found.evidence > PRESENT && (term != Term::White || found.lower > 0.0) || {

@@ -1,8 +1,10 @@
 //! What a record to come can be expected to show, by the model fitted to the values that it expects
 //! itself, and how long a record must be to show a parameter.
 
+use std::sync::Arc;
+
 use super::{
-    NoiseModel, Parameter, Status, Term,
+    NoiseModel, Parameter, SharedShapes, Status, Term,
     channel_fit::ReadOut,
     density::{FLICKER, WALK, WHITE},
     parameter::PROVED_P,
@@ -28,7 +30,7 @@ impl NoiseModel {
     fn parameter_at(&self, truth: &[(Term, f64)], term: Term, quantile: f64, confidence: f64) -> Option<Parameter> {
         let z = chi_squared::normal_two_sided(confidence)?;
         let data = self.unlucky(truth, term, quantile)?;
-        ReadOut::expecting(self, &data, z)?.fit(confidence).parameter(term)
+        ReadOut::expecting(self, &data, z)?.parameter(term, confidence)
     }
 
     /// What the record shows in which the squared amplitude of `term` comes out at this quantile, and
@@ -61,7 +63,7 @@ impl NoiseModel {
         least(start, 0.05, is_found)
     }
 
-    fn column(&self, term: Term) -> Option<usize> {
+    pub(super) fn column(&self, term: Term) -> Option<usize> {
         match term {
             Term::White => Some(WHITE),
             Term::BiasInstability => Some(FLICKER),
@@ -157,7 +159,9 @@ impl Wanted<'_> {
     /// simulation.
     #[must_use]
     pub fn record_s(&self, interval_s: f64, confidence: f64) -> Option<f64> {
-        let is_shown = |duration_s: f64| self.is_shown(duration_s, interval_s, confidence);
+        // doubled lengths have as many blocks
+        let shapes = Arc::default();
+        let is_shown = |duration_s: f64| self.is_shown(duration_s, interval_s, confidence, &shapes);
         // from the shortest that has an octave for each parameter
         let doubled = core::iter::successors(Some(16.0 * interval_s), |length_s| Some(2.0 * length_s));
         let lengths_s: Vec<f64> = doubled.take_while(|length_s| *length_s <= LONGEST_S).collect();
@@ -166,7 +170,7 @@ impl Wanted<'_> {
         Some(if place == 0 { found_s } else { narrowed(found_s, 0.5 * found_s, 0.02, is_shown) })
     }
 
-    fn is_shown(&self, duration_s: f64, interval_s: f64, confidence: f64) -> bool {
+    fn is_shown(&self, duration_s: f64, interval_s: f64, confidence: f64, shapes: &SharedShapes) -> bool {
         let shape = RecordShape {
             samples: (duration_s / interval_s).floor() as u64,
             interval_s,
@@ -174,6 +178,7 @@ impl Wanted<'_> {
             deviation: Deviation::Allan,
         };
         let model = NoiseModel::new(&shape.octaves(), &shape, None, false);
+        let model = NoiseModel { shapes: Arc::clone(shapes), ..model };
         let [low, high] = OF_MISSED.map(|part| part * self.missed);
         let quantile = if matches!(self.aim, Aim::Below(_)) { 1.0 - high } else { low };
         let Some(parameter) = model.parameter_at(self.truth, self.term, quantile, confidence) else { return false };

@@ -94,7 +94,7 @@ pub(super) struct Search<'a> {
     pub(super) chi2: f64,
     pub(super) dof: usize,
     /// By how much two levels explain the level better than the likeliest structure does.
-    pub(super) switching: OnceCell<f64>,
+    switching: OnceCell<f64>,
 }
 
 /// A shape of the mean with its penalty.
@@ -115,11 +115,27 @@ impl<'a> Search<'a> {
     ) -> Option<Self> {
         let mut search = Self::before(data, layout, shapes, has_ramp, z);
         search.find_definite_shapes();
-        search.scan_filters();
-        search.add_processes();
-        search.judge();
-        search.candidates.sort_by(|a, b| b.score.total_cmp(&a.score));
-        (!search.candidates.is_empty()).then_some(search)
+        search.searched()
+    }
+
+    /// The same in what is expected on average, which is the level of no one record: it has no shape beyond
+    /// doubt, and does not switch.
+    pub(super) fn expecting(
+        data: &'a ChannelData<'a>,
+        layout: &'a Layout,
+        shapes: Option<Arc<MeanShapes>>,
+        z: f64,
+    ) -> Option<Self> {
+        let search = Self::before(data, layout, shapes, true, z);
+        Self { switching: OnceCell::from(f64::NEG_INFINITY), ..search }.searched()
+    }
+
+    fn searched(mut self) -> Option<Self> {
+        self.scan_filters();
+        self.add_processes();
+        self.judge();
+        self.candidates.sort_by(|a, b| b.score.total_cmp(&a.score));
+        (!self.candidates.is_empty()).then_some(self)
     }
 
     fn before(

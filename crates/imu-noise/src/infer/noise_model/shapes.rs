@@ -1,6 +1,7 @@
 //! Shapes that the mean of a record may have beside a ramp: a warm-up, a cycle, a step.
 
 use core::f64::consts::TAU;
+use std::sync::OnceLock;
 
 use super::cholesky::Cholesky;
 use crate::accumulate::counts::{dot, lane_sum};
@@ -42,7 +43,8 @@ pub(in crate::infer) struct MeanShapes {
     /// A straight line that rises by 1 from block to block.
     pub(in crate::infer) ramp: Vec<f64>,
     pub(in crate::infer) transform: CosineTransform,
-    candidates: Vec<FoundShape>,
+    has_steps: bool,
+    candidates: OnceLock<Vec<FoundShape>>,
 }
 
 /// A shape, its coefficients, and how far the log-likelihood rises with it.
@@ -68,29 +70,28 @@ impl MeanShape {
 impl MeanShapes {
     /// With warm-ups and cycles.
     pub(in crate::infer) fn new(blocks: usize) -> Self {
-        let n = blocks as f64;
-        let times = core::iter::successors(Some(0.3), |time| Some(time * RELAXATIONS_APART));
-        let relaxations = times.take_while(|time| *time < 3.0 * n).map(MeanShape::Relaxation);
-        let cycles = (2..).map(|step| f64::from(step) * CYCLES_APART / n).take_while(|frequency| *frequency < 0.48);
         let transform = CosineTransform::new(blocks);
-        let mut shapes = Self { blocks, ramp: Vec::new(), transform, candidates: Vec::new() };
+        let mut shapes = Self { blocks, ramp: Vec::new(), transform, has_steps: false, candidates: OnceLock::new() };
         shapes.ramp = shapes.coefficients_of(|i| i);
-        shapes.add(relaxations.chain(cycles.map(MeanShape::Cycle)));
         shapes
     }
 
     /// And with steps.
-    pub(in crate::infer) fn with_steps(mut self) -> Self {
-        let places = core::iter::successors(Some(STEP_MARGIN), |at| Some(at + STEPS_APART));
-        let last = self.blocks as f64 - STEP_MARGIN;
-        self.add(places.take_while(|at| *at <= last).map(MeanShape::Step));
-        self
+    pub(in crate::infer) fn with_steps(self) -> Self {
+        Self { has_steps: true, ..self }
     }
 
-    fn add(&mut self, shapes: impl Iterator<Item = MeanShape>) {
+    fn candidates(&self) -> &[FoundShape] {
+        let n = self.blocks as f64;
+        let times = core::iter::successors(Some(0.3), |time| Some(time * RELAXATIONS_APART));
+        let relaxations = times.take_while(|time| *time < 3.0 * n).map(MeanShape::Relaxation);
+        let cycles = (2..).map(|step| f64::from(step) * CYCLES_APART / n).take_while(|frequency| *frequency < 0.48);
+        let last = if self.has_steps { n - STEP_MARGIN } else { 0.0 };
+        let places = core::iter::successors(Some(STEP_MARGIN), |at| Some(at + STEPS_APART));
+        let steps = places.take_while(|at| *at <= last).map(MeanShape::Step);
         let of = |shape| FoundShape { shape, coefficients: self.coefficients(shape), rise: 0.0 };
-        let more: Vec<FoundShape> = shapes.map(of).collect();
-        self.candidates.extend(more);
+        let all = relaxations.chain(cycles.map(MeanShape::Cycle)).chain(steps);
+        self.candidates.get_or_init(|| all.map(of).collect())
     }
 
     /// One vector, or those of the cosine and the sine of a cycle.
@@ -125,7 +126,7 @@ impl MeanShapes {
         least_rise: f64,
     ) -> Option<FoundShape> {
         let regression = Regression::new(level, variances, known);
-        let meant = self.candidates.iter().filter(|candidate| is_meant(candidate.shape));
+        let meant = self.candidates().iter().filter(|candidate| is_meant(candidate.shape));
         let rises = meant.map(|candidate| (candidate.shape, regression.rise(&candidate.coefficients)));
         let (coarse, rise) = rises.max_by(|(_, a), (_, b)| a.total_cmp(b))?;
         if COARSE * rise < least_rise {

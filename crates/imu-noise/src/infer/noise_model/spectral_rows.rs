@@ -486,10 +486,11 @@ impl<'a> ChannelData<'a> {
             let of = |cell: &Cell| cell.density * cell.density * cell.left;
             factors[i] * factors[j] * covariance(i, j, &of) / (means[i] * means[j])
         };
-        let dof: Vec<f64> = (0..chosen.len()).map(|i| 2.0 / relative(i, i)).collect();
+        let relative: Vec<Vec<f64>> = (0..chosen.len()).map(|i| (0..=i).map(|j| relative(i, j)).collect()).collect();
+        let dof: Vec<f64> = (0..chosen.len()).map(|i| 2.0 / relative[i][i]).collect();
         let sum: f64 = dof.iter().sum();
-        let together: f64 =
-            (0..chosen.len()).map(|i| (0..chosen.len()).map(|j| dof[i] * dof[j] * relative(i, j)).sum::<f64>()).sum();
+        let shared = |i: usize, j: usize| dof[i] * dof[j] * relative[i.max(j)][i.min(j)];
+        let together: f64 = (0..chosen.len()).map(|i| (0..chosen.len()).map(|j| shared(i, j)).sum::<f64>()).sum();
         dof.iter().map(|dof| (0.5 * dof * (2.0 * sum / together).min(1.0), 0.5 * dof)).collect()
     }
 

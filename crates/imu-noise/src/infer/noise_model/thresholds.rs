@@ -150,6 +150,10 @@ pub(super) const BEYOND_FILTER: f64 = 4.0;
 /// Of a square: at zero itself the model may lack what keeps the other terms apart.
 pub(super) const AS_GOOD_AS_ZERO: f64 = 1e-3;
 
+/// A bound of so many times the variance of the first octave, which is a hundred times its deviation, says
+/// nothing: the parameter is not observable.
+pub(super) const NO_BOUND: f64 = 1e4;
+
 /// Of the squared amplitude of an unlucky record.
 pub(super) const UNLUCKY: f64 = 0.02;
 
