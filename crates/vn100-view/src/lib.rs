@@ -319,7 +319,7 @@ fn run_view(
                 shared.stop.cancel();
             }
             Some(ViewRequest::Suspend) => {
-                if screen.suspend().is_err() {
+                if screen.suspend(&shared.signals.continued).is_err() {
                     return Ended::TerminalGone;
                 }
                 dirty = true;

@@ -4,10 +4,13 @@ use std::{
     io::{self, IsTerminal, Stdout, Write},
     mem::ManuallyDrop,
     panic,
-    sync::{Mutex, MutexGuard, PoisonError, mpsc},
+    sync::{Mutex, MutexGuard, PoisonError, atomic::AtomicBool, mpsc},
     thread,
     time::Duration,
 };
+
+#[cfg(unix)]
+use std::{sync::atomic::Ordering, time::Instant};
 
 use ratatui::{
     Terminal,
@@ -25,6 +28,10 @@ use ratatui::{
 
 /// How long to wait for a terminal that takes no output.
 const STALLED_AFTER: Duration = Duration::from_secs(2);
+
+/// How long to wait for the system to stop this program.
+#[cfg(unix)]
+const STOPPED_WITHIN: Duration = Duration::from_secs(1);
 
 /// What the terminal shows; locked while that changes, which may take as long as the terminal likes.
 static SCREEN: Mutex<ShownScreen> = Mutex::new(ShownScreen { entries: 0, is_of_view: false });
@@ -106,19 +113,23 @@ impl Screen {
         drawn
     }
 
-    /// Leaves the terminal to the shell until this program is continued.
+    /// Leaves the terminal to the shell until this program has been `continued`.
     #[cfg(unix)]
-    pub(crate) fn suspend(&mut self) -> io::Result<()> {
+    pub(crate) fn suspend(&mut self, continued: &AtomicBool) -> io::Result<()> {
         leave();
         rustix::process::kill_current_process_group(rustix::process::Signal::TSTP)?;
-        // another thread may have to take the signal first; where stopping is refused, as without a shell, nothing happens
-        thread::sleep(Duration::from_millis(100));
+        // Another thread takes the signal, on a busy machine late. Before that the line must not be changed: a shell
+        // would take its modes for those before the program. If stopping is refused, as without a shell, nothing follows.
+        let asked = Instant::now();
+        while !continued.swap(false, Ordering::Relaxed) && asked.elapsed() < STOPPED_WITHIN {
+            thread::sleep(Duration::from_millis(10));
+        }
         enter()?;
         self.draw_anew()
     }
 
     #[cfg(not(unix))]
-    pub(crate) fn suspend(&mut self) -> io::Result<()> {
+    pub(crate) fn suspend(&mut self, _: &AtomicBool) -> io::Result<()> {
         Ok(())
     }
 

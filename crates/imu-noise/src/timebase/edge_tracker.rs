@@ -384,7 +384,7 @@ impl EdgeTracker {
             (*least_s, *most_s) = ((*least_s - edge_s).min(0.0), *most_s - edge_s);
             // a step that is a little shorter for long leads away as far, but later
             let may_have_waited = self.rates.is_some() || self.settled < RUN as u64;
-            if may_have_waited && edge_s < -ALL_LATE_PERIODS * self.period_s {
+            if may_have_waited && edge_s < -ALL_LATE_PERIODS * self.period_s - self.jump_s {
                 self.envelope.restart();
                 (self.even, self.last_s) = ((0, 0.0), None);
                 if samples > CONFIRMATIONS {

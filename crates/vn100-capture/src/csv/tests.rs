@@ -40,6 +40,8 @@ struct Whole {
     report: CsvReport,
     /// Bytes of rows, of rejected rows, and of lines that are no rows.
     bytes: [u64; 3],
+    /// Why it ended before the end of the file.
+    error: Option<String>,
 }
 
 impl Whole {
@@ -68,11 +70,14 @@ fn planned(text: impl AsRef<[u8]>, map: Option<&str>) -> CsvPlan {
     plan(text, map).unwrap().unwrap()
 }
 
+/// Reads a file to its end.
 fn read(plan: CsvPlan, bytes: impl AsRef<[u8]>) -> Whole {
-    read_all(plan, Cursor::new(bytes.as_ref().to_vec()))
+    let whole = read_all(plan, Cursor::new(bytes.as_ref().to_vec()));
+    assert_eq!(whole.error, None);
+    whole
 }
 
-/// Reads a file to its end.
+/// Reads a file as far as it can be read.
 fn read_all(plan: CsvPlan, reader: impl Read + Send + 'static) -> Whole {
     let mut reader = CsvReader::new(plan, reader, ReadOptions { accept_unchecked: true, ..ReadOptions::default() });
     let mut whole = Whole::default();
@@ -88,10 +93,19 @@ fn read_all(plan: CsvPlan, reader: impl Read + Send + 'static) -> Whole {
         let tally = &batch.link.tally;
         whole.bytes = [tally.valid_sentence_bytes, tally.rejected_sentence_bytes, tally.skipped_bytes];
     };
-    while let Some(events) = reader.next_events().unwrap() {
-        for event in events {
-            let Event::Batch(batch) = event else { panic!("{event:?}") };
-            take(&batch);
+    loop {
+        match reader.next_events() {
+            Ok(Some(events)) => {
+                for event in events {
+                    let Event::Batch(batch) = event else { panic!("{event:?}") };
+                    take(&batch);
+                }
+            }
+            Ok(None) => break,
+            Err(error) => {
+                whole.error = Some(error.to_string());
+                break;
+            }
         }
     }
     let (batches, report) = reader.finish();

@@ -63,9 +63,12 @@ proptest! {
         let map = "gyro_x=2:deg/s,temperature=3:K,t=1:s".parse().unwrap();
         for map in [None, Some(&map)] {
             let Ok(Some(plan)) = detect(&bytes, Said { map, ..Said::default() }) else { continue };
-            let at_once = read(plan.clone(), &bytes);
-            prop_assert_eq!(at_once.report.lines, lines(&bytes, &plan));
-            prop_assert_eq!(at_once.bytes.iter().sum::<u64>(), bytes.len() as u64);
+            let at_once = read_all(plan.clone(), Cursor::new(bytes.clone()));
+            // a second table with other columns ends the first one
+            if at_once.error.is_none() {
+                prop_assert_eq!(at_once.report.lines, lines(&bytes, &plan));
+                prop_assert_eq!(at_once.bytes.iter().sum::<u64>(), bytes.len() as u64);
+            }
             let pieces = Pieces { bytes: Cursor::new(bytes.clone()), sizes: sizes.clone().into_iter().cycle() };
             prop_assert_eq!(read_all(plan, pieces), at_once);
         }
@@ -78,7 +81,8 @@ proptest! {
             for map in [None, Some(&map)] {
                 if let Ok(Some(plan)) = detect(bytes, Said { map, ..Said::default() }) {
                     let expected = lines(bytes, &plan);
-                    prop_assert_eq!(read(plan, bytes).report.lines, expected);
+                    let whole = read_all(plan, Cursor::new(bytes.to_vec()));
+                    prop_assert!(whole.error.is_some() || whole.report.lines == expected);
                 }
             }
         }
