@@ -165,23 +165,27 @@ impl SourceResult {
         self.source = with_stream(facts, &self.basis.snapshot);
     }
 
-    /// The same with verdicts by this data sheet.
+    /// The same with verdicts by this data sheet, without the records that would decide them.
     pub fn judge(&mut self, sheet: &Datasheet) {
         let Datasheet { name, note, typical_is_limit, .. } = sheet.clone();
         self.datasheet = Some(ComparedSheet { name, note, typical_is_limit });
         let verdicts = sheet.verdicts(&self.basis.snapshot, &self.basis.assessment);
-        let assessed = self.basis.assessment.channels.iter().zip(verdicts);
-        for (channel, (assessed, mut verdicts)) in self.channels.iter_mut().zip(assessed) {
-            // it takes too long while a record grows
-            if let Some(noise) = assessed.noise.as_ref().filter(|_| channel.spectrum.is_some()) {
-                let is_open = |verdict: &&mut FigureVerdict| verdict.decided_by == Some(DecidedBy::LongerRecord);
-                for verdict in verdicts.iter_mut().filter(is_open) {
-                    let length_s = deciding_record_s(verdict, noise, channel.rate_hz.recip(), self.confidence);
-                    verdict.deciding_record_s = length_s;
-                    verdict.decided_by = length_s.map(|_| DecidedBy::LongerRecord).or(Some(DecidedBy::Nothing));
-                }
-            }
+        for (channel, verdicts) in self.channels.iter_mut().zip(verdicts) {
             channel.verdict = Some(verdicts).filter(|verdicts| !verdicts.is_empty());
+        }
+    }
+
+    /// Finds the lengths of the records that would decide its verdicts: most of the work for a short record,
+    /// and nothing for one that grows, of which a thin result is made.
+    pub fn find_deciding_records(&mut self) {
+        for (channel, assessed) in self.channels.iter_mut().zip(&self.basis.assessment.channels) {
+            let Some(noise) = assessed.noise.as_ref().filter(|_| channel.spectrum.is_some()) else { continue };
+            let is_open = |verdict: &&mut FigureVerdict| verdict.decided_by == Some(DecidedBy::LongerRecord);
+            for verdict in channel.verdict.iter_mut().flatten().filter(is_open) {
+                let length_s = deciding_record_s(verdict, noise, channel.rate_hz.recip(), self.confidence);
+                verdict.deciding_record_s = length_s;
+                verdict.decided_by = length_s.map(|_| DecidedBy::LongerRecord).or(Some(DecidedBy::Nothing));
+            }
         }
     }
 

@@ -30,7 +30,7 @@ pub(crate) fn archive_rows(
     };
     let file = ArchivedFile { path: all.name_with_folder(), bytes, modified_ns, options: all.options_digest("") };
     let path = given.join(py, path, parts)?;
-    let evaluation = measured::evaluation()?;
+    let evaluation = measured::evaluation()?.verdicts_only();
     let mut recordings = Vec::new();
     for spec in py.detach(|| given.specs(&path)) {
         let name = spec.name_with_folder();

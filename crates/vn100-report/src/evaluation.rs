@@ -18,6 +18,7 @@ pub struct Evaluation {
     /// The VN-100's; applies to its messages.
     vn100: Datasheet,
     fail_on: Vec<NoiseFigure>,
+    has_verdicts_only: bool,
 }
 
 /// What the user wants a data sheet to decide.
@@ -42,7 +43,14 @@ impl Evaluation {
     ) -> Result<Self, DatasheetError> {
         let judged = |sheet| Datasheet { typical_is_limit, ..sheet };
         let vn100 = judged(vn100_datasheet()?);
-        Ok(Self { datasheet: datasheet.map(judged), vn100, fail_on })
+        Ok(Self { datasheet: datasheet.map(judged), vn100, fail_on, has_verdicts_only: false })
+    }
+
+    /// The same for results of which nobody reads what record would decide a verdict: that takes most of the
+    /// time of a short record.
+    #[must_use]
+    pub fn verdicts_only(self) -> Self {
+        Self { has_verdicts_only: true, ..self }
     }
 
     /// The parameters that must pass although the data sheet gives only a typical value, so that no
@@ -87,6 +95,9 @@ impl Evaluation {
     pub fn judge(&self, result: &mut SourceResult) {
         if let Some(sheet) = self.sheet_of(result) {
             result.judge(sheet);
+            if !self.has_verdicts_only {
+                result.find_deciding_records();
+            }
         }
     }
 

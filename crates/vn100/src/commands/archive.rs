@@ -38,7 +38,7 @@ use crate::{
 };
 
 pub(crate) fn archive(args: &ArchiveArgs) -> Result<Completion> {
-    let evaluation = evaluation(&args.files.measure)?;
+    let evaluation = evaluation(&args.files.measure)?.verdicts_only();
     let files = captures(&args.files.files);
     if files.is_empty() {
         report("no capture is there: in folders they are known by their endings, and a file that is named is one");

@@ -35,7 +35,7 @@ use crate::{
 };
 
 pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
-    let evaluation = evaluation(&args.files.measure)?;
+    let evaluation = evaluation(&args.files.measure)?.verdicts_only();
     let mut all: Vec<SourceResult> = Vec::new();
     let inputs = inputs(&args.files);
     if let [FileStream { path, options, .. }] = &*inputs

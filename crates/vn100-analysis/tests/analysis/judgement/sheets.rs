@@ -30,6 +30,7 @@ fn not_passed(name: &str, sheet: Option<&Datasheet>, (snapshot, assessment): &(S
     let (snapshot, assessment) = (snapshot.clone().into(), assessment.clone().into());
     let mut result = SourceResult::new(SourceFacts::default(), snapshot, assessment, Parts::WithoutSignals);
     sheet.into_iter().for_each(|sheet| result.judge(sheet));
+    result.find_deciding_records();
     result.not_passed(&name.parse().unwrap()).len()
 }
 
