@@ -175,8 +175,8 @@ impl SourceResult {
         }
     }
 
-    /// Finds the lengths of the records that would decide its verdicts: most of the work for a short record,
-    /// and nothing for one that grows, of which a thin result is made.
+    /// Finds the lengths of the records that would decide its open verdicts. A result
+    /// [`Parts::WithoutSignals`] gets none: the search takes too long while a record grows.
     pub fn find_deciding_records(&mut self) {
         for (channel, assessed) in self.channels.iter_mut().zip(&self.basis.assessment.channels) {
             let Some(noise) = assessed.noise.as_ref().filter(|_| channel.spectrum.is_some()) else { continue };

@@ -113,7 +113,7 @@ impl<'a> Search<'a> {
         has_ramp: bool,
         z: f64,
     ) -> Option<Self> {
-        let mut search = Self::before(data, layout, shapes, has_ramp, z);
+        let mut search = Self::unfitted(data, layout, shapes, has_ramp, z);
         search.find_definite_shapes();
         search.searched()
     }
@@ -126,7 +126,7 @@ impl<'a> Search<'a> {
         shapes: Option<Arc<MeanShapes>>,
         z: f64,
     ) -> Option<Self> {
-        let search = Self::before(data, layout, shapes, true, z);
+        let search = Self::unfitted(data, layout, shapes, true, z);
         Self { switching: OnceCell::from(f64::NEG_INFINITY), ..search }.searched()
     }
 
@@ -138,7 +138,8 @@ impl<'a> Search<'a> {
         (!self.candidates.is_empty()).then_some(self)
     }
 
-    fn before(
+    /// With no structure fitted.
+    fn unfitted(
         data: &'a ChannelData<'a>,
         layout: &'a Layout,
         shapes: Option<Arc<MeanShapes>>,
@@ -169,7 +170,7 @@ impl<'a> Search<'a> {
         ramp: Option<Arc<MeanShapes>>,
         column: usize,
     ) -> Option<f64> {
-        let plain = Self::before(data, layout, ramp, true, 1.0).candidate(0, false, None)?;
+        let plain = Self::unfitted(data, layout, ramp, true, 1.0).candidate(0, false, None)?;
         let relative = plain.variances[column] / plain.scored.parameters[column].powi(2);
         relative.is_finite().then_some(relative)
     }

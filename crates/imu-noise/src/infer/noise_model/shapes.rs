@@ -78,7 +78,7 @@ impl MeanShapes {
 
     /// And with steps.
     pub(in crate::infer) fn with_steps(self) -> Self {
-        Self { has_steps: true, ..self }
+        Self { has_steps: true, candidates: OnceLock::new(), ..self }
     }
 
     fn candidates(&self) -> &[FoundShape] {
