@@ -10,10 +10,11 @@ use super::gap_event::NominalRate;
 use super::interval_statistics::TOGETHER_PERIODS;
 use super::sensor_rates::{LISTED_TOLERANCE, RUN, SensorRates, TOO_FAST, WHOLE_TOLERANCE, mean_hz, near};
 
-/// Seconds, and intervals, of samples that arrive singly and evenly until their rate is certain:
-/// ten times the longest bunching.
+/// Seconds, and intervals, of samples that arrive singly and evenly until their rate is certain: ten
+/// times the longest bunching. Where half of the samples are missing, every second one is missing ten
+/// times in a row with a chance of one in a million, and six times with one of four thousand.
 const EVEN_S: f64 = 1.0;
-const EVEN_INTERVALS: usize = 6;
+const EVEN_INTERVALS: usize = 10;
 
 /// The required share of samples that arrive singly; the others may arrive at once, or late. Chosen.
 const MANY_SINGLE: f64 = 0.85;
