@@ -38,7 +38,7 @@ pub struct Snapshot {
     pub parted: Option<RateChange>,
     /// Rows of a table that were left out because they repeat an earlier one, stamp and values.
     pub repeated_rows: u64,
-    /// Rows of a table that stood out of order, and were put at the place of their stamps.
+    /// Rows of a table that stood out of order or had a false time, and were put in order.
     pub moved_rows: u64,
     /// Rows that are pending until it is decided whether samples are missing before them.
     pub pending_rows: u64,

@@ -312,7 +312,9 @@ pub fn headline(warning: &Warning) -> String {
             short(found.arrival_hz)
         ),
         Finding::Backwards(times) => format!("time stamps step backwards {}", counted(*times, "time")),
-        Finding::Reordered(rows) => format!("{} out of order, put at the place of their stamps", counted(*rows, "row")),
+        Finding::Reordered(rows) => {
+            format!("{} out of order or with a false time, put in order", counted(*rows, "row"))
+        }
         Finding::Restarts(times) => {
             format!("the sensor restarted {}: samples lost there are unknown", counted(*times, "time"))
         }

@@ -126,8 +126,10 @@ impl PendingRows {
 
     /// No row follows: all are decided.
     pub(crate) fn finish(&mut self) {
-        let rest = self.order.as_mut().map(RowOrder::finish);
-        rest.into_iter().flatten().for_each(|at| self.detector.push(at, None));
+        if let Some(order) = &mut self.order {
+            let rows = WaitingRows { counts: &mut self.counts, absent: &mut self.absent, width: self.width };
+            order.finish(rows, |at| self.detector.push(at, None));
+        }
         self.detector.finish();
     }
 

@@ -20,11 +20,16 @@ const COARSE_FOR: u64 = 1000;
 pub(crate) struct RowOrder {
     latest: VecDeque<Duration>,
     rows: u64,
+    /// The number of rows that came after the last one of the latest, and stand right before it.
+    behind: usize,
+    /// The last stamp whose place is final.
+    taken: Option<Duration>,
     /// The number of rows when two had one stamp and other values.
     shared_at: Option<u64>,
     /// Rows that were left out because an earlier one has the same stamp and the same values.
     pub(crate) repeated: u64,
-    /// Rows that were moved to their place.
+    /// Rows that were moved to the place of their stamps, or stayed at theirs although their stamp is
+    /// later than those of the rows after them.
     pub(crate) moved: u64,
 }
 
@@ -38,25 +43,58 @@ pub(crate) struct WaitingRows<'a> {
     pub(crate) width: usize,
 }
 
+impl WaitingRows<'_> {
+    /// Moves the last row before this many others.
+    fn move_last(&mut self, others: usize) {
+        let Self { counts, absent, width } = self;
+        let last = counts.len() / *width - 1;
+        let to = last - others;
+        counts[to * *width..].rotate_right(*width);
+        for cell in absent.iter_mut().filter(|cell| cell.row >= to) {
+            cell.row = if cell.row == last { to } else { cell.row + 1 };
+        }
+        absent.sort_unstable_by_key(|cell| (cell.row, cell.channel));
+    }
+}
+
 impl RowOrder {
     /// Puts the last one of `rows` at its place, or removes it. Gives the stamps of the rows whose
     /// place is final to `take`.
-    pub(crate) fn place(&mut self, at: Duration, rows: WaitingRows<'_>, take: impl FnMut(Duration)) {
+    pub(crate) fn place(&mut self, at: Duration, mut rows: WaitingRows<'_>, mut take: impl FnMut(Duration)) {
         self.rows += 1;
         if self.latest.back().is_some_and(|latest| *latest >= at) {
-            return self.place_earlier(at, rows, take);
+            self.place_earlier(at, &mut rows, &mut take);
+            if self.behind == WINDOW - 1 {
+                self.distrust_last(rows);
+            }
+            return;
         }
         self.latest.push_back(at);
+        self.behind = 0;
         self.give_oldest(take);
+    }
+
+    /// The rows that came after the last one are all earlier, and there is a hole before it: its stamp
+    /// is false, and it stays before them.
+    fn distrust_last(&mut self, mut rows: WaitingRows<'_>) {
+        let place = self.latest.len() - 1 - self.behind;
+        let before = place.checked_sub(1).map_or(self.taken, |before| Some(self.latest[before]));
+        if let Some(before) = before.filter(|_| self.is_hole(self.latest.len() - 1)) {
+            self.latest.pop_back();
+            self.latest.insert(place, before + self.latest[place].saturating_sub(before) / 2);
+            rows.move_last(self.behind);
+            self.moved = self.moved + 1 - self.behind as u64;
+            self.behind = 0;
+        }
     }
 
     /// The same for a row that is no later than one before it.
     #[cold]
-    fn place_earlier(&mut self, at: Duration, rows: WaitingRows<'_>, take: impl FnMut(Duration)) {
+    fn place_earlier(&mut self, at: Duration, rows: &mut WaitingRows<'_>, mut take: impl FnMut(Duration)) {
         let WaitingRows { counts, absent, width } = rows;
-        let last = counts.len() / width - 1;
+        let last = counts.len() / *width - 1;
         let first = last - self.latest.len();
-        let row = |row: usize| &counts[row * width..(row + 1) * width];
+        let row = |row: usize| &counts[row * *width..(row + 1) * *width];
         let lacks = |row: usize| absent.iter().filter(move |cell| cell.row == row).map(|cell| cell.channel);
         let same = self.latest.iter().enumerate().filter(|(_, stamp)| **stamp == at).map(|(place, _)| first + place);
         let are_equal: Vec<bool> = same.map(|other| row(other) == row(last) && lacks(other).eq(lacks(last))).collect();
@@ -66,37 +104,40 @@ impl RowOrder {
         let is_coarse = self.shared_at.is_some_and(|at| self.rows - at < COARSE_FOR);
         if are_equal.contains(&true) && !is_coarse {
             self.repeated += 1;
-            counts.truncate(last * width);
+            counts.truncate(last * *width);
             absent.retain(|cell| cell.row != last);
             return;
         }
         let place = self.latest.iter().rposition(|stamp| *stamp <= at).map_or(0, |before| before + 1);
         if place < self.latest.len() && !self.is_hole(place) {
-            self.latest.drain(..).for_each(take);
+            self.taken = self.latest.back().copied();
+            self.latest.drain(..).for_each(&mut take);
             self.latest.push_back(at);
+            self.behind = 0;
             return;
         }
         if place < self.latest.len() {
-            let to = first + place;
-            counts[to * width..].rotate_right(width);
-            for cell in absent.iter_mut().filter(|cell| cell.row >= to) {
-                cell.row = if cell.row == last { to } else { cell.row + 1 };
-            }
-            absent.sort_unstable_by_key(|cell| (cell.row, cell.channel));
+            rows.move_last(self.latest.len() - place);
             self.moved += 1;
+            self.behind += usize::from(place + 1 == self.latest.len());
         }
         self.latest.insert(place, at);
         self.give_oldest(take);
     }
 
     fn give_oldest(&mut self, take: impl FnMut(Duration)) {
-        let oldest = if self.latest.len() > WINDOW { self.latest.pop_front() } else { None };
-        oldest.into_iter().for_each(take);
+        if self.latest.len() > WINDOW {
+            self.taken = self.latest.pop_front();
+            self.taken.into_iter().for_each(take);
+        }
     }
 
-    /// No row follows those so far: the stamps of the rest.
-    pub(crate) fn finish(&mut self) -> impl Iterator<Item = Duration> {
-        self.latest.drain(..)
+    /// No row follows those so far: gives the stamps of the rest to `take`.
+    pub(crate) fn finish(&mut self, rows: WaitingRows<'_>, take: impl FnMut(Duration)) {
+        if self.behind > 1 {
+            self.distrust_last(rows);
+        }
+        self.latest.drain(..).for_each(take);
     }
 
     /// Whether a row is missing before this place among the latest ones.
@@ -125,7 +166,8 @@ mod tests {
             let rows = WaitingRows { counts: &mut counts, absent: &mut Vec::new(), width: 1 };
             order.place(Duration::from_millis(at_ms), rows, &mut take);
         }
-        order.finish().for_each(take);
+        let rows = WaitingRows { counts: &mut counts, absent: &mut Vec::new(), width: 1 };
+        order.finish(rows, take);
         (stamps_ms, counts, order)
     }
 
@@ -152,5 +194,22 @@ mod tests {
         assert_eq!((stamps_ms, counts, order.moved), (vec![0, 10, 20, 30, 40, 50], vec![0, 1, 2, 3, 4, 5], 1));
         let (stamps_ms, _, order) = placed(&[(1000, 0), (1010, 1), (1020, 2), (5, 3), (15, 4)]);
         assert_eq!((stamps_ms, order.moved), (vec![1000, 1010, 1020, 5, 15], 0));
+    }
+    #[test]
+    fn a_row_with_a_stamp_far_ahead_stays_where_it_is() {
+        for (at, rows) in [(100, 200), (150, 200), (195, 200), (31, 64), (20, 40)] {
+            let stamp = |row: u64| if row == at { 1_000_000 } else { 10 * row };
+            let far: Vec<(u64, i32)> = (0..rows).map(|row| (stamp(row), row as i32)).collect();
+            let (stamps_ms, counts, order) = placed(&far);
+            let even: Vec<u64> = (0..rows).map(|row| 10 * row).collect();
+            assert_eq!((stamps_ms, counts, order.moved), (even, (0..rows as i32).collect(), 1), "{at} of {rows}");
+        }
+    }
+
+    #[test]
+    fn a_row_that_came_early_finds_its_place_at_the_end_too() {
+        let rows: Vec<(u64, i32)> = (0..20).chain([24, 20, 21, 22, 23]).map(|row| (10 * row, row as i32)).collect();
+        let (stamps_ms, counts, order) = placed(&rows);
+        assert_eq!((stamps_ms, counts, order.moved), ((0..25).map(|row| 10 * row).collect(), (0..25).collect(), 4));
     }
 }

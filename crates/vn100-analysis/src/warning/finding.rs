@@ -81,7 +81,7 @@ pub enum Finding {
     FalseReport(FalseReport),
     /// How often time stamps step backwards.
     Backwards(u64),
-    /// Rows that were put at the place of their stamps.
+    /// Rows out of order or with a false time, which were put in order.
     Reordered(u64),
     /// How often the sensor restarted, and its own time with it.
     Restarts(u64),
