@@ -56,8 +56,10 @@ const OTHER_ENDS: &[(&str, i32, &str)] = &[
     ("vn100 replay FILE --speed 1x", 1, "--speed needs the live view, and that a terminal"),
 ];
 
-/// The duration of a live measurement here.
+/// The duration of a live measurement here, and that of a generated record without a known digest.
 const LIVE: &str = "1s";
+const GENERATED: &str = "10min";
+const WITH_DIGEST: &str = "reference.vnimu";
 
 /// Options whose value is a file to be written.
 const WRITES: &[&str] = &["-o", "--record", "--samples"];
@@ -110,11 +112,13 @@ fn runnable(line: &str) -> String {
     let is_live = words.starts_with(&["vn100", "attach"])
         || words.starts_with(&["vn100", "record"])
         || words.starts_with(&["vn100", "sim"]) && ["--link", "--tcp"].iter().any(|word| words.contains(word));
-    if is_live {
-        match words.iter().position(|word| ["-d", "--duration"].contains(word)) {
-            Some(option) => words[option + 1] = LIVE,
-            None => words.extend(["--duration", LIVE]),
+    match words.iter().position(|word| ["-d", "--duration"].contains(word)) {
+        Some(option) if is_live => words[option + 1] = LIVE,
+        Some(option) if words.starts_with(&["vn100", "sim"]) && !words.contains(&WITH_DIGEST) => {
+            words[option + 1] = GENERATED;
         }
+        None if is_live => words.extend(["--duration", LIVE]),
+        _ => {}
     }
     words.join(" ")
 }
