@@ -39,9 +39,8 @@ pub(super) struct PseudoTerminal {
     /// Our own open handle of the host's side. Without it the port would be reported as hung up
     /// until the first host comes, and the number of unread bytes would be unknown.
     slave: Option<OwnedFd>,
-    /// Reports openings and closings; `None` after our handle is closed: from then on a hang-up
-    /// reports the end.
-    watch: Option<OwnedFd>,
+    /// Reports openings and closings.
+    watch: OwnedFd,
     pub(super) path: PathBuf,
     host_is_there: bool,
 }
@@ -62,15 +61,22 @@ impl PseudoTerminal {
         tcsetattr(&slave, OptionalActions::Now, &settings)?;
         let watch = inotify::init(inotify::CreateFlags::CLOEXEC | inotify::CreateFlags::NONBLOCK)?;
         inotify::add_watch(&watch, &path, inotify::WatchFlags::OPEN | inotify::WatchFlags::CLOSE)?;
-        Ok(Self { master, slave: Some(slave), watch: Some(watch), path, host_is_there: false })
+        Ok(Self { master, slave: Some(slave), watch, path, host_is_there: false })
     }
 
-    /// Sleeps until a host acts, there is room (with `for_room`), `waker` is readable, or the time
-    /// is over.
-    pub(super) fn wait(&self, waker: &OwnedFd, for_room: bool, timeout: &Timespec) -> io::Result<()> {
+    /// Sleeps until a host acts, one opens the `former` port, there is room (with `for_room`), `waker` is
+    /// readable, or the time is over.
+    pub(super) fn wait(
+        &self,
+        waker: &OwnedFd,
+        former: Option<&Self>,
+        for_room: bool,
+        timeout: &Timespec,
+    ) -> io::Result<()> {
         let events = if for_room { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN };
         let mut fds = vec![PollFd::new(waker, PollFlags::IN), PollFd::new(&self.master, events)];
-        fds.extend(self.watch.as_ref().map(|watch| PollFd::new(watch, PollFlags::IN)));
+        let ports = [Some(self), former].into_iter().flatten();
+        fds.extend(ports.map(|port| PollFd::new(&port.watch, PollFlags::IN)));
         match poll(&mut fds, Some(timeout)) {
             Ok(_) | Err(Errno::INTR) => Ok(()),
             Err(error) => Err(error.into()),
@@ -81,11 +87,10 @@ impl PseudoTerminal {
         let (closed, open) = self.read_watch()?;
         let before = self.host_is_there;
         if closed {
-            // only without our own handle does the port show whether others have one; from here on it shows their end
-            self.watch = None;
+            // only without our own handle does the port show whether others have one
             self.slave = None;
         }
-        if self.watch.is_none() {
+        if self.slave.is_none() {
             let there = !self.is_hung_up()?;
             self.host_is_there = there;
             return Ok(match (before, there) {
@@ -109,9 +114,8 @@ impl PseudoTerminal {
     /// Whether there was a closing, and whether the latest event was an opening.
     fn read_watch(&self) -> io::Result<(bool, bool)> {
         let (mut closed, mut open) = (false, false);
-        let Some(watch) = &self.watch else { return Ok((closed, open)) };
         let mut buffer = [MaybeUninit::uninit(); 1024];
-        let mut events = inotify::Reader::new(watch, &mut buffer);
+        let mut events = inotify::Reader::new(&self.watch, &mut buffer);
         loop {
             match events.next() {
                 Ok(event) => {

@@ -30,13 +30,6 @@ const LINGER: Duration = Duration::from_secs(1);
 /// The interval for checking whether the host has read all bytes.
 const LINGER_STEP: Timespec = Timespec { tv_sec: 0, tv_nsec: 2_000_000 };
 
-/// The time during which a port whose host has left can still be opened: a host that looked up its
-/// name just before finds a sensor there, and not a port that is hung up.
-const FORMER_KEPT: Duration = Duration::from_secs(2);
-
-/// The interval for checking whether a host has opened it.
-const FORMER_CHECK: Duration = Duration::from_millis(10);
-
 /// A sensor that is connected until this handle is dropped or stopped.
 #[derive(Debug)]
 pub struct PtySensor {
@@ -134,8 +127,9 @@ struct Server {
     wire: Wire,
     /// `None` while it is unplugged.
     port: Option<PseudoTerminal>,
-    /// The port before this one, and the end of its time.
-    former: Option<(PseudoTerminal, Duration)>,
+    /// The port before this one, until a host opens this one: a host that looked up the name of that one
+    /// just before finds a sensor there, and not a port that is hung up.
+    former: Option<PseudoTerminal>,
     outbox: Outbox,
     link: Option<SymbolicLink>,
     link_path: Option<PathBuf>,
@@ -151,11 +145,7 @@ impl Server {
             self.follow_plug(now)?;
             self.follow_host(now)?;
             self.exchange(now)?;
-            let mut wakeup = self.wire.next_wakeup(now);
-            if self.former.is_some() {
-                wakeup = wakeup.min(now + FORMER_CHECK);
-            }
-            self.sleep(wakeup.saturating_sub(self.now()))?;
+            self.sleep(self.wire.next_wakeup(now).saturating_sub(self.now()))?;
         }
         self.linger()
     }
@@ -193,7 +183,8 @@ impl Server {
             }
             Some(HostChange::Left) => {
                 self.hang_up(now);
-                self.replace_port(now)?;
+                self.replace_port()?;
+                self.follow_former(now)?;
             }
         }
         Ok(())
@@ -255,22 +246,22 @@ impl Server {
     }
 
     /// A host has left: the next one finds a new port.
-    fn replace_port(&mut self, now: Duration) -> io::Result<()> {
+    fn replace_port(&mut self) -> io::Result<()> {
         let fresh = PseudoTerminal::new(host_baud(self.wire.device()))?;
         self.lead_to(&fresh.path)?;
-        self.former = self.port.replace(fresh).map(|left| (left, now + FORMER_KEPT));
-        self.follow_former(now)
+        self.former = self.port.replace(fresh);
+        Ok(())
     }
 
     /// Returns to the port before this one if a host has opened that one.
     fn follow_former(&mut self, now: Duration) -> io::Result<()> {
-        let Some((mut former, until)) = self.former.take() else { return Ok(()) };
+        let Some(former) = &mut self.former else { return Ok(()) };
         if former.host_change()? == Some(HostChange::Opened) {
-            self.lead_to(&former.path)?;
-            self.port = Some(former);
-            return self.open(now);
+            let path = former.path.clone();
+            self.lead_to(&path)?;
+            self.port = self.former.take();
+            self.open(now)?;
         }
-        self.former = (now < until).then_some((former, until));
         Ok(())
     }
 
@@ -285,7 +276,7 @@ impl Server {
     fn sleep(&self, time: Duration) -> io::Result<()> {
         let timeout = Timespec::try_from(time).unwrap_or(Timespec { tv_sec: 1, tv_nsec: 0 });
         match &self.port {
-            Some(port) => port.wait(&self.shared.waker, !self.outbox.is_empty(), &timeout),
+            Some(port) => port.wait(&self.shared.waker, self.former.as_ref(), !self.outbox.is_empty(), &timeout),
             None => match poll(&mut [PollFd::new(&self.shared.waker, PollFlags::IN)], Some(&timeout)) {
                 Ok(_) | Err(Errno::INTR) => Ok(()),
                 Err(error) => Err(error.into()),
