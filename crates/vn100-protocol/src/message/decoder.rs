@@ -139,12 +139,11 @@ impl Framer {
     #[inline]
     fn next_item<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Item<'a>>) {
         let at = self.take_line_end(input);
-        if let Some(line) = input[at..].first_chunk()
-            && let Some(sample) = template::ymr(line)
-        {
-            self.accept(template::LENGTH);
+        if let Some(sample) = template::read(&input[at..]) {
+            let length = template::length(&input[at..]);
+            self.accept(length);
             self.tally.samples += 1;
-            return (at + template::LENGTH, Some(Item::Sample(sample)));
+            return (at + length, Some(Item::Sample(sample)));
         }
         let (consumed, item) = self.any_item(&input[at..], end_of_input);
         (at + consumed, item)
