@@ -14,8 +14,8 @@ const EXACT_POWERS: [f64; 23] = {
 /// Separators of thousands, for numbers with no decimals after them.
 const THOUSANDS: [u8; 3] = *b",' ";
 
-/// Digits that always fit 64 bits together with one more digit.
-const SAFE_DIGITS: usize = 18;
+/// The most digits that always fit 64 bits.
+const MOST_DIGITS: usize = 19;
 
 /// Exponents beyond this have no further effect: the number is zero or too large.
 const LARGEST_EXPONENT: i32 = 9_999;
@@ -60,40 +60,24 @@ impl Number {
         let (whole, point) = append_digits(0, input, sign);
         let (mut digits, mut end, mut decimals) = (whole, point, 0);
         if input.get(point) == Some(&b'.') {
-            (digits, end) = append_digits(whole, input, point + 1);
+            let (eights, at) = append_eights(whole, input, point + 1);
+            (digits, end) = append_digits(eights, input, at);
             decimals = end - point - 1;
         }
         let digit_count = point - sign + decimals;
         if digit_count == 0 {
             return None;
         }
-        let exponent_follows = matches!(input.get(end), Some(b'e' | b'E'));
-        if digit_count > SAFE_DIGITS || exponent_follows {
-            return Self::parse_prefix_slowly(first == b'-', input, sign, end);
+        let mut decimals = decimals as i32;
+        if digit_count > MOST_DIGITS {
+            (digits, decimals) = cut(digits, decimals, &input[sign..end]);
         }
-        Some((Self { negative: first == b'-', digits, decimals: decimals as i32 }, end))
-    }
-
-    /// Like [`parse_prefix`](Self::parse_prefix), for exponents and any number of digits at
-    /// `begin..end`.
-    #[cold]
-    fn parse_prefix_slowly(negative: bool, input: &[u8], begin: usize, end: usize) -> Option<(Self, usize)> {
-        let (mut digits, mut decimals, mut is_fraction) = (0_u64, 0_i32, false);
-        for &byte in &input[begin..end] {
-            if byte == b'.' {
-                is_fraction = true;
-            } else if digits < 10_u64.pow(SAFE_DIGITS as u32) {
-                digits = digits * 10 + u64::from(byte - b'0');
-                decimals += i32::from(is_fraction);
-            } else {
-                decimals -= i32::from(!is_fraction);
-            }
+        if let Some(b'e' | b'E') = input.get(end) {
+            let exponent;
+            (exponent, end) = parse_exponent(input, end + 1)?;
+            decimals = decimals.saturating_sub(exponent);
         }
-        let (exponent, end) = match input.get(end) {
-            Some(b'e' | b'E') => parse_exponent(input, end + 1)?,
-            _ => (0, end),
-        };
-        Some((Self { negative, digits, decimals: decimals.saturating_sub(exponent) }, end))
+        Some((Self { negative: first == b'-', digits, decimals }, end))
     }
 
     /// The digits with their sign.
@@ -172,6 +156,23 @@ pub(super) fn are_thousands(digits: &[u8], mark: u8) -> bool {
         && rest.all(|group| group.len() == 3 && are_digits(group))
 }
 
+/// Appends eight digits of `input` at a time: neighbours are joined to pairs, fours and eight.
+#[inline(always)]
+fn append_eights(mut digits: u64, input: &[u8], mut at: usize) -> (u64, usize) {
+    while let Some(eight) = input.get(at..).and_then(<[u8]>::first_chunk) {
+        let word = u64::from_le_bytes(*eight) ^ u64::from_le_bytes(*b"00000000");
+        if (word | word.wrapping_add(0x0606_0606_0606_0606)) & 0xF0F0_F0F0_F0F0_F0F0 != 0 {
+            break;
+        }
+        let pairs = (word * 10 + (word >> 8)) & 0x00FF_00FF_00FF_00FF;
+        let fours = (pairs * 100 + (pairs >> 16)) & 0x0000_FFFF_0000_FFFF;
+        let eight = (fours * 10_000 + (fours >> 32)) & 0xFFFF_FFFF;
+        digits = digits.wrapping_mul(100_000_000).wrapping_add(eight);
+        at += 8;
+    }
+    (digits, at)
+}
+
 /// Appends the digits of `input` from `at` on to `digits`, modulo 2^64, and returns their end.
 #[inline(always)]
 fn append_digits(mut digits: u64, input: &[u8], mut at: usize) -> (u64, usize) {
@@ -180,6 +181,26 @@ fn append_digits(mut digits: u64, input: &[u8], mut at: usize) -> (u64, usize) {
         at += 1;
     }
     (digits, at)
+}
+
+/// The digits and decimals of a number of many digits, which are `digits` if all but zeros at the head fit.
+fn cut(digits: u64, decimals: i32, number: &[u8]) -> (u64, i32) {
+    let significant = number.iter().skip_while(|byte| matches!(byte, b'0' | b'.')).filter(|byte| **byte != b'.');
+    if significant.count() <= MOST_DIGITS {
+        return (digits, decimals);
+    }
+    let (mut digits, mut decimals, mut is_fraction) = (0_u64, 0_i32, false);
+    for &byte in number {
+        if byte == b'.' {
+            is_fraction = true;
+        } else if digits < 10_u64.pow(MOST_DIGITS as u32 - 1) {
+            digits = digits * 10 + u64::from(byte - b'0');
+            decimals += i32::from(is_fraction);
+        } else {
+            decimals -= i32::from(!is_fraction);
+        }
+    }
+    (digits, decimals)
 }
 
 /// The exponent whose sign or first digit is at `at`, and its end.
@@ -230,6 +251,20 @@ mod tests {
     }
 
     #[test]
+    fn nineteen_digits_are_kept_and_zeros_at_the_head_are_none() {
+        for (field, digits, decimals) in [
+            ("9.999999999999999999e-03", 9_999_999_999_999_999_999, 21),
+            ("0.0012345678901234567890", 1_234_567_890_123_456_789, 21),
+            ("000000000000.00000000000125", 125, 14),
+            ("12345678901234567890.5", 1_234_567_890_123_456_789, -1),
+            ("-99999999999999999999", 9_999_999_999_999_999_999, -1),
+        ] {
+            let number = Number::parse(field.as_bytes()).unwrap();
+            assert_eq!((number.digits, number.decimals), (digits, decimals), "{field}");
+        }
+    }
+
+    #[test]
     fn other_texts_are_no_number() {
         for field in [
             "", "+", "-", ".", "-.", "nan", "inf", "1e", "1e+", "e5", "1.2.3", "0x10", "1 ", " 1", "1_0", "--1", "1,5",
@@ -269,7 +304,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_standard_library_agrees(text in "[-+]?[0-9]{0,3}[.]?[0-9]{0,12}(e[-+]?[0-9]{0,2})?") {
+        fn the_standard_library_agrees(text in "[-+]?[0-9]{0,3}[.]?[0-9]{0,24}(e[-+]?[0-9]{0,2})?") {
             let float: Option<f64> = text.parse().ok();
             let number = Number::parse(text.as_bytes());
             prop_assert_eq!(number.is_some(), float.is_some());
