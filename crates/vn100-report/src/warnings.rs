@@ -423,7 +423,7 @@ fn happening(Happening { channel, span_s, what }: &Happening) -> String {
             format!("noise in bursts (its level varies {ratio:.1} times as much as that of even noise)")
         }
         Event::Frozen(duration_s) => format!("frozen for {duration_s:.1} s"),
-        Event::Outliers(count, sigmas) => format!("{count} outliers up to {sigmas:.0} sigma"),
+        Event::Outliers(count, sigmas) => format!("{} up to {sigmas:.0} sigma", counted(*count, "outlier")),
     };
     match *span_s {
         None => format!("{channel} {what}"),

@@ -13,6 +13,11 @@ const TAIL: f64 = 3.0;
 const NEAR: f64 = 4.0;
 const FAR: f64 = 6.5;
 
+/// The power with which a tail falls at least, if fewer samples than these are in it: as that of
+/// Student's distribution with five degrees of freedom.
+const USUAL_POWER: f64 = 5.0;
+const TAIL_KNOWN: u64 = 30;
+
 /// Slow noise that makes the deviation of all samples this many times that within windows hides
 /// what is a spike.
 const MOST_SLOW: f64 = 1.25;
@@ -31,7 +36,8 @@ impl Spikes {
     ///
     /// The tail is taken to fall between 4 and 6.5 standard deviations by the power of the distance
     /// with which it falls from 3 to 4: that of a normal or Laplace distribution falls faster,
-    /// that of Student's with five degrees of freedom as fast.
+    /// that of Student's with five degrees of freedom as fast. Spikes are more samples than expected
+    /// beyond 6.5 standard deviations, or one that is farther out than the tail reaches.
     pub(super) fn find(histogram: &Histogram, std_counts: f64) -> Option<Self> {
         let [below, median, above] = [0.158_655, 0.5, 0.841_345].map(|p| histogram.quantile_counts(p));
         let (median, half) = (median?, (above? - below?) / 2.0);
@@ -48,13 +54,18 @@ impl Spikes {
             (tail, near, far) = (tail + beyond(TAIL), near + beyond(NEAR), far + beyond(FAR));
             farthest = farthest.max(sigmas);
         }
-        let near = near as f64;
-        // A standard deviation more than were seen, and a power that falls the less.
-        let most = near + 1.0 + near.sqrt();
-        let power = (tail as f64 / most).ln().max(0.0) / (NEAR / TAIL).ln();
-        let expected = most * (NEAR / FAR).powf(power);
+        let expected = |near: u64, limit: f64| {
+            // A standard deviation more than were seen, and a power that falls the less.
+            let most = near as f64 + 1.0 + (near as f64).sqrt();
+            let power = (tail as f64 / most).ln().max(0.0) / (NEAR / TAIL).ln();
+            let power = if tail < TAIL_KNOWN { power.max(USUAL_POWER) } else { power };
+            most * (NEAR / limit).powf(power)
+        };
         // P(n or more | expected) of Poisson is that of χ² with 2n degrees of freedom.
-        let p = 1.0 - chi_squared::probability_above(2.0 * expected, 2.0 * far as f64)?;
+        let p =
+            |expected: f64, found: u64| Some(1.0 - chi_squared::probability_above(2.0 * expected, 2.0 * found as f64)?);
+        // the farthest ones are not of the tail that is to explain them
+        let p = p(expected(near, FAR), far)?.min(p(expected(near - far, farthest), u64::from(far > 0))?) * 2.0;
         (p < FALSE_ALARM / CHANNELS).then_some(Self { count: far, sigmas: farthest })
     }
 }

@@ -10,6 +10,9 @@ const SAMPLES: usize = 24_000;
 /// Counts per standard deviation.
 const COUNTS: f64 = 100.0;
 
+/// Records without a spike.
+const CLEAN: u64 = 300;
+
 #[derive(Clone, Copy, Debug)]
 enum Tails {
     Normal,
@@ -109,6 +112,32 @@ fn spikes_are_counted_and_heavy_tails_are_none() {
     for tails in TAILS {
         assert_eq!(channel(4, tails, |_, value| value).changes().spikes, None, "{tails:?}");
     }
+}
+
+/// The spikes of a record of this many samples, of which the middle one is `glitch` standard deviations out.
+fn spikes(seed: u64, tails: Tails, samples: usize, glitch: f64) -> Option<f64> {
+    let mut random = Random(seed);
+    let value = |i: usize| {
+        let value = tails.value(&mut random) + if i == samples / 2 { glitch } else { 0.0 };
+        (COUNTS * value).round() as i32
+    };
+    let found = Channel::of(&(0..samples).map(value).collect::<Vec<_>>()).changes().spikes;
+    found.map(|spikes| spikes.sigmas)
+}
+
+#[test]
+fn one_sample_far_out_is_found_and_the_farthest_of_a_tail_is_none() {
+    for (seed, samples) in (0..).zip([600, 1300, 5000, 20_000]) {
+        let found = spikes(seed, Tails::Normal, samples, 40.0).unwrap_or_default();
+        assert!((found - 40.0).abs() < 8.0, "{samples} samples: {found}");
+    }
+    // 1e-3 a record of twelve channels
+    let is_false = |seed: &u64| {
+        let (tails, samples) = (TAILS[*seed as usize % 3], 300 << (*seed % 7));
+        spikes(1000 + seed, tails, samples, 0.0).is_some()
+    };
+    let found: Vec<u64> = (0..CLEAN).filter(is_false).collect();
+    assert!(found.len() <= 1, "{} of {CLEAN}: {found:?}", found.len());
 }
 
 #[test]
