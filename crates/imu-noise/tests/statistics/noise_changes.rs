@@ -64,9 +64,13 @@ impl Channel {
 
 /// White noise, each value changed by `change(place, value)`.
 fn channel(seed: u64, tails: Tails, change: impl Fn(usize, f64) -> f64) -> Channel {
+    channel_of(SAMPLES, seed, tails, change)
+}
+
+fn channel_of(samples: usize, seed: u64, tails: Tails, change: impl Fn(usize, f64) -> f64) -> Channel {
     let mut random = Random(seed);
     let value = |i: usize| (COUNTS * change(i, tails.value(&mut random))).round() as i32;
-    Channel::of(&(0..SAMPLES).map(value).collect::<Vec<_>>())
+    Channel::of(&(0..samples).map(value).collect::<Vec<_>>())
 }
 
 const TAILS: [Tails; 3] = [Tails::Normal, Tails::Student, Tails::Laplace];
@@ -114,30 +118,19 @@ fn spikes_are_counted_and_heavy_tails_are_none() {
     }
 }
 
-/// The spikes of a record of this many samples, of which the middle one is `glitch` standard deviations out.
-fn spikes(seed: u64, tails: Tails, samples: usize, glitch: f64) -> Option<f64> {
-    let mut random = Random(seed);
-    let value = |i: usize| {
-        let value = tails.value(&mut random) + if i == samples / 2 { glitch } else { 0.0 };
-        (COUNTS * value).round() as i32
-    };
-    let found = Channel::of(&(0..samples).map(value).collect::<Vec<_>>()).changes().spikes;
-    found.map(|spikes| spikes.sigmas)
-}
-
 #[test]
 fn one_sample_far_out_is_found_and_the_farthest_of_a_tail_is_none() {
     for (seed, samples) in (0..).zip([600, 1300, 5000, 20_000]) {
-        let found = spikes(seed, Tails::Normal, samples, 40.0).unwrap_or_default();
-        assert!((found - 40.0).abs() < 8.0, "{samples} samples: {found}");
+        let glitch = |i: usize, value: f64| if i == samples / 2 { value + 40.0 } else { value };
+        let found = channel_of(samples, seed, Tails::Normal, glitch).changes().spikes.unwrap();
+        assert!(found.count == 1 && (found.sigmas - 40.0).abs() < 8.0, "{samples} samples: {found:?}");
     }
     // 1e-3 a record of twelve channels
     let is_false = |seed: &u64| {
-        let (tails, samples) = (TAILS[*seed as usize % 3], 300 << (*seed % 7));
-        spikes(1000 + seed, tails, samples, 0.0).is_some()
+        let clean = channel_of(300 << (seed % 7), 1000 + seed, TAILS[*seed as usize % 3], |_, value| value);
+        clean.changes().spikes.is_some()
     };
-    let found: Vec<u64> = (0..CLEAN).filter(is_false).collect();
-    assert!(found.len() <= 1, "{} of {CLEAN}: {found:?}", found.len());
+    assert!((0..CLEAN).filter(is_false).count() <= 1);
 }
 
 #[test]

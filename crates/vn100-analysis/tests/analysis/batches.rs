@@ -378,6 +378,26 @@ fn line() -> impl Strategy<Value = Line> {
     ]
 }
 
+/// Lines give the same in one batch and in several.
+pub(crate) fn are_the_same(
+    analysed: impl Fn(usize, Settings) -> Snapshot,
+    rows: usize,
+    skip_s: u64,
+) -> Result<(), TestCaseError> {
+    let settings = Settings { skip: Duration::from_secs(skip_s), ..Settings::default() };
+    let [whole, cut] = [usize::MAX, rows].map(|rows| analysed(rows, settings.clone()));
+    prop_assert_eq!(whole.timing, cut.timing);
+    prop_assert_eq!(&whole.warnings, &cut.warnings);
+    prop_assert_eq!(whole.timing.samples + whole.timing.excluded, whole.link.samples());
+    for (a, b) in whole.channels.iter().zip(&cut.channels) {
+        prop_assert_eq!(&a.octaves, &b.octaves);
+        prop_assert_eq!(&a.moments, &b.moments);
+        prop_assert!(a.histogram.bins().eq(b.histogram.bins()));
+        prop_assert_eq!(a.branch_counts, b.branch_counts);
+    }
+    Ok(())
+}
+
 proptest! {
     #[test]
     fn any_batches_give_the_same_results(
@@ -385,18 +405,7 @@ proptest! {
         rows in 1..40_usize,
         skip_s in 0..4_u64,
     ) {
-        let settings = Settings { skip: Duration::from_secs(skip_s), ..Settings::default() };
-        let whole = analysed(&lines, usize::MAX, settings.clone());
-        let cut = analysed(&lines, rows, settings);
-        prop_assert_eq!(whole.timing, cut.timing);
-        prop_assert_eq!(&whole.warnings, &cut.warnings);
-        prop_assert_eq!(whole.timing.samples + whole.timing.excluded, whole.link.samples());
-        for (a, b) in whole.channels.iter().zip(&cut.channels) {
-            prop_assert_eq!(&a.octaves, &b.octaves);
-            prop_assert_eq!(&a.moments, &b.moments);
-            prop_assert!(a.histogram.bins().eq(b.histogram.bins()));
-            prop_assert_eq!(a.branch_counts, b.branch_counts);
-        }
+        are_the_same(|rows, settings| analysed(&lines, rows, settings), rows, skip_s)?;
     }
 }
 
