@@ -64,7 +64,7 @@ impl RowOrder {
         self.rows += 1;
         if self.latest.back().is_some_and(|latest| *latest >= at) {
             self.place_earlier(at, &mut rows, &mut take);
-            if self.behind == WINDOW - 1 {
+            if self.behind >= WINDOW - 1 {
                 self.distrust_last(rows);
             }
             return;
@@ -77,12 +77,14 @@ impl RowOrder {
     /// The rows that came after the last one are all earlier, and there is a hole before it: its stamp
     /// is false, and it stays before them.
     fn distrust_last(&mut self, mut rows: WaitingRows<'_>) {
-        let place = self.latest.len() - 1 - self.behind;
+        let last = self.latest.len() - 1;
+        // of more rows behind it than are held, the first ones are given already
+        let place = last.saturating_sub(self.behind);
         let before = place.checked_sub(1).map_or(self.taken, |before| Some(self.latest[before]));
-        if let Some(before) = before.filter(|_| self.is_hole(self.latest.len() - 1)) {
+        if let Some(before) = before.filter(|_| self.is_hole(last)) {
             self.latest.pop_back();
             self.latest.insert(place, before + self.latest[place].saturating_sub(before) / 2);
-            rows.move_last(self.behind);
+            rows.move_last(last - place);
             self.moved = self.moved + 1 - self.behind as u64;
             self.behind = 0;
         }
@@ -155,6 +157,8 @@ impl RowOrder {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     /// The stamps in ms and the counts that come out of rows of a stamp in ms and a count.
@@ -211,5 +215,20 @@ mod tests {
         let rows: Vec<(u64, i32)> = (0..20).chain([24, 20, 21, 22, 23]).map(|row| (10 * row, row as i32)).collect();
         let (stamps_ms, counts, order) = placed(&rows);
         assert_eq!((stamps_ms, counts, order.moved), ((0..25).map(|row| 10 * row).collect(), (0..25).collect(), 4));
+    }
+
+    proptest! {
+        #[test]
+        fn no_row_is_lost_whatever_its_stamp(steps in proptest::collection::vec((0..40_u64, 0..2000_u64), 0..300)) {
+            let mut now = 0;
+            let rows: Vec<(u64, i32)> = (0..).zip(steps).map(|(row, (step, ahead))| {
+                now += step;
+                (now + if ahead < 30 { 40 * ahead } else { 0 }, row)
+            }).collect();
+            let (stamps_ms, mut counts, order) = placed(&rows);
+            counts.sort_unstable();
+            prop_assert_eq!(stamps_ms.len(), counts.len());
+            prop_assert_eq!(counts.len() as u64 + order.repeated, rows.len() as u64);
+        }
     }
 }
