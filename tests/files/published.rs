@@ -5,7 +5,7 @@ use std::{fs, path::PathBuf};
 
 use serde_json::Value;
 
-use crate::support::{channel, deviation, real_captures, replay};
+use crate::support::{channel, real_captures, replay, run, vn100};
 
 const COLUMNS: &str = "gyro_x=gx:deg/s,gyro_y=gy:deg/s,gyro_z=gz:deg/s,accel_x=ax:g,accel_y=ay:g,accel_z=az:g";
 
@@ -18,28 +18,24 @@ fn published() -> Option<PathBuf> {
     None
 }
 
-/// The Allan variances of the R package `avar` and the wavelet variances of `wv`, which are half of
-/// the Allan variance.
+/// Allan variances of the R package `avar`, wavelet variances of `wv`.
 #[test]
 fn the_tables_of_two_packages_are_reproduced() {
     let Some(folder) = published() else { return };
-    let options = ["--columns", COLUMNS, "--rate", "100", "--estimator", "full"];
-    let (document, _) = replay(&folder.join("adis16405_1.csv.xz"), &options);
-    let table = fs::read_to_string(folder.join("adis16405_1_published.csv")).unwrap();
-    let mut rows = 0;
-    for line in table.lines().skip(2) {
-        let cells: Vec<&str> = line.split(',').collect();
-        let unit = if cells[0].starts_with("gyro") { 1_f64.to_radians() } else { 9.80665 };
-        let ours = (deviation(&document, cells[0], cells[1].parse().unwrap()) / unit).powi(2);
-        // one term less than ours, and the digits of a float sum
-        for (cell, scale, tolerance) in [(cells[3], 1.0, 8e-6), (cells[4], 2.0, 1e-10)] {
-            if let Ok(theirs) = cell.parse::<f64>() {
-                assert!((ours / (scale * theirs) - 1.0).abs() < tolerance, "{line}: {ours}");
-                rows += 1;
-            }
-        }
-    }
-    assert_eq!(rows, 216);
+    let output = run(vn100().args(["selftest", "--published"]).arg(folder));
+    let printed = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{printed}");
+    assert_eq!(printed.matches("    108 rows, agrees to ").count(), 2, "{printed}");
+}
+
+/// A file is known by its content alone.
+#[test]
+fn a_folder_without_a_known_record_has_nothing_to_compare() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("adis16405_1.csv"), "gx,gy,gz,ax,ay,az\n").unwrap();
+    let output = run(vn100().args(["selftest", "--published"]).arg(folder.path()));
+    assert_eq!(output.status.code(), Some(3));
+    assert!(String::from_utf8(output.stdout).unwrap().contains("nothing to compare"));
 }
 
 #[test]

@@ -132,9 +132,10 @@ pub(crate) enum Subcommand {
     #[command(after_help = help::after("sim"))]
     Sim(SimArgs),
     /// Compare with published values: the test suites of NIST SP 1065 and NBS Monograph 140, and
-    /// exact degrees of freedom and bounds; exit with 1 if one differs
+    /// exact degrees of freedom and bounds, and tables that were published with public records; exit
+    /// with 1 if one differs
     #[command(after_help = help::after("selftest"))]
-    Selftest,
+    Selftest(SelftestArgs),
     /// Explain a code or a parameter of results: what it means, why it matters, what to do
     #[command(after_help = help::after("explain"))]
     Explain(ExplainArgs),
@@ -232,6 +233,14 @@ impl From<RecordArgs> for AttachArgs {
             serve: ServeArgs::default(),
         }
     }
+}
+
+#[derive(Debug, Clone, clap::Args)]
+pub(crate) struct SelftestArgs {
+    /// Compare the public records at and below this folder with the tables published with them as
+    /// well; without a folder: list these records, and where they can be had
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) published: Option<Option<PathBuf>>,
 }
 
 #[derive(Debug, Clone, clap::Args)]

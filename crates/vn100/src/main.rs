@@ -4,6 +4,7 @@
 mod args;
 mod asked;
 mod commands;
+mod digest;
 mod exit;
 mod heartbeat;
 mod inputs;
@@ -48,7 +49,7 @@ fn main() -> ExitCode {
         Subcommand::Report(args) => report::report(&args),
         Subcommand::Export(args) => export::export(&args),
         Subcommand::Sim(args) => sim::sim(args),
-        Subcommand::Selftest => selftest::selftest(),
+        Subcommand::Selftest(args) => selftest::selftest(&args),
         Subcommand::Explain(args) => explain::explain(&args),
         Subcommand::Ports => ports::ports(),
         Subcommand::Schema(args) => documentation::schema(&args),

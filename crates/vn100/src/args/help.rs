@@ -67,8 +67,9 @@ explain: 2
   all codes, by group | explain
   a kind of warning | explain vibration-line
   a parameter | explain ARW
-selftest: 2
+selftest: 4
   compare with published values | selftest
+  with public records as well: which there are, and where | selftest --published
 ports: 2
   the ports, likely ones first | ports
 schema: 2

@@ -3,16 +3,9 @@
 
 mod exports;
 
-use std::{
-    fmt::Write,
-    fs::{self, File},
-    io::{self, Read, Write as _},
-    path::Path,
-    thread,
-};
+use std::{fs, io::Write as _, path::Path, thread};
 
 use anyhow::{Result, anyhow};
-use sha2::{Digest, Sha256};
 use vn100_analysis::{Completion, DEFAULT_CONFIDENCE, FileFacts, SourceResult};
 use vn100_report::figure::ReportFigures;
 use vn100_report::html::{PageOptions, report_page};
@@ -23,6 +16,7 @@ use crate::{
     args::ReportArgs,
     asked::asked,
     commands::replay::{Outputs, measure_files},
+    digest::digest,
     exit::{print, report as complain, unless_closed},
     inputs::{FileStream, inputs},
     output::Output,
@@ -86,38 +80,4 @@ fn capture_of(input: &FileStream) -> Option<FileFacts> {
     let path = &input.path;
     let is_file = path != Path::new("-") && fs::metadata(path).is_ok_and(|found| found.is_file());
     (is_file && input.options.later_parts.is_empty()).then(|| digest(path).ok())?
-}
-
-fn digest(path: &Path) -> io::Result<FileFacts> {
-    const PIECE: usize = 1 << 18;
-    let mut file = File::open(path)?;
-    let (mut digest, mut bytes, mut piece) = (Sha256::new(), 0, vec![0; PIECE]);
-    loop {
-        let read = file.read(&mut piece)?;
-        if read == 0 {
-            break;
-        }
-        digest.update(&piece[..read]);
-        bytes += read as u64;
-    }
-    let sha256 = digest.finalize().iter().fold(String::new(), |mut text, byte| {
-        // a String takes everything
-        let _ = write!(text, "{byte:02x}");
-        text
-    });
-    Ok(FileFacts { bytes, sha256 })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_digest_is_the_published_one() {
-        let file = tempfile::NamedTempFile::new().unwrap();
-        fs::write(file.path(), "abc").unwrap();
-        // FIPS 180-4, example of the standard
-        let sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad".to_owned();
-        assert_eq!(digest(file.path()).unwrap(), FileFacts { bytes: 3, sha256 });
-    }
 }

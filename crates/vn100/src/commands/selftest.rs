@@ -1,20 +1,29 @@
 //! `vn100 selftest`: published values beside those that this program computes.
 
+mod published;
+
 use std::fmt::{self, Write};
 
 use anyhow::Result;
 use vn100_analysis::{Completion, SelfTestCheck, SelfTestSuite, self_test};
 
 use crate::{
+    args::SelftestArgs,
     exit::{print, unless_closed},
     text::text,
 };
 
-pub(crate) fn selftest() -> Result<Completion> {
+pub(crate) fn selftest(args: &SelftestArgs) -> Result<Completion> {
+    if let Some(None) = args.published {
+        return published::list();
+    }
     let suites = self_test();
-    let passed = failures(&suites) == 0;
+    let completion = if failures(&suites) == 0 { Completion::Complete } else { Completion::Failed };
     unless_closed(print(&text(|out| write_suites(out, &suites))))?;
-    Ok(if passed { Completion::Complete } else { Completion::Failed })
+    match &args.published {
+        Some(Some(folder)) => Ok(completion.max(published::compare(folder)?)),
+        _ => Ok(completion),
+    }
 }
 
 fn failures(suites: &[SelfTestSuite]) -> usize {
