@@ -131,6 +131,10 @@ pub(crate) enum Subcommand {
     /// Emulate a sensor whose noise is known: on a serial port, or straight into a capture
     #[command(after_help = help::after("sim"))]
     Sim(SimArgs),
+    /// Record what settles open questions about a sensor: eight steps in 20 minutes, packed into one
+    /// file that can be given to others
+    #[command(after_help = help::after("witness"))]
+    Witness(WitnessArgs),
     /// Compare with published values: the test suites of NIST SP 1065 and NBS Monograph 140, and
     /// exact degrees of freedom and bounds, and tables that were published with public records; exit
     /// with 1 if one differs
@@ -233,6 +237,33 @@ impl From<RecordArgs> for AttachArgs {
             serve: ServeArgs::default(),
         }
     }
+}
+
+#[derive(Debug, Clone, clap::Args)]
+pub(crate) struct WitnessArgs {
+    /// A serial port such as /dev/ttyUSB0 or COM3, "sim", or tcp://host:port
+    #[arg(value_name = "SOURCE", required_unless_present = "check")]
+    pub(crate) source: Option<SourceName>,
+
+    /// The kit to write, a ZIP file; the serial number of the sensor is replaced in it. Finished
+    /// steps wait beside it in a folder, and the same command continues with the next
+    #[arg(short, long, help_heading = "Recording", value_name = "KIT.zip", required_unless_present = "check")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// Length of all steps together, for a trial; shorter steps settle less
+    #[arg(short, long, help_heading = "Recording", value_name = "T", value_parser = length, default_value = "20min")]
+    pub(crate) duration: Duration,
+
+    /// Conditions to keep with the data, as TOML: place, mounting, axis up, supply, operator, note
+    #[arg(long, help_heading = "Recording", value_name = "FILE.toml")]
+    pub(crate) meta: Option<PathBuf>,
+
+    /// Measure the recordings of this kit, and say what they settle
+    #[arg(long, value_name = "KIT.zip", conflicts_with_all = ["source", "output", "meta"])]
+    pub(crate) check: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) link: LinkArgs,
 }
 
 #[derive(Debug, Clone, clap::Args)]

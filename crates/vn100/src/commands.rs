@@ -13,3 +13,4 @@ pub(crate) mod report;
 pub(crate) mod selftest;
 pub(crate) mod sensor;
 pub(crate) mod sim;
+pub(crate) mod witness;

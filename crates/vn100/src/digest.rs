@@ -22,12 +22,17 @@ pub(crate) fn digest(path: &Path) -> io::Result<FileFacts> {
         digest.update(&piece[..read]);
         bytes += read as u64;
     }
-    let sha256 = digest.finalize().iter().fold(String::new(), |mut text, byte| {
+    let sha256 = hex(&digest.finalize());
+    Ok(FileFacts { bytes, sha256 })
+}
+
+/// The digest as text.
+pub(crate) fn hex(digest: &[u8]) -> String {
+    digest.iter().fold(String::new(), |mut text, byte| {
         // a String takes everything
         let _ = write!(text, "{byte:02x}");
         text
-    });
-    Ok(FileFacts { bytes, sha256 })
+    })
 }
 
 #[cfg(test)]

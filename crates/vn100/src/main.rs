@@ -30,6 +30,7 @@ use crate::{
     args::{Args, OutputFormat, Subcommand},
     commands::{
         archive, attach, compare, documentation, explain, export, plan, ports, replay, report, selftest, sensor, sim,
+        witness,
     },
 };
 
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
         Subcommand::Report(args) => report::report(&args),
         Subcommand::Export(args) => export::export(&args),
         Subcommand::Sim(args) => sim::sim(args),
+        Subcommand::Witness(args) => witness::witness(&args),
         Subcommand::Selftest(args) => selftest::selftest(&args),
         Subcommand::Explain(args) => explain::explain(&args),
         Subcommand::Ports => ports::ports(),

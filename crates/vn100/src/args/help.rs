@@ -67,7 +67,10 @@ explain: 2
   all codes, by group | explain
   a kind of warning | explain vibration-line
   a parameter | explain ARW
-selftest: 4
+witness: 2
+  twenty minutes of a sensor, step by step | witness /dev/ttyUSB0 -o kit.zip
+  what a kit settles | witness --check kit.zip
+selftest: 3
   compare with published values | selftest
   with public records as well: which there are, and where | selftest --published
 ports: 2

@@ -69,7 +69,7 @@ pub(crate) fn attach(mut args: AttachArgs, format: OutputFormat) -> Result<Compl
 const RECORDING_GOES_ON: &str =
     "if this terminal is closed, the recording goes on and keeps the port; --hangup stop ends it then";
 
-async fn attach_all(
+pub(super) async fn attach_all(
     args: AttachArgs,
     format: OutputFormat,
     conditions: BTreeMap<String, String>,
