@@ -42,7 +42,7 @@ pub(super) struct PseudoTerminal {
     /// Reports openings and closings.
     watch: OwnedFd,
     pub(super) path: PathBuf,
-    host_is_there: bool,
+    pub(super) host_is_there: bool,
 }
 
 impl PseudoTerminal {
@@ -64,18 +64,18 @@ impl PseudoTerminal {
         Ok(Self { master, slave: Some(slave), watch, path, host_is_there: false })
     }
 
-    /// Sleeps until a host acts, one opens the `former` port, there is room (with `for_room`), `waker` is
+    /// Sleeps until a host acts, here or at a `former` port, there is room (with `for_room`), `waker` is
     /// readable, or the time is over.
     pub(super) fn wait(
         &self,
         waker: &OwnedFd,
-        former: Option<&Self>,
+        former: &VecDeque<Self>,
         for_room: bool,
         timeout: &Timespec,
     ) -> io::Result<()> {
         let events = if for_room { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN };
         let mut fds = vec![PollFd::new(waker, PollFlags::IN), PollFd::new(&self.master, events)];
-        let ports = [Some(self), former].into_iter().flatten();
+        let ports = std::iter::once(self).chain(former);
         fds.extend(ports.map(|port| PollFd::new(&port.watch, PollFlags::IN)));
         match poll(&mut fds, Some(timeout)) {
             Ok(_) | Err(Errno::INTR) => Ok(()),

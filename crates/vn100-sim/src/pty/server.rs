@@ -1,6 +1,7 @@
 //! The thread that connects an emulated sensor and its pseudo-terminal.
 
 use std::{
+    collections::VecDeque,
     io,
     num::NonZeroU32,
     os::fd::OwnedFd,
@@ -23,6 +24,10 @@ use super::{
     port::{HostChange, Outbox, PseudoTerminal, SymbolicLink, with_suffix},
 };
 use crate::{device::Device, fault::PlugEvent, wire::Wire};
+
+/// The number of former ports that are kept. A host that looks for the baud rate opens the link again and
+/// again, and may be a few openings behind.
+const MOST_FORMER: usize = 4;
 
 /// The longest wait at the end for a host that still reads.
 const LINGER: Duration = Duration::from_secs(1);
@@ -69,7 +74,7 @@ pub fn serve(device: Device, options: PtyOptions) -> io::Result<PtySensor> {
     let mut server = Server {
         wire: Wire::new(device, &options.faults, options.seed, baud),
         port: None,
-        former: None,
+        former: VecDeque::new(),
         outbox: Outbox::default(),
         link: None,
         link_path: options.link,
@@ -127,9 +132,9 @@ struct Server {
     wire: Wire,
     /// `None` while it is unplugged.
     port: Option<PseudoTerminal>,
-    /// The port before this one, until a host opens this one: a host that looked up the name of that one
-    /// just before finds a sensor there, and not a port that is hung up.
-    former: Option<PseudoTerminal>,
+    /// The latest ports before this one: a host that looked up the name of one of them just before finds a
+    /// sensor there, and not a port that is hung up.
+    former: VecDeque<PseudoTerminal>,
     outbox: Outbox,
     link: Option<SymbolicLink>,
     link_path: Option<PathBuf>,
@@ -161,7 +166,8 @@ impl Server {
                 PlugEvent::Unplugged => {
                     self.hang_up(now);
                     self.link = None;
-                    (self.port, self.former) = (None, None);
+                    self.port = None;
+                    self.former.clear();
                 }
                 PlugEvent::Replugged { other_name } => self.plug_in(other_name)?,
             }
@@ -172,11 +178,8 @@ impl Server {
     fn follow_host(&mut self, now: Duration) -> io::Result<()> {
         let Some(port) = &mut self.port else { return Ok(()) };
         match port.host_change()? {
-            None => self.follow_former(now)?,
-            Some(HostChange::Opened) => {
-                self.former = None;
-                self.open(now)?;
-            }
+            None => {}
+            Some(HostChange::Opened) => self.open(now)?,
             Some(HostChange::Reopened) => {
                 self.hang_up(now);
                 self.open(now)?;
@@ -184,10 +187,9 @@ impl Server {
             Some(HostChange::Left) => {
                 self.hang_up(now);
                 self.replace_port()?;
-                self.follow_former(now)?;
             }
         }
-        Ok(())
+        self.follow_former(now)
     }
 
     fn open(&mut self, now: Duration) -> io::Result<()> {
@@ -249,17 +251,24 @@ impl Server {
     fn replace_port(&mut self) -> io::Result<()> {
         let fresh = PseudoTerminal::new(host_baud(self.wire.device()))?;
         self.lead_to(&fresh.path)?;
-        self.former = self.port.replace(fresh);
+        self.former.extend(self.port.replace(fresh));
+        if self.former.len() > MOST_FORMER {
+            self.former.pop_front();
+        }
         Ok(())
     }
 
-    /// Returns to the port before this one if a host has opened that one.
+    /// Returns to a former port if a host has opened that one, and none this one.
     fn follow_former(&mut self, now: Duration) -> io::Result<()> {
-        let Some(former) = &mut self.former else { return Ok(()) };
-        if former.host_change()? == Some(HostChange::Opened) {
-            let path = former.path.clone();
-            self.lead_to(&path)?;
-            self.port = self.former.take();
+        for former in &mut self.former {
+            former.host_change()?;
+        }
+        if self.port.as_ref().is_some_and(|port| !port.host_is_there)
+            && let Some(place) = self.former.iter().position(|former| former.host_is_there)
+            && let Some(port) = self.former.remove(place)
+        {
+            self.lead_to(&port.path)?;
+            self.former.extend(self.port.replace(port));
             self.open(now)?;
         }
         Ok(())
@@ -276,7 +285,7 @@ impl Server {
     fn sleep(&self, time: Duration) -> io::Result<()> {
         let timeout = Timespec::try_from(time).unwrap_or(Timespec { tv_sec: 1, tv_nsec: 0 });
         match &self.port {
-            Some(port) => port.wait(&self.shared.waker, self.former.as_ref(), !self.outbox.is_empty(), &timeout),
+            Some(port) => port.wait(&self.shared.waker, &self.former, !self.outbox.is_empty(), &timeout),
             None => match poll(&mut [PollFd::new(&self.shared.waker, PollFlags::IN)], Some(&timeout)) {
                 Ok(_) | Err(Errno::INTR) => Ok(()),
                 Err(error) => Err(error.into()),
