@@ -331,8 +331,9 @@ pub struct ChannelSnapshot {
     /// Spectrum, blocks and distribution; `None` for a channel of register 54, which is not in the
     /// stream.
     pub signal: Option<ChannelSignal>,
-    /// To be subtracted from mean, minimum and maximum: whole turns in counts, for an angle whose
-    /// continuous series has left the branch from -180 (excluded) to 180 degrees; else 0.
+    /// To be subtracted from mean, minimum and maximum, in counts: whole turns of an angle whose
+    /// continuous series has left the branch from -180 (excluded) to 180 degrees, or the negative of
+    /// the channel's `zero_counts`.
     pub branch_counts: i64,
     /// Rows per sample of the channel: 1, or more where the sensor measures the quantity less often
     /// than it sends rows.

@@ -83,6 +83,7 @@ impl Sums {
                 unit: unit.into(),
                 decimals: 0,
                 scale,
+                zero_counts: 0,
                 limit_counts: i32::MAX,
                 refresh_hz: None,
                 increment_step: None,

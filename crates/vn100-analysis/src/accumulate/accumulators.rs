@@ -252,7 +252,7 @@ impl Accumulators {
             .map(|(state, channel)| {
                 let digits = i32::from(channel.decimals) - i32::from(coarsest.decimals(channel));
                 let of_increment = channel.increment_step.unwrap_or(0.0) / shape.interval_s / channel.scale;
-                state.snapshot(10_f64.powi(digits).max(of_increment))
+                state.snapshot(channel.zero_counts, 10_f64.powi(digits).max(of_increment))
             })
             .collect()
     }

@@ -100,11 +100,11 @@ impl ChannelState {
         }
     }
 
-    /// The results.
-    pub(crate) fn snapshot(&self, printed_step_counts: f64) -> ChannelSnapshot {
+    /// The results of a channel whose count 0 is of `zero_counts`.
+    pub(crate) fn snapshot(&self, zero_counts: i64, printed_step_counts: f64) -> ChannelSnapshot {
         let mean = self.moments.mean_counts().unwrap_or(0.0);
         ChannelSnapshot {
-            branch_counts: self.unwrap.as_ref().map_or(0, |unwrap| unwrap.turn_offset_counts(mean)),
+            branch_counts: self.unwrap.as_ref().map_or(-zero_counts, |unwrap| unwrap.turn_offset_counts(mean)),
             moments: self.moments.clone(),
             histogram: self.histogram.clone(),
             signal: Some(self.signal.clone()),

@@ -28,6 +28,7 @@ static VALUE: Channel = Channel {
     unit: Cow::Borrowed("1"),
     decimals: 0,
     scale: 1.0,
+    zero_counts: 0,
     limit_counts: i32::MAX,
     refresh_hz: None,
     increment_step: None,

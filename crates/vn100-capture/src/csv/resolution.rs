@@ -25,6 +25,9 @@ const FLOAT_DIGITS: u64 = 10_u64.pow(17);
 
 const MOST_COUNTS: f64 = i32::MAX as f64;
 
+/// The largest digits that are counts as they are; those of larger numbers are rounded to a float.
+const MOST_DIGITS: u64 = 1 << 52;
+
 /// The conversion of a number to a count, which is 10^-`decimals` of the unit of the file, or a power
 /// of two.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +39,8 @@ pub(crate) struct Quantizer {
     pub(super) is_rounded: bool,
     /// The channel's own zero on the scale of the file.
     zero: f64,
+    /// The counts of a large constant part, which are subtracted.
+    zero_counts: i64,
     limit_counts: i32,
 }
 
@@ -43,7 +48,14 @@ impl Quantizer {
     /// Counts of 2^-`bits` of the unit.
     pub(crate) fn binary(bits: i32, unit: &Unit) -> Self {
         let counts_per_unit = 2_f64.powi(bits);
-        Self { decimals: None, counts_per_unit, is_rounded: true, zero: unit.zero, limit_counts: i32::MAX }
+        Self {
+            decimals: None,
+            counts_per_unit,
+            is_rounded: true,
+            zero: unit.zero,
+            zero_counts: 0,
+            limit_counts: i32::MAX,
+        }
     }
 
     /// Decides from the numbers of the head, which are in this unit of the channel. Numbers
@@ -71,23 +83,44 @@ impl Quantizer {
             seen.unwrap_or(if of_sensor { 0 } else { UNSEEN_DECIMALS }).max(least)
         };
         let significant = most(Number::significant_decimals);
-        let fits = |decimals: &u32| *decimals <= MOST_DECIMALS && within * 10_f64.powi(*decimals as i32) <= MOST_COUNTS;
-        let decimals = [most(|number| number.decimals.max(0).unsigned_abs()), significant].into_iter().find(fits);
+        let printed = [most(|number| number.decimals.max(0).unsigned_abs()), significant];
+        let fit = |within: f64, whole: f64| {
+            let fits = |decimals: &u32| {
+                let counts_per_unit = 10_f64.powi(*decimals as i32);
+                *decimals <= MOST_DECIMALS
+                    && within * counts_per_unit <= MOST_COUNTS
+                    && whole * counts_per_unit <= MOST_DIGITS as f64
+            };
+            printed.into_iter().find(fits)
+        };
+        // the noise of a series needs little room beside its constant part
+        let (alone, whole) = (HEADROOM * deviation, median.abs());
+        let is_anchored = channel.quantity == Quantity::Value
+            && fit(within, 0.0).is_none()
+            && (f64::MIN_POSITIVE..within / HEADROOM).contains(&alone);
+        let (room, decimals) = if is_anchored { (alone, fit(alone, whole)) } else { (room, fit(within, 0.0)) };
         // a power of two has room for the range of the channel at least
         let range = match channel.quantity {
             Quantity::Value => 0.0,
             Quantity::Angle => TURNS * largest / unit.scale,
             _ => largest / unit.scale,
         };
+        // beyond the digits of a float a constant part has no counts
+        let finest = if is_anchored { MOST_DIGITS as f64 / whole } else { f64::INFINITY };
         let counts_per_unit = match decimals {
             Some(decimals) => 10_f64.powi(decimals as i32),
-            None => 2_f64.powi(((MOST_COUNTS / room.max(range)).log2().floor() as i32).clamp(-900, 900)),
+            None => {
+                let counts_per_unit = (MOST_COUNTS / room.max(range)).min(finest);
+                2_f64.powi((counts_per_unit.log2().floor() as i32).clamp(-900, 900))
+            }
         };
+        let zero_counts = if is_anchored { (median * counts_per_unit).round() as i64 } else { 0 };
         Self {
             decimals: decimals.map(|decimals| decimals as u8),
             counts_per_unit,
             is_rounded: decimals.is_none_or(|decimals| significant > decimals),
             zero: unit.zero,
+            zero_counts,
             // a cast saturates
             limit_counts: limit.map_or(i32::MAX, |limit| (limit * counts_per_unit).round() as i32),
         }
@@ -98,8 +131,8 @@ impl Quantizer {
     pub(super) fn count(&self, number: &Number) -> Option<i32> {
         let are_counts =
             self.zero == 0.0 && self.decimals.is_some_and(|decimals| number.decimals == i32::from(decimals));
-        let count = match are_counts && number.digits <= i32::MAX as u64 {
-            true => number.signed_digits(),
+        let count = match are_counts && number.digits <= MOST_DIGITS {
+            true => number.signed_digits() - self.zero_counts,
             // exact as well for counts of 32 bits
             false => return self.count_of(number.value()),
         };
@@ -111,7 +144,7 @@ impl Quantizer {
     /// The count of a float; `None` beyond the range of counts, and if it is not finite.
     #[inline]
     pub(crate) fn count_of(&self, value: f64) -> Option<i32> {
-        let count = ((value - self.zero) * self.counts_per_unit).round_ties_even();
+        let count = ((value - self.zero) * self.counts_per_unit).round_ties_even() - self.zero_counts as f64;
         let limit = f64::from(self.limit_counts);
         (-limit..=limit).contains(&count).then_some(count as i32)
     }
@@ -128,7 +161,7 @@ impl Quantizer {
             Some(decimals) => (decimals, channel.scale),
             None => (0, channel.scale / self.counts_per_unit),
         };
-        Channel { decimals, scale, limit_counts: self.limit_counts, ..channel }
+        Channel { decimals, scale, zero_counts: self.zero_counts, limit_counts: self.limit_counts, ..channel }
     }
 }
 
@@ -181,6 +214,27 @@ mod tests {
         // floats printed in full, of numbers with three decimals
         assert_eq!(decimals(&["-8.546899999999999409e+01", "7.497199999999999420e+01"], ANY), Some(3));
         assert_eq!((decimals(&["0.0", "0"], ANY), decimals(&[], ANY)), (Some(6), Some(6)));
+    }
+
+    /// A constant part of any size, and digits beyond those of a float.
+    #[test]
+    fn noise_beside_a_large_constant_keeps_its_digits() {
+        for (constant, decimals) in [(1e6, 9), (1e7, 9), (-1e7, 6), (3e9, 15), (1e12, 3)] {
+            let number = |row: i32| {
+                let value = constant + f64::from(row.wrapping_mul(7919) % 101 - 50) * 1e-4;
+                Number::parse(format!("{value:.decimals$}").as_bytes()).unwrap()
+            };
+            let numbers: Vec<Number> = (0..1000).map(number).collect();
+            let unit = Unit::unconverted("1".into());
+            let found = Quantizer::new(&numbers, known(by_name(ANY).unwrap()), &unit, false);
+            let channel = found.of_counts(known(by_name(ANY).unwrap()).clone());
+            // a float of this size has this step
+            let step = 2_f64.powi(constant.abs().log2() as i32 - 52);
+            for number in numbers {
+                let error = channel.value(found.count(&number).unwrap()) - number.value();
+                assert!(error.abs() <= step.max(1e-7), "{constant} {decimals}: {error}");
+            }
+        }
     }
 
     #[test]

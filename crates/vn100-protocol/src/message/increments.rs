@@ -59,6 +59,7 @@ const fn printed(name: &'static str, unit: &'static str, decimals: u8, limit: i3
         unit: Cow::Borrowed(unit),
         decimals,
         scale: 1.0,
+        zero_counts: 0,
         limit_counts: limit * 10_i32.pow(decimals as u32),
         refresh_hz: None,
         increment_step: None,

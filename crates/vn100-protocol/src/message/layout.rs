@@ -63,6 +63,8 @@ pub struct Channel {
     /// for a file in other units. Binary floats have no decimals and a power of two here, which
     /// scales every count and every mean of counts exactly.
     pub scale: f64,
+    /// The counts of the value whose count is 0: 0, but for numbers with a large constant part.
+    pub zero_counts: i64,
     /// The largest magnitude of a count; with a larger one the line is damaged.
     pub limit_counts: i32,
     /// The number of new measurements per second, if rows in between repeat the value; `None` for a
@@ -128,7 +130,7 @@ impl Channel {
     /// The value of `count` in [`unit`](Self::unit): with a scale of 1 the float nearest to the
     /// printed decimal, for up to 22 decimals.
     pub fn value(&self, count: i32) -> f64 {
-        self.in_unit(count.into())
+        self.in_unit((i64::from(count) + self.zero_counts) as f64)
     }
 
     /// The number of rows at `rate_hz` from one new measurement of the sensor to the next, rounded

@@ -47,7 +47,17 @@ impl QuantityRow {
         let Self { quantity, unit, limit, decimals, .. } = self;
         let (name, unit) = (Cow::Borrowed(name), Cow::Borrowed(unit));
         let limit_counts = limit * 10_i32.pow(decimals as u32);
-        Channel { name, quantity, unit, decimals, scale: 1.0, limit_counts, refresh_hz: None, increment_step: None }
+        Channel {
+            name,
+            quantity,
+            unit,
+            decimals,
+            scale: 1.0,
+            zero_counts: 0,
+            limit_counts,
+            refresh_hz: None,
+            increment_step: None,
+        }
     }
 
     /// A channel of floats.
@@ -64,7 +74,8 @@ impl QuantityRow {
         let Self { quantity, unit, limit, bits, refresh_hz, .. } = self;
         let (name, unit) = (Cow::Borrowed(name), Cow::Borrowed(unit));
         let scale = 1.0 / (1_u64 << bits) as f64;
-        Channel { name, quantity, unit, decimals: 0, scale, limit_counts: limit << bits, refresh_hz, increment_step }
+        let limit_counts = limit << bits;
+        Channel { name, quantity, unit, decimals: 0, scale, zero_counts: 0, limit_counts, refresh_hz, increment_step }
     }
 }
 

@@ -91,13 +91,14 @@ impl<W: Write> SampleTable<W> {
 /// A value in the unit of its channel: as the sensor printed it, or else exactly.
 fn value(channel: &Channel, count: i32) -> String {
     if channel.scale == 1.0 {
+        let count = i64::from(count) + channel.zero_counts;
         let digits = usize::from(channel.decimals);
         let sign = if count < 0 { "-" } else { "" };
         let text = format!("{:0>width$}", count.unsigned_abs(), width = digits + 1);
         let (whole, part) = text.split_at(text.len() - digits);
         return if digits == 0 { format!("{sign}{whole}") } else { format!("{sign}{whole}.{part}") };
     }
-    channel.in_unit(count.into()).to_string()
+    channel.value(count).to_string()
 }
 
 #[cfg(test)]

@@ -149,19 +149,6 @@ fn deviation_of(measured: &SourceResult, row: &PublishedRow) -> Option<f64> {
 
 /// The deviation of the record at these averaging factors, with all windows.
 fn measured(record: &PublishedRecord, series: &Path, deviation: Deviation, factors: &[u64]) -> Result<SourceResult> {
-    // its numbers without their constant part, which leaves no count for their noise
-    let without_constant =
-        tempfile::Builder::new().suffix(".csv").tempfile().context("cannot make a temporary file")?;
-    let path = match record.constant {
-        Some(constant) => {
-            let content = fs::read_to_string(series).with_context(|| series.display().to_string())?;
-            let numbers = content.lines().filter_map(|line| line.strip_prefix(constant));
-            let content: String = numbers.map(|number| format!("0{number}\n")).collect();
-            fs::write(without_constant.path(), content).context("cannot write a temporary file")?;
-            without_constant.path()
-        }
-        None => series,
-    };
     let times = factors.iter().map(|m| *m as f64 / record.rate_hz).collect();
     let spec = ReplaySpec {
         settings: Settings {
@@ -172,7 +159,7 @@ fn measured(record: &PublishedRecord, series: &Path, deviation: Deviation, facto
             ..Settings::default()
         },
         capture: CaptureOptions { columns: Some(record.columns.parse()?), ..CaptureOptions::default() },
-        ..ReplaySpec::of(path)
+        ..ReplaySpec::of(series)
     };
     let runtime = Builder::new_multi_thread().enable_all().build().context("cannot start the worker threads")?;
     let result = runtime.block_on(async { Session::replay(spec).result.await }).context(FAULT)?;
@@ -200,7 +187,6 @@ mod tests {
             files: &[],
             rate_hz: 1.0,
             columns: "value=1:1",
-            constant: Some("7"),
             tables: &[],
         };
         let published = &RECORDS[1].tables[0];

@@ -14,8 +14,6 @@ pub(super) struct PublishedRecord {
     pub(super) rate_hz: f64,
     /// What its columns are, in the words of the command line.
     pub(super) columns: &'static str,
-    /// The beginning of each number, which is subtracted from all.
-    pub(super) constant: Option<&'static str>,
     pub(super) tables: &'static [PublishedTable],
 }
 
@@ -71,7 +69,6 @@ pub(super) const RECORDS: &[PublishedRecord] = &[
         ],
         rate_hz: 100.0,
         columns: "gyro_x=gx:deg/s,gyro_y=gy:deg/s,gyro_z=gz:deg/s,accel_x=ax:g,accel_y=ay:g,accel_z=az:g",
-        constant: None,
         tables: &[
             PublishedTable {
                 title: "avar: Allan variance of all windows",
@@ -102,7 +99,6 @@ pub(super) const RECORDS: &[PublishedRecord] = &[
         }],
         rate_hz: 1.0,
         columns: "value=1:Hz",
-        constant: Some("10000000"),
         tables: &[
             PublishedTable {
                 title: "Stable32: overlapping Allan deviation, all averaging times",
@@ -140,7 +136,6 @@ pub(super) const RECORDS: &[PublishedRecord] = &[
         }],
         rate_hz: 1.0,
         columns: "value=1:1",
-        constant: None,
         tables: &[
             PublishedTable {
                 title: "Stable32: overlapping Allan deviation, all averaging times",
