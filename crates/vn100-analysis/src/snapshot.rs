@@ -14,7 +14,6 @@ use crate::{
         fingerprint::Fingerprint, magnitude::Magnitude, recent::Recent, saturation::Saturation,
         temperature_record::TemperatureRecord,
     },
-    averaging_times::MissingTime,
     rate_change::{FalseRate, FalseReport, RateChange},
     warning::Warning,
 };
@@ -84,8 +83,8 @@ pub struct Snapshot {
     pub quantization: bool,
     /// The averaging window that the user gave, see [`Settings::window`](crate::Settings::window).
     pub given_window: Option<u32>,
-    /// Averaging times that were asked for and that a final result does not have.
-    pub missing_times: Vec<MissingTime>,
+    /// Averaging times that were asked for and that a final result does not have, in words.
+    pub missing_times: Vec<String>,
     /// One per channel, in the order of `layout`; empty without a layout.
     pub channels: Vec<ChannelSnapshot>,
     /// The magnitude of each measured vector.
