@@ -186,7 +186,7 @@ impl fmt::Display for Refusal {
 
 /// Summary of the arrival times of a stream. After a change of rate `nominal`, `measured_hz` and
 /// `offset_ppm` describe the samples since the last change.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TimebaseSummary {
     /// Number of samples added.
     pub samples: u64,
