@@ -42,7 +42,7 @@ pub struct ChannelSignal {
     /// Absolute index of the next place.
     end: u64,
     /// Whether there was a gap of unknown length, or a break.
-    is_parted: bool,
+    pub(crate) is_parted: bool,
     /// The last samples, without a gap between them, of the incomplete window.
     window: Vec<i32>,
 }
@@ -152,11 +152,6 @@ impl ChannelSignal {
             blocks.add(place, &BlockSums::of(&self.window).0);
         }
         blocks.iter().collect()
-    }
-
-    /// Whether it has a gap of unknown length.
-    pub(crate) const fn is_parted(&self) -> bool {
-        self.is_parted
     }
 
     /// First sample, length and spreads of the blocks that have full windows.

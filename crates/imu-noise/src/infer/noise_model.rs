@@ -94,8 +94,9 @@ impl NoiseModel {
 
     /// Of so many blocks, which nearly all channels of a record have.
     fn shapes(&self, blocks: usize) -> Arc<MeanShapes> {
-        let known = self.shapes.get_or_init(|| Arc::new(MeanShapes::new(blocks)));
-        if known.blocks == blocks { Arc::clone(known) } else { Arc::new(MeanShapes::new(blocks)) }
+        let new = || Arc::new(MeanShapes::new(blocks, false));
+        let known = self.shapes.get_or_init(new);
+        if known.blocks == blocks { Arc::clone(known) } else { new() }
     }
 }
 

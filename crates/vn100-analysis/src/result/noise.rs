@@ -191,7 +191,7 @@ impl NoiseResult {
             })
         };
         let minimum = |found| ParameterResult::of(found, conventions(sensor, Term::BiasInstability));
-        let reading = |term| GraphicalReading::of(noise.classical.of(term), conventions(sensor, term));
+        let reading = |term, read| GraphicalReading::of(read, conventions(sensor, term));
         Self {
             sensor,
             samples,
@@ -207,9 +207,9 @@ impl NoiseResult {
             long_taus: noise.long_taus,
             temperature: noise.temperature.as_ref().map(|found| TemperatureResult::of(found, sensor)),
             classical: GraphicalReadings {
-                white: reading(Term::White),
-                bias_instability: reading(Term::BiasInstability),
-                rate_random_walk: reading(Term::RateRandomWalk),
+                white: reading(Term::White, noise.classical.white),
+                bias_instability: reading(Term::BiasInstability, noise.classical.bias_instability),
+                rate_random_walk: reading(Term::RateRandomWalk, noise.classical.rate_random_walk),
             },
         }
     }

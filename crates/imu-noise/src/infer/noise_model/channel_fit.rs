@@ -82,7 +82,7 @@ impl<'a> ReadOut<'a> {
         z: f64,
         is_part: bool,
     ) -> Option<Self> {
-        let is_parted = curve.signal.is_some_and(|(signal, _)| signal.is_parted());
+        let is_parted = curve.signal.is_some_and(|(signal, _)| signal.is_parted);
         let has_ramp = curve.has_ramp && !is_parted;
         let level = data.level.as_ref().filter(|_| !is_part);
         let shapes = level.map(|level| model.shapes(level.coefficients.len() + 1));
@@ -91,7 +91,7 @@ impl<'a> ReadOut<'a> {
         if shown <= parameters {
             return None;
         }
-        let search = Search::new(data, &model.layout, shapes, has_ramp, z)?;
+        let search = Search::new(data, &model.layout, shapes, has_ramp, z).of_record()?;
         let tails = curve.fourth_cumulant.max(0.0) / (data.scale * data.scale) / model.shape.samples as f64;
         let lacks_free_band = curve.bands.iter().map(|band| band.share_of_band).sum::<f64>() > 0.5;
         Some(Self { model, search, tails, lacks_free_band })
@@ -99,7 +99,7 @@ impl<'a> ReadOut<'a> {
 
     /// Of a record that shows what is expected, for plans: a short filter is not looked for.
     pub(super) fn expecting(model: &'a NoiseModel, data: &'a ChannelData<'a>, z: f64) -> Option<Self> {
-        let search = Search::expecting(data, &model.layout, model.shapes_of(data), z)?;
+        let search = Search::new(data, &model.layout, model.shapes_of(data), true, z).of_expectation()?;
         Some(Self { model, search, tails: 0.0, lacks_free_band: false })
     }
 
