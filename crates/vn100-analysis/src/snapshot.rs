@@ -126,14 +126,13 @@ impl Snapshot {
         self.layout_channels().iter().zip(&self.channels)
     }
 
-    /// The means of the first three channels that measure `quantity`, in their unit; `None` with
-    /// fewer than three such channels, or without a sample.
-    #[must_use]
-    pub fn mean_vector(&self, quantity: Quantity) -> Option<[f64; 3]> {
-        let means: Vec<f64> = (self.measured().filter(|(channel, _)| channel.quantity == quantity).take(3))
-            .filter_map(|(channel, results)| Some(channel.in_unit(results.moments.mean_counts()?)))
-            .collect();
-        means.try_into().ok()
+    /// The magnitude of the vector of the means of the first three channels that measure `quantity`, in
+    /// their unit; `None` with fewer than three such channels, or without a sample.
+    pub(crate) fn mean_magnitude(&self, quantity: Quantity) -> Option<f64> {
+        let axes = self.measured().filter(|(channel, _)| channel.quantity == quantity).take(3);
+        let means = axes.filter_map(|(channel, results)| Some(channel.in_unit(results.moments.mean_counts()?)));
+        let [x, y, z] = means.collect::<Vec<f64>>().try_into().ok()?;
+        Some(f64::hypot(x, y).hypot(z))
     }
 
     /// The latest polled temperature (register 54), in °C; `None` without a reading.

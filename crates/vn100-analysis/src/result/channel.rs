@@ -337,7 +337,7 @@ impl Norm {
             quantity: norm.quantity,
             unit: norm.unit.clone(),
             decimals: converted_decimals(norm.decimals, norm.scale),
-            of_mean: snapshot.mean_vector(norm.quantity).map(|[x, y, z]| x.hypot(y).hypot(z)),
+            of_mean: snapshot.mean_magnitude(norm.quantity),
             count: moments.count(),
             mean: moments.mean_counts().map(value),
             std: moments.std_counts().map(value),
