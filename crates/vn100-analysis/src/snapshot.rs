@@ -7,7 +7,9 @@ use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 use imu_noise::timebase::{Refusal, TimebaseSummary};
 use imu_noise::{ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, RecordShape};
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
-use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, RegisterFields, Sample, VNIMU};
+use vn100_protocol::{
+    Channel, Layout, Quantity, Register, RegisterContents, RegisterFields, RegisterValue, Sample, VNIMU,
+};
 
 use crate::{
     accumulate::{
@@ -115,12 +117,6 @@ impl Snapshot {
         self.layout.as_ref().map_or(&[], |layout| &layout.channels)
     }
 
-    /// Whether all samples so far lie in the time excluded at the beginning.
-    #[must_use]
-    pub fn is_in_warm_up(&self) -> bool {
-        self.timing.samples == 0 && self.timing.excluded > 0 && !self.skipped.is_zero()
-    }
-
     /// The channels of the layout, each with its results.
     pub(crate) fn measured(&self) -> impl Iterator<Item = (&Channel, &ChannelSnapshot)> + Clone {
         self.layout_channels().iter().zip(&self.channels)
@@ -138,11 +134,19 @@ impl Snapshot {
     /// The latest polled temperature (register 54), in °C; `None` without a reading.
     #[must_use]
     pub fn polled_temperature_c(&self) -> Option<f64> {
-        let fields = RegisterFields::new(self.registers.get(&Register::IMU.0)?)?;
-        let contents = RegisterContents { register: Register::IMU, fields };
-        let sample = Sample::from_contents(&contents, &VNIMU).ok()?;
+        let sample = Sample::from_contents(&self.contents(Register::IMU)?, &VNIMU).ok()?;
         let mut values = sample.layout.channels.iter().zip(sample.values());
         values.find_map(|(channel, value)| (channel.quantity == Quantity::Temperature).then_some(value))
+    }
+
+    /// The value of a register; `None` where the stream does not contain it, or another form of it.
+    pub(crate) fn register<T: RegisterValue>(&self, register: Register) -> Option<T> {
+        self.contents(register)?.value().ok()
+    }
+
+    fn contents(&self, register: Register) -> Option<RegisterContents> {
+        let fields = RegisterFields::new(self.registers.get(&register.0)?)?;
+        Some(RegisterContents { register, fields })
     }
 
     /// Length, interval and kind of the octaves of a channel.

@@ -1,9 +1,9 @@
 //! What changes the noise between the sensor and its stream: a filter, other sources of noise,
 //! rounding.
 
-use vn100_protocol::{Channel, Quantity};
+use vn100_protocol::{Channel, ImuFilter, Quantity, Register};
 
-use super::{ChannelAssessment, noise::LongTauValidity, onboard::filter, rounding::hidden_terms};
+use super::{ChannelAssessment, noise::LongTauValidity, rounding::hidden_terms};
 use crate::{
     snapshot::{ChannelSnapshot, Snapshot},
     warning::{Finding, Severity, Warning, WarningKind},
@@ -43,7 +43,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment], was_
 
 /// A window that was given and that register 85 contradicts.
 fn contradicted_window(snapshot: &Snapshot) -> Option<Warning> {
-    let (given, filter) = snapshot.given_window.zip(filter(snapshot))?;
+    let (given, filter) = snapshot.given_window.zip(snapshot.register::<ImuFilter>(Register::IMU_FILTER))?;
     let windows = [filter.accel_window, filter.gyro_window].map(u32::from);
     let found = Warning::new(WarningKind::SensorSettings, Finding::WindowIgnored(given, windows));
     (windows != [given; 2]).then(|| found.as_severe_as(Severity::Caution))
