@@ -84,8 +84,7 @@ impl<'a> ReadOut<'a> {
     ) -> Option<Self> {
         let is_parted = curve.signal.is_some_and(|(signal, _)| signal.is_parted);
         let has_ramp = curve.has_ramp && !is_parted;
-        let level = data.level.as_ref().filter(|_| !is_part);
-        let shapes = level.map(|level| model.shapes(level.coefficients.len() + 1));
+        let shapes = if is_part { None } else { model.shapes_of(data) };
         let parameters = 3 + usize::from(model.layout.quantization.is_some()) + usize::from(has_ramp);
         let shown = data.octaves_in_use() + usize::from(has_ramp) + if data.has_segments() { 8 } else { 0 };
         if shown <= parameters {
@@ -238,10 +237,8 @@ impl<'a> ReadOut<'a> {
         if !(found.upper > 0.0 && found.upper < NO_BOUND) {
             return Parameter::without_value(Status::NotObservable);
         }
-        let is_there = found.evidence > PRESENT && (term != Term::White || found.lower > 0.0) || {
-            // N is there where its interval excludes zero, at any level
-            term == Term::White && found.lower > 0.0
-        };
+        // N is there where its interval excludes zero, at any level
+        let is_there = if term == Term::White { found.lower > 0.0 } else { found.evidence > PRESENT };
         let parameter = match is_there {
             true => Parameter::estimated(of(found.value), of(found.lower), of(found.upper)),
             false => Parameter::bounded(of(found.upper)),
