@@ -31,6 +31,7 @@ pub enum Known {
     AtMost(f64),
 }
 
+/// What a want looks like.
 const EXPECTED: &str = "expected a parameter with a precision, as in \"gyro N ±5%\", a detectable size, as in \
                         \"gyro K >= 0.5 deg/h^1.5\", or a limit, as in \"accel B <= 0.04 mg\"";
 

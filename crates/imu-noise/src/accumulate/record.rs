@@ -47,7 +47,8 @@ impl Deviation {
         }
     }
 
-    /// Factor c of variance = sum / (c m² n), the sum of the squared weights (Riley, NIST SP 1065, 2008, eq. 10, 11 and 16).
+    /// Factor c of variance = sum / (c m² n), the sum of the squared weights (Riley, NIST SP 1065, 2008,
+    /// eq. 10, 11 and 16).
     pub(crate) const fn divisor(self) -> f64 {
         let [a, b, c] = self.weights();
         (a * a + b * b + c * c) as f64
