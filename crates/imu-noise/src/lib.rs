@@ -95,7 +95,7 @@ pub use accumulate::octaves::window_plan::WindowPlans;
 pub use accumulate::octaves::{OctaveSum, Octaves};
 pub use accumulate::record::{Deviation, Estimator, Octave, RecordShape};
 pub use accumulate::signal::ChannelSignal;
-pub use accumulate::spectrum::{Density, DensityPoint, Sides, Spectrum, SpectrumPlan};
+pub use accumulate::spectrum::{Density, Sides, Spectrum, SpectrumPlan};
 pub use accumulate::stretch::Stretch;
 pub use accumulate::temperature_blocks::TemperatureBlocks;
 pub use accumulate::unwrap::Unwrap;

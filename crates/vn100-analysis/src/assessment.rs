@@ -113,8 +113,7 @@ impl Assessment {
             channel.points = known.points(results, curve, &channel.octaves);
         }
         temperature::add(snapshot, motion.is_some(), confidence, &mut channels);
-        noise::withhold_changes_of_level(&mut channels);
-        noise::withhold_what_temperature_made(&mut channels);
+        noise::withhold_what_poses_as_noise(&mut channels);
         noise::withhold_unproved(&mut channels);
         noise::add_detectable_rrw(&mut channels, &curves, &models);
         let mut warnings = stream::warnings(snapshot, &channels, motion.is_some());
@@ -124,7 +123,7 @@ impl Assessment {
             None => {
                 warnings.extend(stationary::warnings(snapshot, &channels));
                 warnings.extend(temperature::warning(snapshot, &channels));
-                warnings.extend(rest::warnings(snapshot, &channels));
+                warnings.extend(rest::warnings(snapshot));
             }
         }
         Self { samples: snapshot.timing.samples, confidence, channels, motion, warnings }

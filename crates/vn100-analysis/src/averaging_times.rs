@@ -3,7 +3,8 @@
 use std::{fmt, str::FromStr};
 
 use imu_noise::{Deviation, RecordShape};
-use thiserror::Error;
+
+use crate::invalid_text::InvalidText;
 
 /// The averaging times at which the deviation is given. The noise model is fitted to the octaves in
 /// any case.
@@ -18,48 +19,12 @@ pub enum AveragingTimes {
     List(Vec<f64>),
 }
 
-/// Why a text names no averaging times.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum AveragingTimesError {
-    /// The text, or a part between commas, is neither a name nor a number.
-    #[error("{0:?} is no averaging time: octave, decade, or seconds with commas between them, as in 0.5,1,10")]
-    NoNumber(String),
-    /// The number is zero, negative, or not finite.
-    #[error("an averaging time of {0} s does not exist: give seconds above 0")]
-    NotPositive(f64),
-}
-
-/// An averaging time that was asked for and that the record does not have.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-pub enum MissingTime {
-    /// The averaging time is not a whole number of samples.
-    #[error(
-        "the averaging time of {tau_s} s is no multiple of the sample interval of {interval_s} s; the nearest: {}",
-        near(*.tau_s, *.interval_s)
-    )]
-    NoMultiple {
-        /// The averaging time asked for, in seconds.
-        tau_s: f64,
-        /// The sample interval, in seconds.
-        interval_s: f64,
-    },
-    /// No window of the record is as long.
-    #[error("an averaging time of {tau_s} s needs {needed_s} s without a gap, and the record has no such stretch")]
-    TooLong {
-        /// The averaging time asked for, in seconds.
-        tau_s: f64,
-        /// The length of one window, in seconds.
-        needed_s: f64,
-    },
-}
-
-impl MissingTime {
-    /// The error for an averaging factor that no stretch of a record of this shape has room for.
-    pub(crate) fn without_window(m: u64, shape: &RecordShape) -> Self {
-        let order = if shape.deviation == Deviation::Allan { 2.0 } else { 3.0 };
-        let tau_s = m as f64 * shape.interval_s;
-        Self::TooLong { tau_s: tidy(tau_s), needed_s: tidy(order * tau_s) }
-    }
+/// What is said of an averaging factor that no stretch of a record of this shape has room for.
+pub(crate) fn without_window(m: u64, shape: &RecordShape) -> String {
+    let order = if shape.deviation == Deviation::Allan { 2.0 } else { 3.0 };
+    let tau_s = m as f64 * shape.interval_s;
+    let (tau_s, needed_s) = (tidy(tau_s), tidy(order * tau_s));
+    format!("an averaging time of {tau_s} s needs {needed_s} s without a gap, and the record has no such stretch")
 }
 
 fn near(tau_s: f64, interval_s: f64) -> String {
@@ -75,9 +40,8 @@ fn tidy(seconds: f64) -> f64 {
 
 impl AveragingTimes {
     /// The averaging factors besides the octaves for a record of this shape, ascending, and the
-    /// times that are not a multiple of its sample interval; none of either for the octaves
-    /// themselves.
-    pub(crate) fn factors(&self, shape: &RecordShape) -> (Vec<u64>, Vec<MissingTime>) {
+    /// sentences of [`no_multiples`](Self::no_multiples); none of either for the octaves themselves.
+    pub(crate) fn factors(&self, shape: &RecordShape) -> (Vec<u64>, Vec<String>) {
         let has_window = |m: &u64| shape.windows(*m) > 0;
         match self {
             Self::Octave => (Vec::new(), Vec::new()),
@@ -96,13 +60,19 @@ impl AveragingTimes {
         }
     }
 
-    /// Those of the listed times that are not a multiple of this sample interval, in seconds; empty
-    /// for all other averaging times.
+    /// A sentence for each of the listed times that is not a multiple of this sample interval, in
+    /// seconds; none for all other averaging times.
     #[must_use]
-    pub fn no_multiples(&self, interval_s: f64) -> Vec<MissingTime> {
+    pub fn no_multiples(&self, interval_s: f64) -> Vec<String> {
         let Self::List(times) = self else { return Vec::new() };
         let not_whole = times.iter().filter(|tau_s| whole_factor(**tau_s, interval_s).is_none());
-        not_whole.map(|tau_s| MissingTime::NoMultiple { tau_s: *tau_s, interval_s: tidy(interval_s) }).collect()
+        let sentence = |tau_s: &f64| {
+            let (interval_s, nearest) = (tidy(interval_s), near(*tau_s, tidy(interval_s)));
+            format!(
+                "the averaging time of {tau_s} s is no multiple of the sample interval of {interval_s} s; the nearest: {nearest}"
+            )
+        };
+        not_whole.map(sentence).collect()
     }
 }
 
@@ -114,17 +84,22 @@ fn whole_factor(tau_s: f64, interval_s: f64) -> Option<u64> {
 }
 
 impl FromStr for AveragingTimes {
-    type Err = AveragingTimesError;
+    type Err = InvalidText;
 
-    fn from_str(text: &str) -> Result<Self, AveragingTimesError> {
+    fn from_str(text: &str) -> Result<Self, InvalidText> {
         match text.trim() {
             "octave" => Ok(Self::Octave),
             "decade" => Ok(Self::Decade),
             list => {
                 let time = |word: &str| match word.trim().parse::<f64>() {
                     Ok(tau_s) if tau_s > 0.0 && tau_s.is_finite() => Ok(tau_s),
-                    Ok(tau_s) => Err(AveragingTimesError::NotPositive(tau_s)),
-                    Err(_) => Err(AveragingTimesError::NoNumber(word.trim().into())),
+                    Ok(tau_s) => {
+                        Err(InvalidText(format!("an averaging time of {tau_s} s does not exist: give seconds above 0")))
+                    }
+                    Err(_) => Err(InvalidText(format!(
+                        "{:?} is no averaging time: octave, decade, or seconds with commas between them, as in 0.5,1,10",
+                        word.trim()
+                    ))),
                 };
                 list.split(',').map(time).collect::<Result<_, _>>().map(Self::List)
             }
@@ -172,7 +147,6 @@ mod tests {
     fn what_is_no_multiple_is_named_with_its_neighbours() {
         let times: AveragingTimes = "0.03,1,0.01".parse().unwrap();
         let (factors, missing) = times.factors(&shape(1000, 0.025));
-        let missing: Vec<String> = missing.iter().map(MissingTime::to_string).collect();
         assert_eq!(factors, [40]);
         let expected = [
             "the averaging time of 0.03 s is no multiple of the sample interval of 0.025 s; the nearest: 0.025 s and 0.05 s",

@@ -2,11 +2,10 @@
 
 use std::{fmt, str::FromStr};
 
-use thiserror::Error;
-
 use crate::{
     assessment::Assessment,
-    noise_figure::{NoiseFigure, NoiseFigureError, in_percent, share_of_percent},
+    invalid_text::InvalidText,
+    noise_figure::{NoiseFigure, in_percent, share_of_percent},
     snapshot::Snapshot,
 };
 
@@ -17,20 +16,6 @@ pub struct Goal {
     pub figure: NoiseFigure,
     /// The largest half-width of the interval, divided by the value; above 0.
     pub relative_half_width: f64,
-}
-
-/// Why a text is no goal.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum GoalError {
-    /// The text has no `±`.
-    #[error("invalid target {0:?}; expected PARAMETER ±PERCENT, such as \"gyro N ±5%\"")]
-    Form(String),
-    /// The part before `±` names no parameter.
-    #[error(transparent)]
-    NoiseFigure(#[from] NoiseFigureError),
-    /// The part after `±` is no percentage above 0.
-    #[error("{0:?} is no percentage above 0, as in \"5%\"")]
-    Percent(String),
 }
 
 impl Goal {
@@ -97,13 +82,14 @@ impl UnmetGoal {
 }
 
 impl FromStr for Goal {
-    type Err = GoalError;
+    type Err = InvalidText;
 
-    fn from_str(text: &str) -> Result<Self, GoalError> {
+    fn from_str(text: &str) -> Result<Self, InvalidText> {
         // `+-` for keyboards without the sign
         let split = text.split_once('±').or_else(|| text.split_once("+-"));
-        let (figure, percent) = split.ok_or_else(|| GoalError::Form(text.into()))?;
-        let relative_half_width = share_of_percent(percent).ok_or_else(|| GoalError::Percent(text.into()))?;
+        let expected = "expected PARAMETER ±PERCENT, such as \"gyro N ±5%\"";
+        let (figure, percent) = split.ok_or_else(|| InvalidText(format!("invalid target {text:?}; {expected}")))?;
+        let relative_half_width = share_of_percent(percent, text)?;
         Ok(Self { figure: figure.parse()?, relative_half_width })
     }
 }

@@ -33,18 +33,12 @@ pub(crate) fn in_parallel<T, R: Send>(items: impl Iterator<Item = T> + Send, wor
     done.into_iter().map(|(_, result)| result).collect()
 }
 
-/// The results of both, on two cores where there are two.
-pub(crate) fn both<A: Send, B: Send>(one: impl Fn() -> A + Sync, other: impl Fn() -> B + Sync) -> (A, B) {
-    enum Done<A, B> {
-        One(A),
-        Other(B),
-    }
-    let work = |is_one| if is_one { Done::One(one()) } else { Done::Other(other()) };
-    let mut done = in_parallel([true, false].into_iter(), work).into_iter();
-    match (done.next(), done.next()) {
-        (Some(Done::One(one)), Some(Done::Other(other))) => (one, other),
-        _ => (one(), other()),
-    }
+/// The results of both, on two threads unless no further one can be started.
+pub(crate) fn both<A, B: Send>(one: impl FnOnce() -> A, other: impl Fn() -> B + Sync) -> (A, B) {
+    thread::scope(|scope| match thread::Builder::new().spawn_scoped(scope, &other) {
+        Ok(thread) => (one(), thread.join().unwrap_or_else(|panic| resume_unwind(panic))),
+        Err(_) => (one(), other()),
+    })
 }
 
 #[cfg(test)]

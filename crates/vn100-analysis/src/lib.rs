@@ -22,6 +22,7 @@ mod goal;
 mod goals_decided;
 mod hypothesis_tests;
 mod in_parallel;
+mod invalid_text;
 mod motion;
 mod noise_figure;
 mod plan;
@@ -49,18 +50,19 @@ pub use assessment::{
     DetectableRrw, LEAST_EDF, LongTauValidity, NoGrade, OctaveAssessment, Onboard, RateShare, Stationarity,
     WhiteBudget, WhyNoCoefficient, WindowFrom, Withheld,
 };
-pub use averaging_times::{AveragingTimes, AveragingTimesError, MissingTime};
+pub use averaging_times::AveragingTimes;
 pub use comparison::{
     AxisWhite, Caveat, CaveatKind, Chance, ChannelMeans, ComparedChannel, Comparison, NoPrediction, OctaveTest,
     Population, RankedRecord, Ranking, RecordDisturbance, RecordMean, SameSamples, Spread, UnitValue, WhiteTest,
 };
 pub use datasheet::{Datasheet, DatasheetFigure, DecidedBy, FigureVerdict, Ratio, SheetOnboard};
 pub use end::{End, Shortfall, StartCure};
-pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
+pub use goal::{Goal, UnmetGoal, WhyUnmet};
 pub use goals_decided::GoalCheck;
 pub use hypothesis_tests::holm;
+pub use invalid_text::InvalidText;
 pub use motion::Motion;
-pub use noise_figure::{NoiseFigure, NoiseFigureError};
+pub use noise_figure::NoiseFigure;
 pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError, TakenAt, TakenFrom};
 pub use rate_change::{FalseRate, FalseReport, RateChange};
 pub use remedy::{Remedy, RemedyWords, Setting};
@@ -78,5 +80,5 @@ pub use source_facts::{
     Device, EndKind, FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,
     SourceFacts, utc,
 };
-pub use want::{Known, Want, WantError};
+pub use want::{Known, Want};
 pub use warning::{Aspect, Doubt, Doubtful, Event, Finding, Happening, Peak, Rejected, Severity, Warning, WarningKind};

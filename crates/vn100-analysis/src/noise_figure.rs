@@ -3,10 +3,12 @@
 use std::{fmt, str::FromStr};
 
 use imu_noise::{Sensor, Term};
-use thiserror::Error;
 use vn100_protocol::{BINARY, Channel, Layout, Quantity, VNIMU};
 
-use crate::sensor::{SENSORS, axes_name, letter, sensor_of, uncompensated_message};
+use crate::{
+    invalid_text::InvalidText,
+    sensor::{SENSORS, axes_name, letter, sensor_of, uncompensated_message},
+};
 
 /// One of N, B and K, of one channel or of all axes of a sensor.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,23 +22,6 @@ pub struct NoiseFigure {
 }
 
 const TERMS: [Term; 3] = [Term::White, Term::BiasInstability, Term::RateRandomWalk];
-
-/// Why a text names no parameter.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum NoiseFigureError {
-    /// The text is not two words.
-    #[error("{0:?} names no figure: a group (gyro, accel, mag) or a channel, and N, B or K, as in \"gyro N\"")]
-    Form(String),
-    /// The second word is none of the letters N, B and K.
-    #[error("{0:?} is no parameter: N, B or K")]
-    Letter(String),
-    /// The first word is no axis of any message, or one without noise parameters.
-    #[error("{0:?} is no axis of a sensor: gyro, accel, mag, or one of them with _x, _y or _z")]
-    Channel(String),
-    /// B and K of a magnetometer: long averages of a magnetic field show the surroundings.
-    #[error("{0} is not the sensor's: at long averaging times a magnetometer shows the field around it")]
-    Surroundings(String),
-}
 
 impl NoiseFigure {
     /// Whether the channel of this name and quantity is one of the channels of the figure.
@@ -71,10 +56,12 @@ impl NoiseFigure {
     }
 }
 
-/// A percentage above 0 as a fraction; a percent sign may follow the number.
-pub(crate) fn share_of_percent(text: &str) -> Option<f64> {
-    let percent = text.trim().trim_end_matches('%').trim_end().parse::<f64>().ok()?;
-    (percent > 0.0 && percent.is_finite()).then_some(percent / 100.0)
+/// A percentage above 0, which ends a `text`, as a fraction; a percent sign may follow the number.
+pub(crate) fn share_of_percent(percent: &str, text: &str) -> Result<f64, InvalidText> {
+    let percent = percent.trim().trim_end_matches('%').trim_end().parse().unwrap_or(f64::NAN);
+    let is_usable = percent > 0.0 && f64::is_finite(percent);
+    let invalid = || InvalidText(format!("{text:?} is no percentage above 0, as in \"5%\""));
+    is_usable.then_some(percent / 100.0).ok_or_else(invalid)
 }
 
 /// A fraction in percent, without the digits that binary fractions add.
@@ -84,22 +71,30 @@ pub(crate) fn in_percent(share: f64) -> f64 {
 }
 
 impl FromStr for NoiseFigure {
-    type Err = NoiseFigureError;
+    type Err = InvalidText;
 
-    fn from_str(text: &str) -> Result<Self, NoiseFigureError> {
+    fn from_str(text: &str) -> Result<Self, InvalidText> {
         let mut words = text.split_whitespace();
         let (Some(channels), Some(name), None) = (words.next(), words.next(), words.next()) else {
-            return Err(NoiseFigureError::Form(text.into()));
+            return Err(InvalidText(format!(
+                "{text:?} names no figure: a group (gyro, accel, mag) or a channel, and N, B or K, as in \"gyro N\""
+            )));
         };
         let term = TERMS.into_iter().find(|term| letter(*term).eq_ignore_ascii_case(name));
-        let term = term.ok_or_else(|| NoiseFigureError::Letter(name.into()))?;
+        let term = term.ok_or_else(|| InvalidText(format!("{name:?} is no parameter: N, B or K")))?;
         let axis = VNIMU.channels.iter().find(|channel| channel.name == channels);
         let of_axis = axis.and_then(|axis| sensor_of(axis.quantity));
         let of_all = SENSORS.into_iter().map(|(_, sensor)| sensor).find(|sensor| axes_name(*sensor) == channels);
-        let sensor = of_axis.or(of_all).ok_or_else(|| NoiseFigureError::Channel(text.trim().into()))?;
+        let no_axis = || {
+            let text = text.trim();
+            InvalidText(format!("{text:?} is no axis of a sensor: gyro, accel, mag, or one of them with _x, _y or _z"))
+        };
+        let sensor = of_axis.or(of_all).ok_or_else(no_axis)?;
         let figure = Self { channels: channels.into(), sensor, term };
         if sensor == Sensor::Magnetometer && term != Term::White {
-            return Err(NoiseFigureError::Surroundings(figure.to_string()));
+            return Err(InvalidText(format!(
+                "{figure} is not the sensor's: at long averaging times a magnetometer shows the field around it"
+            )));
         }
         Ok(figure)
     }

@@ -204,60 +204,10 @@ pub enum TakenFrom {
     LimitAlone,
 }
 
-/// Why no measurement can be planned.
+/// Why no measurement can be planned, in a sentence that says what can be changed.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum PlanningError {
-    /// The data sheet does not give a parameter on which the length depends.
-    #[error(
-        "the length for {want:?} depends on {missing}, which the data sheet {datasheet:?} does not give for that sensor: add it, or give a \
-         value, as in \"gyro K >= 0.5 deg/h^1.5\""
-    )]
-    NotQuoted {
-        /// What is wanted.
-        want: String,
-        /// The parameters that the data sheet does not give.
-        missing: &'static str,
-        /// Name of the data sheet.
-        datasheet: String,
-    },
-    /// The baud rate is too low.
-    #[error("{frame_bytes} bytes {rate_hz} times a second do not fit {baud} baud; {}", match highest_hz {
-        Some(hz) => format!("reduce the rate to {hz} Hz, or use a higher baud rate"),
-        None => "use a higher baud rate".into(),
-    })]
-    DoesNotFit {
-        /// Length of a packet or a sentence in bytes.
-        frame_bytes: u32,
-        /// The rate asked for.
-        rate_hz: u32,
-        /// The baud rate.
-        baud: u32,
-        /// The highest rate that fits; `None` where none does.
-        highest_hz: Option<u32>,
-    },
-    /// The message does not have the sensor of a parameter.
-    #[error("{want:?} cannot be planned with {message}, which has no {sensor}: use {}", messages.join(" or "))]
-    NotInMessage {
-        /// What is wanted.
-        want: String,
-        /// What is sent.
-        message: &'static str,
-        /// The sensor of the parameter.
-        sensor: &'static str,
-        /// Messages that have the sensor.
-        messages: Vec<&'static str>,
-    },
-    /// The sensor does not have the rate.
-    #[error("{message} has no rate of {rate_hz} Hz: use one of {}", list(rates_hz))]
-    NoSuchRate {
-        /// What is sent.
-        message: &'static str,
-        /// The rate asked for.
-        rate_hz: u32,
-        /// The rates that the message can have, in hertz.
-        rates_hz: Vec<u32>,
-    },
-}
+#[error("{0}")]
+pub struct PlanningError(String);
 
 impl Plan {
     /// The fraction of records of the planned length that meet a want on all of its axes together.
@@ -270,7 +220,7 @@ impl Plan {
     /// Plans a record that shows all of `wants`, for a sensor with the figures of `datasheet`.
     ///
     /// # Errors
-    /// [`PlanningError`]: when the given settings contradict each other or the wants, and when the
+    /// If the given settings contradict each other or the wants, and when the
     /// data sheet does not give the size of a wanted parameter, or the white noise that hides it.
     pub fn new(wants: &[Want], given: Given, datasheet: &Datasheet) -> Result<Self, PlanningError> {
         let has_field = wants.iter().any(|want| want.figure.sensor == Sensor::Magnetometer);
@@ -281,12 +231,14 @@ impl Plan {
         if let Some(want) = wants.iter().find(|want| !message.holds(want.figure.sensor)) {
             let sensor = want.figure.sensor;
             let all = PACKET_MESSAGES.map(PlannedMessage::Packets).into_iter().chain([PlannedMessage::Sentences]);
-            return Err(PlanningError::NotInMessage {
-                want: want.to_string(),
-                message: message.name(),
-                sensor: sensor_name(sensor),
-                messages: all.filter(|message| message.holds(sensor)).map(PlannedMessage::name).collect(),
-            });
+            let others: Vec<_> = all.filter(|message| message.holds(sensor)).map(PlannedMessage::name).collect();
+            return Err(PlanningError(format!(
+                "{:?} cannot be planned with {}, which has no {}: use {}",
+                want.to_string(),
+                message.name(),
+                sensor_name(sensor),
+                others.join(" or ")
+            )));
         }
         let interval_s = |want: &Want| message.interval_s(want.figure.sensor, rate_hz);
         let wants = wants.iter().map(|want| PlannedWant::new(want, interval_s(want), given.confidence, datasheet));
@@ -335,11 +287,12 @@ impl PlannedWant {
             (false, _) => Some("the white noise"),
         };
         if let Some(missing) = missing {
-            return Err(PlanningError::NotQuoted {
-                want: want.to_string(),
-                missing,
-                datasheet: datasheet.name.clone(),
-            });
+            return Err(PlanningError(format!(
+                "the length for {:?} depends on {missing}, which the data sheet {:?} does not give for that sensor: \
+                 add it, or give a value, as in \"gyro K >= 0.5 deg/h^1.5\"",
+                want.to_string(),
+                datasheet.name
+            )));
         }
         let truth: Vec<_> =
             typical.iter().copied().filter(|(named, _)| assumed.is_none() || *named != term).chain(assumed).collect();
@@ -377,7 +330,8 @@ fn rate_and_baud(message: PlannedMessage, given: Given) -> Result<(u32, BaudRate
     let usual_hz = if message == PlannedMessage::Sentences { SENTENCES_HZ } else { PACKETS_HZ };
     let (rates_hz, frame_bytes) = (message.rates_hz(), message.frame_bytes());
     if let Some(rate_hz) = given.rate_hz.filter(|hz| !rates_hz.contains(hz)) {
-        return Err(PlanningError::NoSuchRate { message: message.name(), rate_hz, rates_hz });
+        let all = rates_hz.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
+        return Err(PlanningError(format!("{} has no rate of {rate_hz} Hz: use one of {all}", message.name())));
     }
     let fits = |rate_hz: u32, baud: BaudRate| message.load(rate_hz).is_some_and(|load| load.fits(baud));
     let has_room = |rate_hz: u32, baud: BaudRate| {
@@ -397,16 +351,13 @@ fn rate_and_baud(message: PlannedMessage, given: Given) -> Result<(u32, BaudRate
         }
     };
     let baud = given.baud.unwrap_or(FASTEST);
-    fitting.ok_or_else(|| PlanningError::DoesNotFit {
-        frame_bytes,
-        rate_hz: given.rate_hz.unwrap_or(usual_hz),
-        baud: baud.bits_per_s(),
-        highest_hz: highest_hz(baud),
+    fitting.ok_or_else(|| {
+        let (rate_hz, bits_per_s) = (given.rate_hz.unwrap_or(usual_hz), baud.bits_per_s());
+        let cure = highest_hz(baud).map_or_else(String::new, |hz| format!("reduce the rate to {hz} Hz, or "));
+        PlanningError(format!(
+            "{frame_bytes} bytes {rate_hz} times a second do not fit {bits_per_s} baud; {cure}use a higher baud rate"
+        ))
     })
-}
-
-fn list(rates_hz: &[u32]) -> String {
-    rates_hz.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")
 }
 
 /// Rounded up to minutes, from an hour on to ten minutes, from ten hours on to hours.

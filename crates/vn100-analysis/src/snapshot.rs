@@ -7,14 +7,15 @@ use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 use imu_noise::timebase::{Refusal, TimebaseSummary};
 use imu_noise::{ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, RecordShape};
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
-use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, RegisterFields, Sample, VNIMU};
+use vn100_protocol::{
+    Channel, Layout, Quantity, Register, RegisterContents, RegisterFields, RegisterValue, Sample, VNIMU,
+};
 
 use crate::{
     accumulate::{
         fingerprint::Fingerprint, magnitude::Magnitude, recent::Recent, saturation::Saturation,
         temperature_record::TemperatureRecord,
     },
-    averaging_times::MissingTime,
     rate_change::{FalseRate, FalseReport, RateChange},
     warning::Warning,
 };
@@ -84,8 +85,8 @@ pub struct Snapshot {
     pub quantization: bool,
     /// The averaging window that the user gave, see [`Settings::window`](crate::Settings::window).
     pub given_window: Option<u32>,
-    /// Averaging times that were asked for and that a final result does not have.
-    pub missing_times: Vec<MissingTime>,
+    /// Averaging times that were asked for and that a final result does not have, in words.
+    pub missing_times: Vec<String>,
     /// One per channel, in the order of `layout`; empty without a layout.
     pub channels: Vec<ChannelSnapshot>,
     /// The magnitude of each measured vector.
@@ -116,35 +117,36 @@ impl Snapshot {
         self.layout.as_ref().map_or(&[], |layout| &layout.channels)
     }
 
-    /// Whether all samples so far lie in the time excluded at the beginning.
-    #[must_use]
-    pub fn is_in_warm_up(&self) -> bool {
-        self.timing.samples == 0 && self.timing.excluded > 0 && !self.skipped.is_zero()
-    }
-
     /// The channels of the layout, each with its results.
     pub(crate) fn measured(&self) -> impl Iterator<Item = (&Channel, &ChannelSnapshot)> + Clone {
         self.layout_channels().iter().zip(&self.channels)
     }
 
-    /// The means of the first three channels that measure `quantity`, in their unit; `None` with
-    /// fewer than three such channels, or without a sample.
-    #[must_use]
-    pub fn mean_vector(&self, quantity: Quantity) -> Option<[f64; 3]> {
-        let means: Vec<f64> = (self.measured().filter(|(channel, _)| channel.quantity == quantity).take(3))
-            .filter_map(|(channel, results)| Some(channel.in_unit(results.moments.mean_counts()?)))
-            .collect();
-        means.try_into().ok()
+    /// The magnitude of the vector of the means of the first three channels that measure `quantity`, in
+    /// their unit; `None` with fewer than three such channels, or without a sample.
+    pub(crate) fn mean_magnitude(&self, quantity: Quantity) -> Option<f64> {
+        let axes = self.measured().filter(|(channel, _)| channel.quantity == quantity).take(3);
+        let means = axes.filter_map(|(channel, results)| Some(channel.in_unit(results.moments.mean_counts()?)));
+        let [x, y, z] = means.collect::<Vec<f64>>().try_into().ok()?;
+        Some(f64::hypot(x, y).hypot(z))
     }
 
     /// The latest polled temperature (register 54), in °C; `None` without a reading.
     #[must_use]
     pub fn polled_temperature_c(&self) -> Option<f64> {
-        let fields = RegisterFields::new(self.registers.get(&Register::IMU.0)?)?;
-        let contents = RegisterContents { register: Register::IMU, fields };
-        let sample = Sample::from_contents(&contents, &VNIMU).ok()?;
+        let sample = Sample::from_contents(&self.contents(Register::IMU)?, &VNIMU).ok()?;
         let mut values = sample.layout.channels.iter().zip(sample.values());
         values.find_map(|(channel, value)| (channel.quantity == Quantity::Temperature).then_some(value))
+    }
+
+    /// The value of a register; `None` where the stream does not contain it, or another form of it.
+    pub(crate) fn register<T: RegisterValue>(&self, register: Register) -> Option<T> {
+        self.contents(register)?.value().ok()
+    }
+
+    fn contents(&self, register: Register) -> Option<RegisterContents> {
+        let fields = RegisterFields::new(self.registers.get(&register.0)?)?;
+        Some(RegisterContents { register, fields })
     }
 
     /// Length, interval and kind of the octaves of a channel.

@@ -3,9 +3,11 @@
 use std::{fmt, str::FromStr};
 
 use imu_noise::{Sides, Term, conventions};
-use thiserror::Error;
 
-use crate::noise_figure::{NoiseFigure, NoiseFigureError, in_percent, share_of_percent};
+use crate::{
+    invalid_text::InvalidText,
+    noise_figure::{NoiseFigure, in_percent, share_of_percent},
+};
 
 /// A parameter, and how well a record is to show it.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,74 +31,24 @@ pub enum Known {
     AtMost(f64),
 }
 
-/// Why a text is no want, or one that no record can meet.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum WantError {
-    /// There is no sign after the parameter.
-    #[error(
-        "invalid target {0:?}; expected a parameter with a precision, as in \"gyro N ±5%\", a detectable size, as in \"gyro K >= 0.5 deg/h^1.5\", or a limit, as in \"accel B <= 0.04 mg\""
-    )]
-    Form(String),
-    /// The part before the sign names no parameter.
-    #[error(transparent)]
-    NoiseFigure(#[from] NoiseFigureError),
-    /// The part after `±` is no percentage above 0.
-    #[error("{0:?} is no percentage above 0, as in \"5%\"")]
-    Percent(String),
-    /// The part after `>=` or `<=` is no number above 0.
-    #[error("{0:?} is no number above 0 with a unit after a space, as in \"0.04 mg\" or \"0.5 deg/h^1.5\"")]
-    Number(String),
-    /// The parameter is not stated in that unit.
-    #[error("{figure} is not stated in {unit:?}: {units}")]
-    Unit {
-        /// The parameter.
-        figure: String,
-        /// The unit given.
-        unit: String,
-        /// The units that the parameter is stated in.
-        units: String,
-    },
-    /// The number has no unit: the units in use lie factors of thousands apart.
-    #[error("the unit of {amount:?} is missing; {figure} is stated in {units}")]
-    NoUnit {
-        /// The number.
-        amount: String,
-        /// The parameter.
-        figure: String,
-        /// The units that the parameter is stated in, the SI unit first.
-        units: String,
-    },
-    /// N is present in every record: it cannot be detected, only measured.
-    #[error("the precision of {0} is missing, as in \"{0} ±5%\"")]
-    White(String),
-    /// No typical random walk is known.
-    #[error(
-        "the size of the random walk to detect is missing, as in \"{figure} >= 2e-7 {unit}\"; no typical figure is known"
-    )]
-    Walk {
-        /// The parameter.
-        figure: String,
-        /// Its SI unit.
-        unit: &'static str,
-    },
-}
+/// What a want looks like.
+const EXPECTED: &str = "expected a parameter with a precision, as in \"gyro N ±5%\", a detectable size, as in \
+                        \"gyro K >= 0.5 deg/h^1.5\", or a limit, as in \"accel B <= 0.04 mg\"";
 
 impl FromStr for Want {
-    type Err = WantError;
+    type Err = InvalidText;
 
-    fn from_str(text: &str) -> Result<Self, WantError> {
+    fn from_str(text: &str) -> Result<Self, InvalidText> {
         // other signs for keyboards without these
         let split_at = |signs: [&str; 2]| signs.iter().find_map(|sign| text.split_once(sign));
         let within = split_at(["±", "+-"]);
-        let percent =
-            within.map(|(_, percent)| share_of_percent(percent).ok_or_else(|| WantError::Percent(text.into())));
-        let percent = percent.transpose()?;
+        let percent = within.map(|(_, percent)| share_of_percent(percent, text)).transpose()?;
         let at_least = split_at([">=", "≥"]).filter(|_| within.is_none());
         let at_most = split_at(["<=", "≤"]).filter(|_| within.or(at_least).is_none());
         let figure = within.or(at_least).or(at_most).map_or(text, |(figure, _)| figure);
         let figure: NoiseFigure = figure.parse().map_err(|error| match begins_with_figure(figure) {
-            true => WantError::Form(text.into()),
-            false => WantError::NoiseFigure(error),
+            true => InvalidText(format!("invalid target {text:?}; {EXPECTED}")),
+            false => error,
         })?;
         if let Some((_, limit)) = at_most {
             let known = Known::AtMost(in_si(limit.trim(), &figure)?);
@@ -108,8 +60,14 @@ impl FromStr for Want {
             (Term::BiasInstability | Term::RateRandomWalk, None, Some((_, amount))) => {
                 Known::AtLeast(in_si(amount.trim(), &figure)?)
             }
-            (Term::RateRandomWalk, ..) => return Err(walk_of_no_size(&figure)),
-            _ => return Err(WantError::White(figure.to_string())),
+            (Term::RateRandomWalk, ..) => {
+                let example = format!("{figure} >= 2e-7 {}", si_unit(&figure));
+                return Err(InvalidText(format!(
+                    "the size of the random walk to detect is missing, as in \"{example}\"; no typical figure is known"
+                )));
+            }
+            // N is in every record: it cannot be detected, only measured
+            _ => return Err(InvalidText(format!("the precision of {figure} is missing, as in \"{figure} ±5%\""))),
         };
         Ok(Self { figure, known })
     }
@@ -122,31 +80,30 @@ fn begins_with_figure(text: &str) -> bool {
     words.next().is_some() && figure.parse::<NoiseFigure>().is_ok()
 }
 
-fn walk_of_no_size(figure: &NoiseFigure) -> WantError {
-    WantError::Walk { figure: figure.to_string(), unit: si_unit(figure) }
-}
-
 fn si_unit(figure: &NoiseFigure) -> &'static str {
     conventions(figure.sensor, figure.term).first().map_or("", |si| si.unit)
 }
 
 /// A number in SI units, from one with a unit in use.
-fn in_si(amount: &str, figure: &NoiseFigure) -> Result<f64, WantError> {
+fn in_si(amount: &str, figure: &NoiseFigure) -> Result<f64, InvalidText> {
     let (number, unit) = amount.split_once(char::is_whitespace).unwrap_or((amount, ""));
     let number = number.parse::<f64>().ok().filter(|number| *number > 0.0 && number.is_finite());
-    let number = number.ok_or_else(|| WantError::Number(amount.into()))?;
+    let number = number.ok_or_else(|| {
+        let examples = "as in \"0.04 mg\" or \"0.5 deg/h^1.5\"";
+        InvalidText(format!("{amount:?} is no number above 0 with a unit after a space, {examples}"))
+    })?;
     let known =
         || conventions(figure.sensor, figure.term).iter().filter(|convention| convention.sides != Some(Sides::One));
     let unit = unit.trim();
     if let Some(convention) = known().find(|convention| convention.unit == unit) {
         return Ok(number / convention.factor);
     }
-    let figure = figure.to_string();
     let units = known().map(|convention| convention.unit).collect::<Vec<_>>().join(", ");
-    Err(match unit {
-        "" => WantError::NoUnit { amount: amount.into(), figure, units },
-        _ => WantError::Unit { figure, unit: unit.into(), units },
-    })
+    Err(InvalidText(match unit {
+        // the units in use lie factors of thousands apart
+        "" => format!("the unit of {amount:?} is missing; {figure} is stated in {units}"),
+        _ => format!("{figure} is not stated in {unit:?}: {units}"),
+    }))
 }
 
 impl fmt::Display for Want {

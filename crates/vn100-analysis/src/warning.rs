@@ -210,6 +210,11 @@ impl Warning {
         Self { kind, severity: kind.severity(), channels: Vec::new(), finding, remedies: Vec::new() }
     }
 
+    /// A warning of these channels; `None` if there are none.
+    pub(crate) fn of_any(kind: WarningKind, finding: Finding, channels: Vec<String>) -> Option<Self> {
+        (!channels.is_empty()).then(|| Self::new(kind, finding).of(channels))
+    }
+
     /// The same, of these channels.
     #[must_use]
     pub fn of(self, channels: impl IntoIterator<Item = String>) -> Self {

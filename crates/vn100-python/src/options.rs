@@ -198,7 +198,7 @@ pub(crate) fn check_taus(settings: &Settings) -> PyResult<()> {
     if *times != AveragingTimes::Octave && settings.estimator != Estimator::Full {
         return Err(PyValueError::new_err("taus: sums are kept of the octaves alone, unless estimator=\"full\""));
     }
-    let missing = settings.rate_hz.and_then(|rate_hz| times.no_multiples(1.0 / rate_hz).first().copied());
+    let missing = settings.rate_hz.and_then(|rate_hz| times.no_multiples(1.0 / rate_hz).first().cloned());
     missing.map_or(Ok(()), |missing| Err(PyValueError::new_err(format!("taus: {missing}"))))
 }
 

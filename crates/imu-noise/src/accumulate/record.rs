@@ -47,12 +47,11 @@ impl Deviation {
         }
     }
 
-    /// Factor c of variance = sum / (c m² n) (Riley, NIST SP 1065, 2008, eq. 10, 11 and 16).
+    /// Factor c of variance = sum / (c m² n), the sum of the squared weights (Riley, NIST SP 1065, 2008,
+    /// eq. 10, 11 and 16).
     pub(crate) const fn divisor(self) -> f64 {
-        match self {
-            Self::Allan => 2.0,
-            Self::Hadamard => 6.0,
-        }
+        let [a, b, c] = self.weights();
+        (a * a + b * b + c * c) as f64
     }
 }
 
@@ -114,15 +113,9 @@ impl RecordShape {
     #[must_use]
     pub const fn stride(&self, m: u64) -> u64 {
         match self.estimator {
-            Estimator::Strided => {
-                if m < 16 {
-                    1
-                } else {
-                    m / 16
-                }
-            }
+            Estimator::Strided if m >= 16 => m / 16,
+            Estimator::Strided | Estimator::Full => 1,
             Estimator::Plain => m,
-            Estimator::Full => 1,
         }
     }
 

@@ -27,7 +27,7 @@ const LEAST_WINDOWS: u64 = 24;
 /// accelerometer.push(&(0..4000).map(|i| fan_5_hz(i) as i32 + noise(i * i)).collect::<Vec<_>>());
 /// let lines: Vec<_> = accelerometer.narrow_bands(1e-3, 0.025).iter().filter_map(|band| band.line).collect();
 /// assert!(lines.len() == 1 && (lines[0].frequency_hz - 5.0).abs() < 1e-2);
-/// assert_eq!(accelerometer.spectrum().density(Sides::One, 0.025, 3).unwrap().points.len(), 256);
+/// assert_eq!(accelerometer.spectrum().density(Sides::One, 0.025, 3).unwrap().points_unit2_hz.len(), 256);
 /// ```
 #[derive(Clone, Debug)]
 pub struct ChannelSignal {
@@ -42,7 +42,7 @@ pub struct ChannelSignal {
     /// Absolute index of the next place.
     end: u64,
     /// Whether there was a gap of unknown length, or a break.
-    is_parted: bool,
+    pub(crate) is_parted: bool,
     /// The last samples, without a gap between them, of the incomplete window.
     window: Vec<i32>,
 }
@@ -152,11 +152,6 @@ impl ChannelSignal {
             blocks.add(place, &BlockSums::of(&self.window).0);
         }
         blocks.iter().collect()
-    }
-
-    /// Whether it has a gap of unknown length.
-    pub(crate) const fn is_parted(&self) -> bool {
-        self.is_parted
     }
 
     /// First sample, length and spreads of the blocks that have full windows.

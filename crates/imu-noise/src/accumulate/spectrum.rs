@@ -67,25 +67,8 @@ struct Segment {
     is_early: bool,
 }
 
-/// An integer number of counts: a sample, or a sum of samples below 2^53.
-pub trait Count: Copy + Default + Into<i64> {
-    /// The same number as a float.
-    fn as_f64(self) -> f64;
-}
-
-impl Count for i32 {
-    fn as_f64(self) -> f64 {
-        self.into()
-    }
-}
-
-impl Count for i64 {
-    fn as_f64(self) -> f64 {
-        self as f64
-    }
-}
-
-impl<T: Count> Spectrum<T> {
+/// Of samples, or of sums of samples below 2^53.
+impl<T: Copy + Default + Into<i64>> Spectrum<T> {
     pub(crate) fn new(plan: &SpectrumPlan, counts_missing: bool) -> Self {
         Self {
             plan: plan.clone(),
@@ -225,18 +208,11 @@ pub struct Density {
     /// The equivalent number of independent segments. Each point has about twice as many degrees of
     /// freedom (the last point, at half the sampling rate, as many).
     pub averages: f64,
-    /// From 1/(segment_samples·interval) to half the sampling rate. Windowing spreads a line over
+    /// Frequency of the first point, and step from point to point: 1/(segment_samples·interval).
+    pub step_hz: f64,
+    /// Density in unit²/Hz of each point, up to half the sampling rate. Windowing spreads a line over
     /// four points; the first point is low, because the mean of each segment is removed.
-    pub points: Vec<DensityPoint>,
-}
-
-/// One point of a [`Density`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DensityPoint {
-    /// Frequency in Hz.
-    pub frequency_hz: f64,
-    /// Density in unit²/Hz.
-    pub density_unit2_hz: f64,
+    pub points_unit2_hz: Vec<f64>,
 }
 
 #[derive(Clone, Debug)]
@@ -258,14 +234,14 @@ impl Spectrum {
             return None;
         }
         let step_hz = 1.0 / (segment_samples as f64 * interval_s);
-        let points = powers.iter().enumerate().skip(1).map(|(k, power)| {
+        let points_unit2_hz = powers.iter().skip(1).map(|power| {
             // At half the sampling rate as well: this frequency is its own negative, but its point
             // is half as wide.
             let counts2_hz = power * interval_s * if sides == Sides::One { 2.0 } else { 1.0 };
-            let density_unit2_hz = counts_to_unit(counts_to_unit(counts2_hz, decimals), decimals);
-            DensityPoint { frequency_hz: k as f64 * step_hz, density_unit2_hz }
+            counts_to_unit(counts_to_unit(counts2_hz, decimals), decimals)
         });
-        Some(Density { sides, segment_samples, segments, averages, points: points.collect() })
+        let points_unit2_hz = points_unit2_hz.collect();
+        Some(Density { sides, segment_samples, segments, averages, step_hz, points_unit2_hz })
     }
 
     /// Autocovariances within segments in counts² (Wiener and Khinchin), from lag 0 to a quarter of

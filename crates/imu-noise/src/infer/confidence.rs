@@ -53,25 +53,13 @@ pub fn edf(octave: &Octave, shape: &RecordShape, law: PowerLaw) -> Option<f64> {
     if octave.terms < 2 || windows < 2 {
         return None;
     }
-    let correlations = correlations(shape, octave.m, |lag| law.phase_covariance(lag));
-    Some(
-        windows as f64 / variance_inflation(shape, octave.m, &correlations, &correlations)
-            * shape.share_of_windows(octave),
-    )
-}
-
-/// Correlations of the differences at averaging factor `m`, at the lags of [`lags`].
-pub(crate) fn correlations(shape: &RecordShape, m: u64, phase: impl Fn(f64) -> f64) -> Vec<f64> {
-    let at = |lag| difference_autocovariance(shape.deviation, m as f64, lag, &phase);
-    let variance = at(0.0);
-    lags(shape, m).map(|(lag, _)| at(lag) / variance).collect()
-}
-
-/// Σ (1 - |j|/M) ρ_j ρ'_j over all lags: windows over degrees of freedom, where ρ = ρ'.
-pub(crate) fn variance_inflation(shape: &RecordShape, m: u64, rho: &[f64], other: &[f64]) -> f64 {
-    let span = (shape.windows(m) * shape.stride(m)) as f64;
-    let products = lags(shape, m).zip(rho).zip(other);
-    products.map(|(((lag, weight), rho), other)| weight * (1.0 - lag / span) * rho * other).sum()
+    let at = |lag| difference_autocovariance(shape.deviation, octave.m as f64, lag, |lag| law.phase_covariance(lag));
+    let (variance, span) = (at(0.0), (windows * shape.stride(octave.m)) as f64);
+    let terms = lags(shape, octave.m).map(|(lag, weight)| {
+        let correlation = at(lag) / variance;
+        weight * (1.0 - lag / span) * correlation * correlation
+    });
+    Some(windows as f64 / terms.sum::<f64>() * shape.share_of_windows(octave))
 }
 
 /// Distances between windows in samples, and how many pairs of windows each is for: every one where

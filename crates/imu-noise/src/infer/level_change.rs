@@ -101,7 +101,7 @@ impl LevelSearch {
         for signal in signals {
             let blocks = longest_full(&signal.blocks()).len();
             if blocks >= MIN_BLOCKS && shapes.iter().all(|known| known.blocks != blocks) {
-                shapes.push(MeanShapes::new(blocks).with_steps());
+                shapes.push(MeanShapes::new(blocks, true));
             }
         }
         Self { shapes }

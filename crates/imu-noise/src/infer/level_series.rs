@@ -34,7 +34,7 @@ impl LevelSeries {
     /// blocks, a series of less than 15/16 of the record, and a record with a gap of unknown
     /// length.
     pub(super) fn of(signal: &ChannelSignal, unit_per_count: f64) -> Option<Self> {
-        if signal.is_parted() {
+        if signal.is_parted {
             return None;
         }
         Self::of_blocks(&signal.blocks(), unit_per_count)

@@ -87,15 +87,13 @@ impl NoiseModel {
         Self::new(octaves, &RecordShape { samples, ..self.shape }, self.window, self.layout.quantization.is_some())
     }
 
-    /// Of as many blocks as the level of a channel has.
+    /// Of as many blocks as the level of a channel has, which nearly all channels of a record have in
+    /// common.
     fn shapes_of(&self, data: &ChannelData<'_>) -> Option<Arc<MeanShapes>> {
-        data.level.as_ref().map(|level| self.shapes(level.coefficients.len() + 1))
-    }
-
-    /// Of so many blocks, which nearly all channels of a record have.
-    fn shapes(&self, blocks: usize) -> Arc<MeanShapes> {
-        let known = self.shapes.get_or_init(|| Arc::new(MeanShapes::new(blocks)));
-        if known.blocks == blocks { Arc::clone(known) } else { Arc::new(MeanShapes::new(blocks)) }
+        let blocks = data.level.as_ref()?.coefficients.len() + 1;
+        let new = || Arc::new(MeanShapes::new(blocks, false));
+        let known = self.shapes.get_or_init(new);
+        Some(if known.blocks == blocks { Arc::clone(known) } else { new() })
     }
 }
 

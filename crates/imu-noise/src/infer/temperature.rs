@@ -2,7 +2,7 @@
 
 mod series;
 
-use core::fmt;
+use thiserror::Error;
 
 use super::chi_squared;
 use super::level_series::CosineTransform;
@@ -41,43 +41,29 @@ const SHORT_LAG_S: f64 = 2.0;
 const UNKNOWN_NOISE: f64 = 1.1;
 
 /// Why a record shows no temperature coefficient.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum NoCoefficient {
     /// Too few blocks in one stretch with samples and temperature.
+    #[error("{blocks} consecutive blocks with samples and a temperature, {LEAST_BLOCKS} needed")]
     TooShort {
         /// Blocks in the longest stretch.
         blocks: usize,
     },
     /// The temperature kept within less than [`LEAST_EXCURSION_C`].
+    #[error("the temperature changed by {excursion_c:.1} °C, {LEAST_EXCURSION_C:.0} °C needed")]
     Excursion {
         /// From the lowest to the highest block mean, in °C.
         excursion_c: f64,
     },
     /// The temperature only rose, or only fell: a drift of any other cause would look the same.
+    #[error(
+        "the temperature only {} (correlation with time {correlation:+.2}), both directions are needed",
+        if *.correlation > 0.0 { "rose" } else { "fell" }
+    )]
     OneDirection {
         /// Of temperature and time.
         correlation: f64,
     },
-}
-
-impl fmt::Display for NoCoefficient {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::TooShort { blocks } => {
-                write!(f, "{blocks} consecutive blocks with samples and a temperature, {LEAST_BLOCKS} needed")
-            }
-            Self::Excursion { excursion_c } => {
-                write!(f, "the temperature changed by {excursion_c:.1} °C, {LEAST_EXCURSION_C:.0} °C needed")
-            }
-            Self::OneDirection { correlation } => {
-                let seen = if *correlation > 0.0 { "rose" } else { "fell" };
-                write!(
-                    f,
-                    "the temperature only {seen} (correlation with time {correlation:+.2}), both directions are needed"
-                )
-            }
-        }
-    }
 }
 
 /// By how much the bias of one axis changes per degree.

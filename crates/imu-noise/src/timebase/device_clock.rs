@@ -10,7 +10,7 @@ use super::gap_event::{GapEvent, GapEvents, NominalRate, TimebaseSummary};
 use super::interval_statistics::IntervalStatistics;
 use super::sensor_rates::RUN;
 use super::whole_steps::{TOLERANCE, whole_steps};
-use doubtful_run::{DoubtfulRun, Stamped};
+use doubtful_run::{Stamped, is_continued_by, period_of_run_ns};
 use ticks::period_ns;
 
 /// A record shorter than this shows no offset between the clocks of sensor and host.
@@ -45,7 +45,9 @@ pub(super) struct DeviceClock {
     /// The first samples, pending until the period is known; empty after that.
     held: Vec<Stamped>,
     period_ns: Option<f64>,
-    in_doubt: DoubtfulRun,
+    /// The latest samples, if their intervals are equal and not one period: a false time, the samples
+    /// after a gap, or the first ones at another rate.
+    in_doubt: Vec<Stamped>,
     /// Whether the next sample is the first one after an outage, so that its arrival time shows no
     /// interval.
     after_outage: bool,
@@ -131,12 +133,10 @@ impl DeviceClock {
             nominal,
             measured_hz,
             offset_ppm: nominal.zip(measured_hz).map(|(nominal, hz)| (hz / nominal.hz() - 1.0) * 1e6),
-            refusal: None,
             missing: self.events.missing,
             gaps: self.events.gaps,
-            unevenness: None,
-            flushed: 0,
             arrivals: nominal.and_then(|nominal| self.intervals.summary(nominal.hz().recip())),
+            ..TimebaseSummary::default()
         }
     }
 
@@ -172,22 +172,22 @@ impl DeviceClock {
             self.index += 1;
             return self.add_sample(stamped);
         }
-        if let Some(doubtful) = self.in_doubt.only()
+        if let [doubtful] = self.in_doubt[..]
             && periods_after(self.last_ns, 2.0)
             && !periods_after(doubtful.device_ns, 1.0)
         {
-            self.in_doubt.take();
+            self.in_doubt.clear();
             self.events.push(GapEvent::FalseTime);
             self.add_missing(1);
             self.index += 1;
             return self.add_sample(stamped);
         }
-        if !self.in_doubt.is_continued_by(stamped, self.last_ns) {
+        if !is_continued_by(&self.in_doubt, stamped, self.last_ns) {
             self.decide();
             return self.take(stamped, self.period_ns.unwrap_or(period_ns));
         }
         self.in_doubt.push(stamped);
-        if let Some(to_period_ns) = self.in_doubt.period_ns() {
+        if let Some(to_period_ns) = period_of_run_ns(&self.in_doubt) {
             self.change_rate(period_ns, to_period_ns);
         }
     }
@@ -198,7 +198,7 @@ impl DeviceClock {
         self.events.push(GapEvent::RateChanged { from_hz, to_hz, until: Box::new(self.so_far()) });
         self.period_ns = Some(to_period_ns);
         self.envelope = Some(Envelope::new(to_period_ns * 1e-9));
-        let mut run = self.in_doubt.take().into_iter();
+        let mut run = std::mem::take(&mut self.in_doubt).into_iter();
         if let Some(first) = run.next() {
             self.begin_anew(first, GapEvent::UnknownGap);
         }
@@ -210,7 +210,7 @@ impl DeviceClock {
 
     /// Decides on the samples in doubt.
     fn decide(&mut self) {
-        for doubtful in self.in_doubt.take() {
+        for doubtful in std::mem::take(&mut self.in_doubt) {
             if let Some(period_ns) = self.period_ns {
                 self.judge(doubtful, period_ns);
             }

@@ -412,10 +412,6 @@ impl EdgeTracker {
         Decision::Gap(GapEvent::Missing(missing as u64))
     }
 
-    fn begin_block(&mut self, at_s: f64) {
-        self.block = (0, at_s, f64::INFINITY, 0.0);
-    }
-
     /// Ends a block: the edge follows the least lag, except the part that is owed.
     fn end_block(&mut self, at_s: f64) {
         let (count, _, least_s, most_s) = self.block;
@@ -429,6 +425,6 @@ impl EdgeTracker {
         let rest_s = if self.owed_s > 0.0 { 0.0 } else { least_s };
         let most = if is_tight { f64::INFINITY } else { FOLLOWED_PERIODS * self.period_s * count as f64 };
         self.due_s += rest_s.min(most);
-        self.begin_block(at_s);
+        self.block = (0, at_s, f64::INFINITY, 0.0);
     }
 }

@@ -1,6 +1,8 @@
 //! A gap: the number of missing samples, their place, and the source of this knowledge.
 
-use std::{collections::VecDeque, fmt};
+use std::collections::VecDeque;
+
+use thiserror::Error;
 
 use super::interval_statistics::Arrivals;
 use super::local_steps::Unevenness;
@@ -111,9 +113,10 @@ impl NominalRate {
 }
 
 /// The reason why arrival times are no time base. From there on they detect no dropped sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum Refusal {
     /// Stamps decrease by more than 10 ms too often: 9 times, and more than once in 256 samples.
+    #[error("time stamps not used: they step backwards {times} times in {samples} lines")]
     Backwards {
         /// Number of stamps that decrease.
         times: u64,
@@ -121,6 +124,7 @@ pub enum Refusal {
         samples: u64,
     },
     /// Samples arrive at more than 1.25 times the sensor's fastest rate.
+    #[error("time stamps not used: {}", too_fast(*.measured_hz, *.fastest_hz))]
     TooFast {
         /// Measured rate in Hz.
         measured_hz: f64,
@@ -129,16 +133,21 @@ pub enum Refusal {
     },
     /// Samples arrive unevenly: some are missing, or the rate is not one of the sensor. The number
     /// of missing samples cannot be known.
+    #[error("time stamps not used: {measured_hz:.2} lines a second arrive, and too unevenly for a rate")]
     Uneven {
         /// Samples that arrive per second, in Hz.
         measured_hz: f64,
     },
     /// Samples of any sensor come in even pairs: two sources, or a buffer of two.
+    #[error(
+        "time stamps not used: rows come in pairs, {measured_hz:.2} a second, as of two sources on one topic, or of a buffer of two"
+    )]
     Pairs {
         /// Samples that arrive per second, in Hz.
         measured_hz: f64,
     },
     /// The measured rate contradicts the known one.
+    #[error("time stamps not used: they give {measured_hz:.4} Hz, the known rate is {known_hz} Hz")]
     OtherRate {
         /// Rate known in advance, in Hz.
         known_hz: f64,
@@ -146,47 +155,26 @@ pub enum Refusal {
         measured_hz: f64,
     },
     /// All stamps are equal.
+    #[error("time stamps not used: all {samples} lines have the same stamp")]
     NoTimePasses {
         /// Number of samples.
         samples: u64,
     },
 }
 
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Backwards { times, samples } => {
-                write!(f, "time stamps not used: they step backwards {times} times in {samples} lines")
-            }
-            Self::TooFast { measured_hz, fastest_hz: FASTEST_HZ } => write!(
-                f,
-                "time stamps not used: by them rows come at {measured_hz:.0} Hz, and no sensor sends more than {FASTEST_HZ} Hz; \
-                 their unit may be another one, such as the days of a spreadsheet (multiply these by 86400 for seconds)"
-            ),
-            Self::TooFast { measured_hz, fastest_hz } => write!(
-                f,
-                "time stamps not used: lines arrive at {measured_hz:.0} Hz, but the sensor sends at most {fastest_hz} Hz"
-            ),
-            Self::OtherRate { known_hz, measured_hz } => {
-                write!(f, "time stamps not used: they give {measured_hz:.4} Hz, the known rate is {known_hz} Hz")
-            }
-            Self::Uneven { measured_hz } => {
-                write!(f, "time stamps not used: {measured_hz:.2} lines a second arrive, and too unevenly for a rate")
-            }
-            Self::Pairs { measured_hz } => write!(
-                f,
-                "time stamps not used: rows come in pairs, {measured_hz:.2} a second, as of two sources on one topic, or of a buffer of two"
-            ),
-            Self::NoTimePasses { samples } => {
-                write!(f, "time stamps not used: all {samples} lines have the same stamp")
-            }
-        }
+fn too_fast(measured_hz: f64, fastest_hz: f64) -> String {
+    if fastest_hz != FASTEST_HZ {
+        return format!("lines arrive at {measured_hz:.0} Hz, but the sensor sends at most {fastest_hz} Hz");
     }
+    format!(
+        "by them rows come at {measured_hz:.0} Hz, and no sensor sends more than {FASTEST_HZ} Hz; their unit may be \
+         another one, such as the days of a spreadsheet (multiply these by 86400 for seconds)"
+    )
 }
 
 /// Summary of the arrival times of a stream. After a change of rate `nominal`, `measured_hz` and
 /// `offset_ppm` describe the samples since the last change.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TimebaseSummary {
     /// Number of samples added.
     pub samples: u64,

@@ -184,11 +184,8 @@ impl RateSearch {
             let missing = |place: usize| (edge[place] - phase + BEFORE_EDGE).floor();
             let late: f64 = (0..samples).map(|place| (lags[place] - phase - missing(place)).max(0.0)).sum();
             let late_s = late / (samples as f64 * hz) + RESOLUTION_S;
-            let (all, share) =
-                (
-                    missing(samples - 1) - missing(0),
-                    |part: f64, of: f64| if part > 0.0 { part * (part / of).ln() } else { 0.0 },
-                );
+            let all = missing(samples - 1) - missing(0);
+            let share = |part: f64, of: f64| if part > 0.0 { part * (part / of).ln() } else { 0.0 };
             let sent = all + samples as f64;
             samples as f64 * (1.0 + late_s.ln()) - share(samples as f64, sent) - share(all, sent)
         };

@@ -21,7 +21,7 @@ use crate::{
 const MIN_PENDING: Duration = Duration::from_secs(1);
 
 /// The statistics of one stream: the same, bit by bit, however the stream was split into batches.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Analysis {
     record: DataRecord,
     /// Rows with stamps or counters since the link was connected.
@@ -45,17 +45,7 @@ impl Analysis {
     /// An analysis without samples. Its snapshot has no channels.
     #[must_use]
     pub fn new(settings: Settings) -> Self {
-        Self {
-            record: DataRecord::new(settings),
-            pending: None,
-            link: StreamCounts::default(),
-            outages: Outages::default(),
-            marks: Vec::new(),
-            port_shared_with: None,
-            is_interrupted: false,
-            finishing: None,
-            last_row_ns: None,
-        }
+        Self { record: DataRecord::new(settings), ..Self::default() }
     }
 
     fn order(&self) -> Option<&RowOrder> {

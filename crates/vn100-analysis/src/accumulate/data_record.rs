@@ -22,7 +22,7 @@ use crate::{
 };
 
 /// The parts of a record. Each row, gap and reply is passed to all parts that it concerns.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct DataRecord {
     pub(crate) settings: Settings,
     pub(crate) rate: RateAuthority,
@@ -59,13 +59,8 @@ impl DataRecord {
         Self {
             rate: RateAuthority::new(settings.rate_hz),
             span: MeasuredSpan::new(settings.skip, settings.duration),
-            gaps: Gaps::default(),
-            replies: SensorReplies::default(),
-            accumulators: Accumulators::default(),
-            saturation: Saturation::default(),
-            longest: None,
-            parted: None,
             settings,
+            ..Self::default()
         }
     }
 
@@ -110,16 +105,10 @@ impl DataRecord {
                     self.break_segment(Some(0));
                 }
             }
-            MarkKind::Saturated(axes) => {
-                if !self.rate.is_excluding() && !self.is_complete(Duration::ZERO) {
-                    self.saturation.push(axes, self.span.data_time(self.rate.hz()));
-                }
-            }
-            MarkKind::Temperature(counts) => {
-                if !self.rate.is_excluding() && !self.is_complete(Duration::ZERO) {
-                    self.accumulators.push_reading(counts);
-                }
-            }
+            // these count with the samples alone
+            _ if self.rate.is_excluding() || self.is_complete(Duration::ZERO) => {}
+            MarkKind::Saturated(axes) => self.saturation.push(axes, self.span.data_time(self.rate.hz())),
+            MarkKind::Temperature(counts) => self.accumulators.push_reading(counts),
         }
     }
 

@@ -39,28 +39,18 @@ impl Magnitude {
         let vectors = layout.channels.windows(3).enumerate().filter_map(|(first, axes)| {
             let [x, y, z] = axes else { return None };
             let quantity = x.quantity;
-            let is_vector = sensor_of(quantity).is_some();
             let begins = first == 0 || layout.channels[first - 1].quantity != quantity;
-            let alike = |other: &Channel| (other.decimals, other.scale) == (x.decimals, x.scale);
-            let of = |decimals, scale, factors, factor| Self {
-                quantity,
-                unit: x.unit.to_string(),
-                decimals,
-                scale,
-                moments: Moments::new(),
-                first,
-                factors,
-                factor,
+            let is_vector = sensor_of(quantity).is_some() && [y, z].map(|axis| axis.quantity) == [quantity; 2];
+            let is_alike = |other: &Channel| (other.decimals, other.scale) == (x.decimals, x.scale);
+            let (decimals, scale, factors, factor) = if x.decimals > 0 && is_alike(y) && is_alike(z) {
+                (x.decimals + MORE_DECIMALS, x.scale, [1.0; 3], MORE)
+            } else {
+                let units = [x, y, z].map(|axis| axis.in_unit(1.0));
+                let coarsest = 2.0 * units.into_iter().fold(0.0, f64::max);
+                (0, coarsest, units.map(|unit| unit / coarsest), 1.0)
             };
-            let units = [x, y, z].map(|axis| axis.in_unit(1.0));
-            let coarsest = 2.0 * units.into_iter().fold(0.0, f64::max);
-            (begins && is_vector && [y, z].map(|axis| axis.quantity) == [quantity; 2]).then(|| {
-                if x.decimals > 0 && alike(y) && alike(z) {
-                    of(x.decimals + MORE_DECIMALS, x.scale, [1.0; 3], MORE)
-                } else {
-                    of(0, coarsest, units.map(|unit| unit / coarsest), 1.0)
-                }
-            })
+            let (unit, moments) = (x.unit.to_string(), Moments::new());
+            (begins && is_vector).then_some(Self { quantity, unit, decimals, scale, moments, first, factors, factor })
         });
         vectors.collect()
     }

@@ -4,7 +4,7 @@ use std::{ops::Range, time::Duration};
 
 /// Counts data time in samples from the first one, missing samples included, and selects the
 /// samples that count: those after the warm-up and before the end that the user asked for.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct MeasuredSpan {
     pub(super) skip: Duration,
     duration: Option<Duration>,

@@ -13,7 +13,7 @@ use super::{
 /// The first stamp is placed this long after zero, because later stamps may lie before it.
 const FIRST: Duration = Duration::from_nanos(u64::MAX / 2);
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct PendingRows {
     pub(super) detector: GapDetector,
     pub(super) order: Option<RowOrder>,
@@ -48,21 +48,7 @@ pub(crate) enum Resolved<'a> {
 impl PendingRows {
     /// Rows of `width` channels. Those of a table may be repeated, and out of `order`.
     pub(crate) fn new(width: usize, detector: GapDetector, order: Option<RowOrder>) -> Self {
-        Self {
-            detector,
-            order,
-            width,
-            counts: Vec::new(),
-            absent: Vec::new(),
-            resolved: 0,
-            certain: 0,
-            marks: VecDeque::new(),
-            resolved_in_all: 0,
-            first_ns: None,
-            last: Duration::ZERO,
-            before_last: Duration::ZERO,
-            stalls: StallDetector::default(),
-        }
+        Self { detector, order, width, ..Self::default() }
     }
 
     /// Adds a batch. A row without a stamp arrived together with the row before it.

@@ -19,7 +19,7 @@ const CLOCK_PPM: f64 = 1000.0;
 /// seconds of arrivals at exactly another rate show that the setting is not that of the stream.
 ///
 /// A deviation has one sample interval: samples at another rate are excluded.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct RateAuthority {
     rates_hz: &'static [f64],
     pub(super) rate: Rate,
@@ -44,6 +44,12 @@ pub(crate) struct Rate {
     pub(crate) from: RateFrom,
     /// Whether the arrival times that decided the rate were too few to be certain.
     pub(crate) is_by_few: bool,
+}
+
+impl Default for Rate {
+    fn default() -> Self {
+        Self { hz: DEFAULT_RATE_HZ, from: RateFrom::Assumed, is_by_few: false }
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -75,30 +81,16 @@ pub(crate) enum RateEffect {
 
 impl RateAuthority {
     /// An authority with the rate that the user gave, in hertz; `None` for the default.
-    pub(crate) const fn new(given_hz: Option<f64>) -> Self {
-        let (hz, from) = match given_hz {
-            Some(hz) => (hz, RateFrom::Option),
-            None => (DEFAULT_RATE_HZ, RateFrom::Assumed),
-        };
-        Self {
-            rates_hz: &[],
-            rate: Rate { hz, from, is_by_few: false },
-            change: None,
-            confirmed: None,
-            reported_hz: None,
-            refused_before: None,
-            false_rate: None,
-            false_report: None,
-            measured: None,
-            other_rate_samples: 0,
-        }
+    pub(crate) fn new(given_hz: Option<f64>) -> Self {
+        let given = given_hz.map(|hz| Rate { hz, from: RateFrom::Option, is_by_few: false });
+        Self { rate: given.unwrap_or_default(), ..Self::default() }
     }
 
     pub(crate) fn set_layout(&mut self, layout: &Layout) {
         self.rates_hz = rates_hz(Some(layout));
         // the register applies to sentences only
         if layout.message == BINARY && self.rate.from == RateFrom::Device {
-            self.set(DEFAULT_RATE_HZ, RateFrom::Assumed);
+            self.rate = Rate::default();
         }
     }
 
@@ -127,7 +119,7 @@ impl RateAuthority {
     /// Forgets the rate if nothing but the refused arrival times tells it.
     pub(crate) fn refuse_arrivals(&mut self) {
         if self.is_of_any_sensor() {
-            self.set(DEFAULT_RATE_HZ, RateFrom::Assumed);
+            self.rate = Rate::default();
         }
     }
 
@@ -313,11 +305,8 @@ impl RateAuthority {
     }
 
     fn at_the_rate(&self, now: Option<TimebaseSummary>) -> Option<TimebaseSummary> {
-        [now, self.confirmed].into_iter().flatten().find(|summary| self.is_at_the_rate(summary))
-    }
-
-    fn is_at_the_rate(&self, summary: &TimebaseSummary) -> bool {
-        summary.nominal.is_some_and(|nominal| nominal.hz() == self.rate.hz)
+        let has_rate = |summary: &TimebaseSummary| summary.nominal.is_some_and(|nominal| nominal.hz() == self.rate.hz);
+        [now, self.confirmed].into_iter().flatten().find(has_rate)
     }
 }
 

@@ -9,65 +9,47 @@ use crate::sensor::sensor_of;
 #[derive(Debug, Clone)]
 pub struct TemperatureRecord {
     blocks: TemperatureBlocks,
-    /// The role of each channel of the layout.
-    parts: Vec<ChannelRole>,
+    /// The places of the axes in the layout.
+    axes: Vec<usize>,
+    /// The place of the temperature; `None` if it is polled.
+    temperature: Option<usize>,
     degrees_per_count: f64,
-    is_polled: bool,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum ChannelRole {
-    None,
-    Temperature,
-    Axis(usize),
 }
 
 impl TemperatureRecord {
     /// By the first channel of the stream that is a temperature; `None` without one, or without an
     /// axis.
     pub(crate) fn of_stream(layout: &Layout) -> Option<Self> {
-        let temperature = layout.channels.iter().position(is_temperature)?;
-        let mut record = Self::new(layout, &layout.channels[temperature], false)?;
-        record.parts[temperature] = ChannelRole::Temperature;
-        Some(record)
+        let place = layout.channels.iter().position(is_temperature)?;
+        Self::new(layout, Some(place), &layout.channels[place])
     }
 
     /// By readings of register 54 between the rows; `None` without an axis.
     pub(crate) fn polled(layout: &Layout) -> Option<Self> {
-        Self::new(layout, VNIMU.channels.iter().find(|channel| is_temperature(channel))?, true)
+        Self::new(layout, None, VNIMU.channels.iter().find(|channel| is_temperature(channel))?)
     }
 
-    fn new(layout: &Layout, temperature: &Channel, is_polled: bool) -> Option<Self> {
-        let mut axes = 0;
-        let part = |channel: &Channel| match sensor_of(channel.quantity) {
-            Some(Sensor::Gyroscope | Sensor::Accelerometer) => {
-                axes += 1;
-                ChannelRole::Axis(axes - 1)
-            }
-            Some(Sensor::Magnetometer) | None => ChannelRole::None,
-        };
-        let parts: Vec<ChannelRole> = layout.channels.iter().map(part).collect();
-        (axes > 0).then(|| Self {
-            blocks: TemperatureBlocks::new(axes),
-            parts,
-            degrees_per_count: temperature.in_unit(1.0),
-            is_polled,
-        })
+    fn new(layout: &Layout, temperature: Option<usize>, channel: &Channel) -> Option<Self> {
+        let sensor = |place: &usize| sensor_of(layout.channels[*place].quantity);
+        let is_axis = |place: &usize| matches!(sensor(place), Some(Sensor::Gyroscope | Sensor::Accelerometer));
+        let axes: Vec<usize> = (0..layout.channels.len()).filter(is_axis).collect();
+        let blocks = TemperatureBlocks::new(axes.len());
+        (!axes.is_empty()).then(|| Self { blocks, axes, temperature, degrees_per_count: channel.in_unit(1.0) })
     }
 
     /// Adds samples of the channel at this place of the layout, the first with this absolute index.
     pub(crate) fn push(&mut self, place: usize, first: u64, counts: &[i32]) {
-        match self.parts.get(place) {
-            Some(ChannelRole::Axis(axis)) => self.blocks.push_axis(*axis, first, counts),
-            Some(ChannelRole::Temperature) => self.blocks.push_temperature(first, counts),
-            Some(ChannelRole::None) | None => {}
+        if let Some(axis) = self.number_of(place) {
+            self.blocks.push_axis(axis, first, counts);
+        } else if self.temperature == Some(place) {
+            self.blocks.push_temperature(first, counts);
         }
     }
 
     /// Adds a reading at the sample with this index; ignored where the stream carries the
     /// temperature.
     pub(crate) fn push_reading(&mut self, index: u64, counts: i32) {
-        if self.is_polled {
+        if self.is_polled() {
             self.blocks.push_temperature(index, &[counts]);
         }
     }
@@ -79,7 +61,7 @@ impl TemperatureRecord {
     /// Whether the temperature was polled between the rows, and is no channel of the stream.
     #[must_use]
     pub const fn is_polled(&self) -> bool {
-        self.is_polled
+        self.temperature.is_none()
     }
 
     /// The search for the temperature coefficients of all axes.
@@ -90,13 +72,13 @@ impl TemperatureRecord {
     /// The number of the axis at this place of the layout; `None` for another channel, and for an
     /// axis that lacks more than a tenth of its samples.
     pub(crate) fn axis(&self, place: usize) -> Option<usize> {
-        match self.parts.get(place) {
-            Some(ChannelRole::Axis(axis)) => {
-                let (absent, samples) = self.blocks.lacks(*axis);
-                (10 * absent <= samples).then_some(*axis)
-            }
-            _ => None,
-        }
+        let axis = self.number_of(place)?;
+        let (absent, samples) = self.blocks.lacks(axis);
+        (10 * absent <= samples).then_some(axis)
+    }
+
+    fn number_of(&self, place: usize) -> Option<usize> {
+        self.axes.iter().position(|axis| *axis == place)
     }
 }
 

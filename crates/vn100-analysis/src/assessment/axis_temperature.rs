@@ -1,8 +1,7 @@
 //! What is known of an axis and the temperature of the sensor.
 
-use std::fmt;
-
 use imu_noise::{NoCoefficient, TemperatureCoefficient};
+use thiserror::Error;
 
 /// Share of the temperature in an octave of the level from which on it would be taken for noise.
 const POSES_AS_NOISE: f64 = 0.1;
@@ -23,15 +22,19 @@ pub struct AxisTemperature {
 }
 
 /// Why an axis has no temperature coefficient.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum WhyNoCoefficient {
     /// The sensor was moved.
+    #[error("the sensor was moved")]
     Moved,
     /// The stream does not carry the bias of the axis.
+    #[error("the bias is not in the stream")]
     BiasNotInStream,
     /// The values do not vary.
+    #[error("the values do not vary")]
     Constant,
     /// The record of the temperature does not show one.
+    #[error(transparent)]
     Temperature(NoCoefficient),
 }
 
@@ -46,17 +49,6 @@ impl WhyNoCoefficient {
             Self::Temperature(NoCoefficient::TooShort { .. }) => "too-short",
             Self::Temperature(NoCoefficient::Excursion { .. }) => "excursion",
             Self::Temperature(NoCoefficient::OneDirection { .. }) => "one-direction",
-        }
-    }
-}
-
-impl fmt::Display for WhyNoCoefficient {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Moved => f.write_str("the sensor was moved"),
-            Self::BiasNotInStream => f.write_str("the bias is not in the stream"),
-            Self::Constant => f.write_str("the values do not vary"),
-            Self::Temperature(why) => why.fmt(f),
         }
     }
 }

@@ -1,42 +1,20 @@
 //! Mains frequencies as a stream shows them: above half the output rate they are folded down.
 
-/// A harmonic of the mains that a stream shows at another frequency.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Mains {
-    harmonic: u32,
-    mains_hz: f64,
-    rate_hz: f64,
-}
-
-impl Mains {
-    /// The lowest harmonic of mains that shows at `line_hz` at this output rate.
-    pub(super) fn at(line_hz: f64, rate_hz: f64) -> Option<Self> {
-        /// Mains keep their frequency to a few tenths of a percent.
-        const WANDER: f64 = 0.002;
-        /// As a share of the output rate, how far they may wander.
-        const PLACED: f64 = 0.01;
-        let candidates = [1, 2, 3]
-            .into_iter()
-            .flat_map(|harmonic| [50.0, 60.0].map(|mains_hz| Self { harmonic, mains_hz, rate_hz }));
-        // at a low rate the wander covers much of the band, and any line would be that of mains
-        let mut placed = candidates.filter(|mains| WANDER * mains.hz() <= PLACED * rate_hz);
-        placed.find(|mains| (mains.shown_hz() - line_hz).abs() <= WANDER * mains.hz())
-    }
-
-    /// The true frequency, in hertz.
-    pub(super) fn hz(self) -> f64 {
-        f64::from(self.harmonic) * self.mains_hz
-    }
-
-    /// The multiple of the output rate next to it.
-    fn nearest_multiple(self) -> f64 {
-        // half way between two of them: the lower one
-        (self.hz() / self.rate_hz - 0.5).ceil()
-    }
-
-    fn shown_hz(self) -> f64 {
-        (self.hz() - self.nearest_multiple() * self.rate_hz).abs()
-    }
+/// The lowest harmonic of mains, in hertz, that shows at `line_hz` at this output rate.
+pub(super) fn mains_hz(line_hz: f64, rate_hz: f64) -> Option<f64> {
+    /// Mains keep their frequency to a few tenths of a percent.
+    const WANDER: f64 = 0.002;
+    /// As a share of the output rate, how far they may wander.
+    const PLACED: f64 = 0.01;
+    let shown_hz = |hz: f64| {
+        // half way between two multiples of the output rate: from the lower one
+        let multiple = (hz / rate_hz - 0.5).ceil();
+        (hz - multiple * rate_hz).abs()
+    };
+    let harmonics = [1.0, 2.0, 3.0].into_iter().flat_map(|harmonic| [50.0, 60.0].map(|hz| harmonic * hz));
+    // at a low rate the wander covers much of the band, and any line would be that of mains
+    let mut placed = harmonics.filter(|hz| WANDER * hz <= PLACED * rate_hz);
+    placed.find(|hz| (shown_hz(*hz) - line_hz).abs() <= WANDER * hz)
 }
 
 #[cfg(test)]
@@ -57,7 +35,7 @@ mod tests {
             (0.23, 1.0, None),
             (0.1, 5.0, None),
         ] {
-            assert_eq!(Mains::at(line_hz, rate_hz).map(Mains::hz), expected, "{line_hz}");
+            assert_eq!(mains_hz(line_hz, rate_hz), expected, "{line_hz}");
         }
     }
 }

@@ -278,21 +278,13 @@ impl ChannelNoise {
 
 const SLOW: [Term; 3] = [Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
 
-/// Bounds the slow terms where a step, a cycle or a warm-up of the level would be fitted by them.
-pub(super) fn withhold_changes_of_level(channels: &mut [ChannelAssessment]) {
+/// Bounds the slow terms where they would be fitted to a step, a cycle or a warm-up of the level, or to
+/// what the temperature made.
+pub(super) fn withhold_what_poses_as_noise(channels: &mut [ChannelAssessment]) {
     for ChannelAssessment { noise, stationarity, .. } in channels {
         let Some(noise) = noise else { continue };
         noise.level_changes = stationarity.level_poses_as_noise();
-        if noise.level_changes {
-            noise.bound_slow_terms();
-        }
-    }
-}
-
-/// Bounds the slow terms where they would be fitted to what the temperature made.
-pub(super) fn withhold_what_temperature_made(channels: &mut [ChannelAssessment]) {
-    for noise in channels.iter_mut().filter_map(|channel| channel.noise.as_mut()) {
-        if noise.follows_temperature() {
+        if noise.level_changes || noise.follows_temperature() {
             noise.bound_slow_terms();
         }
     }
@@ -326,10 +318,6 @@ pub(super) fn add_detectable_rrw(channels: &mut [ChannelAssessment], curves: &[O
             noise.detectable_rrw = found;
         }
     }
-}
-
-fn is_axis(channel: &Channel) -> bool {
-    sensor_of(channel.quantity).is_some()
 }
 
 /// The averaging on board, where it is known and depresses short averaging times: unless the
@@ -368,8 +356,9 @@ struct Made {
 impl Models {
     pub(super) fn of(snapshot: &Snapshot, curves: &[OctaveVariances]) -> Self {
         let mut models = Self { made: Vec::new() };
-        for ((channel, results), curve) in snapshot.measured().zip(curves).filter(|((channel, _), _)| is_axis(channel))
-        {
+        let is_axis = |channel: &Channel| sensor_of(channel.quantity).is_some();
+        let axes = snapshot.measured().zip(curves).filter(|((channel, _), _)| is_axis(channel));
+        for ((channel, results), curve) in axes {
             let window = overlapping_window(Onboard::of(channel, results, snapshot));
             if models.get(&curve.octaves, window).is_none() {
                 let model = NoiseModel::new(&curve.octaves, &curve.shape, window, snapshot.quantization);

@@ -3,7 +3,7 @@
 use imu_noise::BoxcarWindow;
 use schemars::JsonSchema;
 use serde::Serialize;
-use vn100_protocol::{Channel, ImuFilter, Quantity, Register, RegisterContents, RegisterFields};
+use vn100_protocol::{Channel, ImuFilter, Quantity, Register};
 
 use crate::{
     accumulate::sensor_rates::rates_hz,
@@ -105,7 +105,7 @@ impl Onboard {
     /// For a channel of a sensor of this make that is averaged on board.
     pub(super) fn of(channel: &Channel, results: &ChannelSnapshot, snapshot: &Snapshot) -> Option<Self> {
         let layout = snapshot.layout.as_ref().filter(|layout| !rates_hz(Some(layout)).is_empty())?;
-        let filter = filter(snapshot);
+        let filter: Option<ImuFilter> = snapshot.register(Register::IMU_FILTER);
         let averaging = filter.unwrap_or_default();
         // a user knows of one window alone
         let given = snapshot.given_window.filter(|_| filter.is_none() && channel.quantity != Quantity::MagneticField);
@@ -133,12 +133,6 @@ impl Onboard {
         };
         Some(Self { refresh_hz, rate_hz, window: BoxcarWindow { length, decimation }, window_from })
     }
-}
-
-pub(super) fn filter(snapshot: &Snapshot) -> Option<ImuFilter> {
-    let register = Register::IMU_FILTER;
-    let fields = RegisterFields::new(snapshot.registers.get(&register.0)?)?;
-    RegisterContents { register, fields }.value().ok()
 }
 
 #[cfg(test)]

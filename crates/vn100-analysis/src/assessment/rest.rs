@@ -4,7 +4,6 @@
 use imu_noise::{STANDARD_GRAVITY_M_S2, Sensor};
 use vn100_protocol::{Channel, Quantity};
 
-use super::ChannelAssessment;
 use crate::{
     motion::Motion,
     remedy::Remedy,
@@ -88,28 +87,17 @@ const GRAVITY_TOLERANCE_M_S2: f64 = 0.6;
 /// The Earth's field at its surface, in gauss (0.22 to 0.67).
 const FIELD_GAUSS: std::ops::RangeInclusive<f64> = 0.22..=0.67;
 
-type AssessedAxis<'a> = (&'a Channel, &'a ChannelSnapshot, &'a ChannelAssessment);
-
-pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
-    let of = |quantity: Quantity| -> Vec<AssessedAxis<'_>> {
-        snapshot.assessed(assessed).filter(|(channel, ..)| channel.quantity == quantity).collect()
+pub(super) fn warnings(snapshot: &Snapshot) -> impl Iterator<Item = Warning> {
+    let warning = |quantity: Quantity, finding| {
+        let axes = snapshot.measured().filter(|(channel, _)| channel.quantity == quantity);
+        Warning::new(WarningKind::MagnitudeOff, finding).of(axes.map(|(channel, _)| channel.name.to_string()))
     };
-    let names =
-        |axes: &[AssessedAxis<'_>]| axes.iter().map(|(channel, ..)| channel.name.to_string()).collect::<Vec<_>>();
-    let length = |quantity| snapshot.mean_vector(quantity).map(|[x, y, z]| x.hypot(y).hypot(z));
-    let mut warnings = Vec::new();
-    let accel = of(Quantity::Acceleration);
-    if let Some(gravity) = length(Quantity::Acceleration) {
-        let off = gravity - STANDARD_GRAVITY_M_S2;
-        if off.abs() > GRAVITY_TOLERANCE_M_S2 {
-            warnings.push(Warning::new(WarningKind::MagnitudeOff, Finding::Gravity(gravity)).of(names(&accel)));
-        }
-    }
-    let mag = of(Quantity::MagneticField);
-    if let Some(field) = length(Quantity::MagneticField).filter(|field| !FIELD_GAUSS.contains(field)) {
-        warnings.push(Warning::new(WarningKind::MagnitudeOff, Finding::Field(field)).of(names(&mag)));
-    }
-    warnings
+    let is_off = |gravity: &f64| (gravity - STANDARD_GRAVITY_M_S2).abs() > GRAVITY_TOLERANCE_M_S2;
+    let gravity = snapshot.mean_magnitude(Quantity::Acceleration).filter(is_off);
+    let gravity = gravity.map(|gravity| warning(Quantity::Acceleration, Finding::Gravity(gravity)));
+    let field = snapshot.mean_magnitude(Quantity::MagneticField).filter(|field| !FIELD_GAUSS.contains(field));
+    let field = field.map(|field| warning(Quantity::MagneticField, Finding::Field(field)));
+    gravity.into_iter().chain(field)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use imu_noise::{Disturbance, Frozen, LevelShape, NoiseChange, SpectralLine, Spikes};
 use vn100_protocol::{Channel, Quantity};
 
-use super::{ChannelAssessment, Stationarity, mains::Mains};
+use super::{ChannelAssessment, Stationarity, mains::mains_hz};
 use crate::{
     remedy::Remedy,
     snapshot::Snapshot,
@@ -28,15 +28,16 @@ fn vibration(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     let shakes = Shake::all(channels);
     let axes = names(shakes.iter().flat_map(|shake| shake.axes.iter().map(|(channel, _)| *channel)));
     let peaks = shakes.iter().map(|shake| shake.peak(snapshot.timing.rate_hz)).collect();
-    (!axes.is_empty()).then(|| Warning::new(WarningKind::VibrationLine, Finding::Peaks(peaks)).of(axes))
+    Warning::of_any(WarningKind::VibrationLine, Finding::Peaks(peaks), axes)
 }
 
-/// Frequencies at which else the line may really be; none if the stream is too fast for any.
-fn aliases_hz(line: &SpectralLine, rate_hz: f64) -> Vec<f64> {
-    let arrival_hz = line.frequency_hz;
+/// Frequencies at which else a line may really be, because the samples do not distinguish them; none if
+/// the stream is too fast for any.
+fn aliases_hz(line_hz: f64, rate_hz: f64) -> Vec<f64> {
+    let pairs = (1..).flat_map(|n| [f64::from(n) * rate_hz - line_hz, f64::from(n) * rate_hz + line_hz]);
+    let others = pairs.take_while(|hz| *hz <= HIGHEST_HZ).filter(|hz| hz - line_hz > 0.05);
     // at half the rate two of them are one
-    let mut others: Vec<f64> =
-        line.aliases_hz(1.0 / rate_hz, HIGHEST_HZ).filter(|hz| hz - arrival_hz > 0.05).take(6).collect();
+    let mut others: Vec<f64> = others.take(6).collect();
     others.dedup_by(|a, b| (*a - *b).abs() < 0.05);
     others.truncate(3);
     others
@@ -44,8 +45,6 @@ fn aliases_hz(line: &SpectralLine, rate_hz: f64) -> Vec<f64> {
 
 struct Shake<'a> {
     frequency_hz: f64,
-    /// The strongest of them.
-    line: &'a SpectralLine,
     /// Channels, and the share of the lines in the variance of each.
     axes: Vec<(&'a Channel, f64)>,
 }
@@ -61,13 +60,12 @@ impl<'a> Shake<'a> {
         let near = |(_, a): &(&Channel, &SpectralLine), (_, b): &(&Channel, &SpectralLine)| {
             b.frequency_hz < APART * a.frequency_hz
         };
-        let mut shakes: Vec<Self> = lines.chunk_by(near).filter_map(Self::of).collect();
+        let mut shakes: Vec<Self> = lines.chunk_by(near).map(Self::of).collect();
         shakes.sort_by(|a, b| b.most().1.total_cmp(&a.most().1));
         shakes
     }
 
-    fn of(lines: &[(&'a Channel, &'a SpectralLine)]) -> Option<Self> {
-        let (_, line) = *lines.iter().max_by(|(_, a), (_, b)| a.share_of_variance.total_cmp(&b.share_of_variance))?;
+    fn of(lines: &[(&'a Channel, &'a SpectralLine)]) -> Self {
         let total: f64 = lines.iter().map(|(_, line)| line.share_of_variance).sum();
         let weighted: f64 = lines.iter().map(|(_, line)| line.share_of_variance * line.frequency_hz).sum();
         let mut axes: Vec<(&'a Channel, f64)> = Vec::new();
@@ -78,7 +76,7 @@ impl<'a> Shake<'a> {
             }
         }
         axes.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-        Some(Self { frequency_hz: weighted / total, line, axes })
+        Self { frequency_hz: weighted / total, axes }
     }
 
     fn most(&self) -> (&'a Channel, f64) {
@@ -90,13 +88,12 @@ impl<'a> Shake<'a> {
     fn peak(&self, rows_hz: f64) -> Peak {
         let is_field = |(channel, _): &(&Channel, f64)| channel.quantity == Quantity::MagneticField;
         let rate_hz = rows_hz / self.most().0.stride(rows_hz) as f64;
-        let line = SpectralLine { frequency_hz: self.frequency_hz, ..*self.line };
-        let mains = Mains::at(self.frequency_hz, rows_hz).filter(|_| self.axes.iter().all(is_field));
+        let mains_hz = mains_hz(self.frequency_hz, rows_hz).filter(|_| self.axes.iter().all(is_field));
         Peak {
             frequency_hz: self.frequency_hz,
             axes: self.axes.iter().map(|(channel, share)| (channel.name.to_string(), *share)).collect(),
-            aliases_hz: aliases_hz(&line, rate_hz),
-            mains_hz: mains.map(Mains::hz),
+            aliases_hz: aliases_hz(self.frequency_hz, rate_hz),
+            mains_hz,
         }
     }
 }
@@ -114,7 +111,7 @@ fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     let mut axes: Vec<String> = found.iter().map(|event| event.channel.clone()).collect();
     axes.sort();
     axes.dedup();
-    (!axes.is_empty()).then(|| Warning::new(WarningKind::NotStationary, Finding::Events(found)).of(axes))
+    Warning::of_any(WarningKind::NotStationary, Finding::Events(found), axes)
 }
 
 /// All but a warm-up.
@@ -163,9 +160,9 @@ fn warm_up(axes: &[Of<'_>]) -> Option<Warning> {
 }
 
 fn names<'a>(channels: impl Iterator<Item = &'a Channel>) -> Vec<String> {
-    let mut names = Vec::new();
+    let mut names: Vec<String> = Vec::new();
     for channel in channels {
-        if !names.contains(&channel.name.to_string()) {
+        if names.iter().all(|name| *name != channel.name) {
             names.push(channel.name.to_string());
         }
     }
@@ -208,7 +205,7 @@ mod tests {
             shakes.iter().map(|shake| (shake.frequency_hz, shake.most().1, shake.axes.len())).collect();
         let [(single_hz, 0.4, 1), (both_hz, 0.3, 2), (9.0, 0.2, 1)] = reported[..] else { panic!("{reported:?}") };
         assert!((single_hz - 5.3).abs() < 1e-12 && (both_hz - (0.1 * 5.0 + 0.3 * 5.1) / 0.4).abs() < 1e-12);
-        assert_eq!((shakes[1].line.frequency_hz, &*shakes[1].most().0.name), (5.1, "gyro_y"));
+        assert_eq!(shakes[1].most().0.name, "gyro_y");
         let warning = vibration(&channels, &Analysis::new(Settings::default()).snapshot()).unwrap();
         assert_eq!(warning.channels, ["gyro_y", "gyro_x"]);
     }

@@ -1,9 +1,9 @@
 //! What changes the noise between the sensor and its stream: a filter, other sources of noise,
 //! rounding.
 
-use vn100_protocol::{Channel, Quantity};
+use vn100_protocol::{Channel, ImuFilter, Quantity, Register};
 
-use super::{ChannelAssessment, noise::LongTauValidity, onboard::filter, rounding::hidden_terms};
+use super::{ChannelAssessment, noise::LongTauValidity, rounding::hidden_terms};
 use crate::{
     snapshot::{ChannelSnapshot, Snapshot},
     warning::{Finding, Severity, Warning, WarningKind},
@@ -25,33 +25,25 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment], was_
     let tracked = names(&|_, _, assessed| {
         assessed.noise.as_ref().is_some_and(|noise| noise.long_taus == LongTauValidity::LooksCompensated)
     });
-    if !tracked.is_empty() {
-        warnings.push(Warning::new(WarningKind::CompensatedStream, Finding::BiasTracked).of(tracked));
-    }
+    warnings.extend(Warning::of_any(WarningKind::CompensatedStream, Finding::BiasTracked, tracked));
     let filtered = names(&|_, _, assessed| correlated_over(assessed).is_some());
-    if !filtered.is_empty() {
-        let samples = assessed.iter().filter_map(correlated_over).fold(0.0, f64::max);
-        warnings.push(Warning::new(WarningKind::LowPass, Finding::LowPass(samples)).of(filtered));
-    }
+    let samples = assessed.iter().filter_map(correlated_over).fold(0.0, f64::max);
+    warnings.extend(Warning::of_any(WarningKind::LowPass, Finding::LowPass(samples), filtered));
     let full = names(&|_, _, assessed| assessed.noise.as_ref().is_some_and(|noise| noise.fit.lacks_free_band));
-    if !full.is_empty() {
-        warnings.push(Warning::new(WarningKind::VibrationLine, Finding::NoFreeBand).of(full));
-    }
+    warnings.extend(Warning::of_any(WarningKind::VibrationLine, Finding::NoFreeBand, full));
     warnings.extend(correlated_noise(snapshot, assessed));
     // a series of no sensor has no model, and its curve is shown all the same
     let rounded = names(&|channel, results, assessed| match channel.quantity {
         Quantity::Value => !hidden_terms(channel, results).is_empty(),
         _ => assessed.noise.as_ref().is_some_and(|noise| !noise.rounded_away.is_empty()),
     });
-    if !rounded.is_empty() {
-        warnings.push(Warning::new(WarningKind::QuantisationFloor, Finding::RoundedAway).of(rounded));
-    }
+    warnings.extend(Warning::of_any(WarningKind::QuantisationFloor, Finding::RoundedAway, rounded));
     warnings
 }
 
 /// A window that was given and that register 85 contradicts.
 fn contradicted_window(snapshot: &Snapshot) -> Option<Warning> {
-    let (given, filter) = snapshot.given_window.zip(filter(snapshot))?;
+    let (given, filter) = snapshot.given_window.zip(snapshot.register::<ImuFilter>(Register::IMU_FILTER))?;
     let windows = [filter.accel_window, filter.gyro_window].map(u32::from);
     let found = Warning::new(WarningKind::SensorSettings, Finding::WindowIgnored(given, windows));
     (windows != [given; 2]).then(|| found.as_severe_as(Severity::Caution))
@@ -74,5 +66,5 @@ fn correlated_noise(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Opti
     };
     let found: Vec<_> = snapshot.assessed(assessed).filter_map(of).collect();
     let channels: Vec<String> = found.iter().map(|(channel, ..)| channel.clone()).collect();
-    (!found.is_empty()).then(|| Warning::new(WarningKind::CorrelatedNoise, Finding::Correlated(found)).of(channels))
+    Warning::of_any(WarningKind::CorrelatedNoise, Finding::Correlated(found), channels)
 }

@@ -66,14 +66,15 @@ pub(super) fn warning(snapshot: &Snapshot, was_moved: bool) -> Option<Warning> {
 }
 
 fn doubts(snapshot: &Snapshot, layout: &Layout, columns: &ColumnsRead, was_moved: bool) -> Vec<Doubtful> {
-    let length = |quantity| snapshot.mean_vector(quantity).map(|[x, y, z]: [f64; 3]| x.hypot(y).hypot(z));
     let unit_read = |quantity| {
         let place = layout.channels.iter().position(|channel| channel.quantity == quantity)?;
         Some(&*columns.columns.get(place)?.unit)
     };
     let doubt = |quantity, by, value, read: &str, likely| Doubtful { quantity, by, value, read: read.into(), likely };
     let mut doubts = Vec::new();
-    if let (Some(gravity), Some(read)) = (length(Quantity::Acceleration), unit_read(Quantity::Acceleration)) {
+    if let (Some(gravity), Some(read)) =
+        (snapshot.mean_magnitude(Quantity::Acceleration), unit_read(Quantity::Acceleration))
+    {
         let scale = ACCELERATIONS.iter().find(|(unit, _)| *unit == read).map_or(1.0, |(_, scale)| *scale);
         let is_gravity = |in_m_s2: f64| (in_m_s2 / STANDARD_GRAVITY_M_S2 - 1.0).abs() < GRAVITY_SHARE;
         let likely = ACCELERATIONS.iter().find(|(_, other)| is_gravity(gravity / scale * other));
@@ -82,7 +83,7 @@ fn doubts(snapshot: &Snapshot, layout: &Layout, columns: &ColumnsRead, was_moved
         }
     }
     for (quantity, read, likely, means) in BEYOND {
-        let mean = length(quantity).or_else(|| {
+        let mean = snapshot.mean_magnitude(quantity).or_else(|| {
             let (channel, results) = snapshot.measured().find(|(channel, _)| channel.quantity == quantity)?;
             Some(channel.in_unit(results.moments.mean_counts()?))
         });
@@ -96,7 +97,7 @@ fn doubts(snapshot: &Snapshot, layout: &Layout, columns: &ColumnsRead, was_moved
         counts.map(move |counts| channel.value(counts).abs())
     });
     let largest = extremes.fold(0.0, f64::max);
-    let mean = length(Quantity::AngularRate).unwrap_or(0.0);
+    let mean = snapshot.mean_magnitude(Quantity::AngularRate).unwrap_or(0.0);
     let noises: Vec<(f64, f64)> = rates()
         .filter_map(|(channel, results)| {
             let of_neighbours = results.octaves.first()?.deviation_counts()?;

@@ -337,7 +337,7 @@ impl Norm {
             quantity: norm.quantity,
             unit: norm.unit.clone(),
             decimals: converted_decimals(norm.decimals, norm.scale),
-            of_mean: snapshot.mean_vector(norm.quantity).map(|[x, y, z]| x.hypot(y).hypot(z)),
+            of_mean: snapshot.mean_magnitude(norm.quantity),
             count: moments.count(),
             mean: moments.mean_counts().map(value),
             std: moments.std_counts().map(value),
@@ -480,13 +480,13 @@ impl Maker<'_> {
         let interval_s = snapshot.shape_of(results).interval_s;
         let signal = results.signal.as_ref();
         let density = signal.and_then(|signal| signal.spectrum().density(Sides::One, interval_s, channel.decimals));
-        let points = density.iter().flat_map(|density| &density.points);
+        let points = density.iter().flat_map(|density| &density.points_unit2_hz);
         Spectrum {
             sides: Sides::One,
             segment_samples: density.as_ref().map(|density| density.segment_samples),
             segments: density.as_ref().map(|density| density.segments),
-            step_hz: points.clone().next().map(|point| point.frequency_hz),
-            density: points.map(|point| point.density_unit2_hz * (channel.scale * channel.scale)).collect(),
+            step_hz: density.as_ref().map(|density| density.step_hz),
+            density: points.map(|point| point * (channel.scale * channel.scale)).collect(),
             lines: lines.to_vec(),
         }
     }

@@ -59,30 +59,26 @@ pub enum Drifting {
 }
 
 /// The axes of one sensor.
-struct Axes<'a>(Vec<&'a ChannelResult>);
-
-impl<'a> Axes<'a> {
-    fn of(channels: &'a [ChannelResult], quantity: Quantity) -> Self {
-        let axes = channels.iter().filter(|channel| channel.quantity == quantity && channel.is_streamed());
-        Self(axes.filter(|channel| channel.noise.is_some()).collect())
-    }
+fn axes(channels: &[ChannelResult], quantity: Quantity) -> Vec<&ChannelResult> {
+    let axes = channels.iter().filter(|channel| channel.quantity == quantity && channel.is_streamed());
+    axes.filter(|channel| channel.noise.is_some()).collect()
 }
 
 /// The drifts of all axes; none for a stream without a gyroscope and an accelerometer.
 pub(super) fn of(channels: &[ChannelResult], was_moved: bool, confidence: f64) -> Vec<DriftResult> {
-    let gyroscope = Axes::of(channels, Quantity::AngularRate);
-    let accelerometer = Axes::of(channels, Quantity::Acceleration);
+    let gyroscope = axes(channels, Quantity::AngularRate);
+    let accelerometer = axes(channels, Quantity::Acceleration);
     let made = |axis: &ChannelResult, of, coast_s, found: Result<(Drift, Option<Drift>), Status>| {
         let found = if was_moved { Err(Status::Moved) } else { found };
         result(axis, of, coast_s, found, confidence)
     };
-    let angles = gyroscope.0.iter().flat_map(|axis| {
+    let angles = gyroscope.iter().flat_map(|axis| {
         COASTS_S.map(|coast_s| {
             let found = drift(axis, Integral::Once, coast_s).map(|drift| (times(drift, 1_f64.to_degrees()), None));
             made(axis, Drifting::Angle, coast_s, found)
         })
     });
-    let along = accelerometer.0.iter().enumerate().flat_map(|(place, axis)| {
+    let along = accelerometer.iter().enumerate().flat_map(|(place, axis)| {
         let kinds = [
             (Drifting::Velocity, Integral::Once, Integral::Twice),
             (Drifting::Position, Integral::Twice, Integral::ThreeTimes),
@@ -126,22 +122,22 @@ fn drift(axis: &ChannelResult, integral: Integral, coast_s: f64) -> Result<Drift
 /// What gravity makes of the drift of the two axes across: the mean specific force along one of them
 /// times the angle about the other. `None` if neither has a share.
 fn tilt(
-    gyroscope: &Axes<'_>,
-    accelerometer: &Axes<'_>,
+    gyroscope: &[&ChannelResult],
+    accelerometer: &[&ChannelResult],
     place: usize,
     integral: Integral,
     coast_s: f64,
 ) -> Result<Option<Drift>, Status> {
-    let is_whole = gyroscope.0.len() == 3 && accelerometer.0.len() == 3;
+    let is_whole = gyroscope.len() == 3 && accelerometer.len() == 3;
     if !is_whole {
         return Err(Status::NotMeasurable);
     }
     let (next, last) = ((place + 1) % 3, (place + 2) % 3);
     let of_pair = |force: usize, about: usize| {
-        let mean = accelerometer.0[force].statistics.mean.ok_or(Status::NotObservable)?;
+        let mean = accelerometer[force].statistics.mean.ok_or(Status::NotObservable)?;
         // a level axis has no share
         let is_negligible = mean.abs() < 1e-6 * STANDARD_GRAVITY_M_S2;
-        let drift = drift(gyroscope.0[about], integral, coast_s)?;
+        let drift = drift(gyroscope[about], integral, coast_s)?;
         Ok((!is_negligible).then(|| times(drift, mean.abs())))
     };
     let both = [of_pair(next, last)?, of_pair(last, next)?];

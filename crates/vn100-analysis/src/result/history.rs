@@ -1,7 +1,5 @@
 //! The recent samples of a channel, as they are drawn.
 
-use imu_noise::counts_to_unit;
-
 use crate::{accumulate::recent::Slot, snapshot::Snapshot};
 
 /// The values of one column, in the unit of the channel.
@@ -39,7 +37,7 @@ impl History {
         let first = recent.end - kept as u64;
         let of_columns = (first..).map(|place| place / together);
         let slots: Vec<_> = of_columns.zip(recent.slots(channel).skip(slots.len() - kept)).collect();
-        let value = |counts: f64| counts_to_unit(counts - branch as f64, layout.decimals) * layout.scale;
+        let value = |counts: f64| layout.in_unit(counts - branch as f64);
         let columns = slots.chunk_by(|(a, _), (b, _)| a == b).map(|slots| {
             let slot = slots.iter().filter_map(|(_, slot)| *slot).reduce(merge)?;
             Some(HistoryColumn {

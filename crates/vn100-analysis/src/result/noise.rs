@@ -190,13 +190,14 @@ impl NoiseResult {
                 ..ParameterResult::of(Parameter { p, ..found }, conventions(sensor, term))
             })
         };
+        let budget = noise.unaliased_white().map(|unaliased| Budget { parts: noise.white_budget, unaliased });
         let minimum = |found| ParameterResult::of(found, conventions(sensor, Term::BiasInstability));
-        let reading = |term| GraphicalReading::of(noise.classical.of(term), conventions(sensor, term));
+        let reading = |term, read| GraphicalReading::of(read, conventions(sensor, term));
         Self {
             sensor,
             samples,
             fit: noise.fit.quality,
-            white: parameter(Term::White).map(|white| ParameterResult { budget: Budget::of(noise), ..white }),
+            white: parameter(Term::White).map(|white| ParameterResult { budget, ..white }),
             bias_instability: parameter(Term::BiasInstability),
             curve_minimum: noise.curve_minimum().map(minimum),
             rate_random_walk: parameter(Term::RateRandomWalk),
@@ -207,9 +208,9 @@ impl NoiseResult {
             long_taus: noise.long_taus,
             temperature: noise.temperature.as_ref().map(|found| TemperatureResult::of(found, sensor)),
             classical: GraphicalReadings {
-                white: reading(Term::White),
-                bias_instability: reading(Term::BiasInstability),
-                rate_random_walk: reading(Term::RateRandomWalk),
+                white: reading(Term::White, noise.classical.white),
+                bias_instability: reading(Term::BiasInstability, noise.classical.bias_instability),
+                rate_random_walk: reading(Term::RateRandomWalk, noise.classical.rate_random_walk),
             },
         }
     }
@@ -286,26 +287,13 @@ impl Discrete {
     }
 }
 
-impl Budget {
-    fn of(noise: &ChannelNoise) -> Option<Self> {
-        Some(Self { parts: noise.white_budget, unaliased: noise.unaliased_white()? })
-    }
-}
-
 impl TemperatureResult {
     fn of(temperature: &AxisTemperature, sensor: Sensor) -> Self {
         let (found, why) = (temperature.coefficient.ok(), temperature.coefficient.err());
-        let status = match why {
-            None => Status::Estimated,
-            Some(WhyNoCoefficient::BiasNotInStream) => Status::NotMeasurable,
-            Some(_) => Status::NotObservable,
-        };
-        let parameter = Parameter {
-            value: found.map(|found| found.value),
-            lower: found.map(|found| found.lower),
-            upper: found.map(|found| found.upper),
-            p: found.map(|found| found.p),
-            ..Parameter::without_value(status)
+        let parameter = match temperature.coefficient {
+            Ok(found) => Parameter { p: Some(found.p), ..Parameter::estimated(found.value, found.lower, found.upper) },
+            Err(WhyNoCoefficient::BiasNotInStream) => Parameter::without_value(Status::NotMeasurable),
+            Err(_) => Parameter::without_value(Status::NotObservable),
         };
         let conventions = temperature_conventions(sensor);
         Self {

@@ -85,7 +85,7 @@ impl TimeBase {
             arrivals: arrivals.and_then(|arrivals| arrivals.arrivals),
             rate_change: snapshot.rate_change,
             has_stamps: arrivals.is_some(),
-            missing_times: snapshot.missing_times.iter().map(ToString::to_string).collect(),
+            missing_times: snapshot.missing_times.clone(),
         }
     }
 

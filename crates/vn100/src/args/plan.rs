@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use vn100_analysis::{DEFAULT_CONFIDENCE, PlannedMessage, Want, WantError};
+use vn100_analysis::{DEFAULT_CONFIDENCE, InvalidText, PlannedMessage, Want};
 use vn100_protocol::BaudRate;
 
 use super::{JsonArgs, link::baud_rate, measure::confidence};
@@ -51,7 +51,7 @@ pub(crate) struct Fixed {
 }
 
 /// A want, whose unit may have the signs of summaries and pages.
-fn want(text: &str) -> Result<Want, WantError> {
+fn want(text: &str) -> Result<Want, InvalidText> {
     with_plain_unit(text).parse()
 }
 

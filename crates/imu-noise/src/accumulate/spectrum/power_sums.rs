@@ -4,7 +4,7 @@ use std::{fmt, sync::Arc};
 
 use realfft::{RealFftPlanner, RealToComplex, num_complex::Complex};
 
-use super::{Count, Powers};
+use super::Powers;
 use crate::accumulate::counts::ROUND;
 
 /// Powers are rounded to a multiple of the inverse of this, so that their sums are those of integers.
@@ -47,12 +47,12 @@ impl<const N: usize> SegmentPowerSums<N> {
     }
 
     /// Each power is rounded once.
-    pub(super) fn add<T: Count>(&mut self, transform: &Transform<N>, segment: &[T; N], stands_for: u64) {
+    pub(super) fn add<T: Copy + Into<i64>>(&mut self, transform: &Transform<N>, segment: &[T; N], stands_for: u64) {
         let sum: i64 = segment.iter().map(|&count| count.into()).sum();
         let mean = sum as f64 / N as f64;
         let mut input = transform.window;
         for (value, &count) in input.iter_mut().zip(segment) {
-            *value *= (count.as_f64() - mean) as f32;
+            *value *= (count.into() as f64 - mean) as f32;
         }
         // One place more than N/2 + 1, because a length cannot be computed from N here.
         let mut output = [Complex::new(0.0, 0.0); N];

@@ -82,16 +82,15 @@ impl<'a> ReadOut<'a> {
         z: f64,
         is_part: bool,
     ) -> Option<Self> {
-        let is_parted = curve.signal.is_some_and(|(signal, _)| signal.is_parted());
+        let is_parted = curve.signal.is_some_and(|(signal, _)| signal.is_parted);
         let has_ramp = curve.has_ramp && !is_parted;
-        let level = data.level.as_ref().filter(|_| !is_part);
-        let shapes = level.map(|level| model.shapes(level.coefficients.len() + 1));
+        let shapes = if is_part { None } else { model.shapes_of(data) };
         let parameters = 3 + usize::from(model.layout.quantization.is_some()) + usize::from(has_ramp);
         let shown = data.octaves_in_use() + usize::from(has_ramp) + if data.has_segments() { 8 } else { 0 };
         if shown <= parameters {
             return None;
         }
-        let search = Search::new(data, &model.layout, shapes, has_ramp, z)?;
+        let search = Search::new(data, &model.layout, shapes, has_ramp, z).of_record()?;
         let tails = curve.fourth_cumulant.max(0.0) / (data.scale * data.scale) / model.shape.samples as f64;
         let lacks_free_band = curve.bands.iter().map(|band| band.share_of_band).sum::<f64>() > 0.5;
         Some(Self { model, search, tails, lacks_free_band })
@@ -99,7 +98,7 @@ impl<'a> ReadOut<'a> {
 
     /// Of a record that shows what is expected, for plans: a short filter is not looked for.
     pub(super) fn expecting(model: &'a NoiseModel, data: &'a ChannelData<'a>, z: f64) -> Option<Self> {
-        let search = Search::expecting(data, &model.layout, model.shapes_of(data), z)?;
+        let search = Search::new(data, &model.layout, model.shapes_of(data), true, z).of_expectation()?;
         Some(Self { model, search, tails: 0.0, lacks_free_band: false })
     }
 
@@ -238,10 +237,8 @@ impl<'a> ReadOut<'a> {
         if !(found.upper > 0.0 && found.upper < NO_BOUND) {
             return Parameter::without_value(Status::NotObservable);
         }
-        let is_there = found.evidence > PRESENT && (term != Term::White || found.lower > 0.0) || {
-            // N is there where its interval excludes zero, at any level
-            term == Term::White && found.lower > 0.0
-        };
+        // N is there where its interval excludes zero, at any level
+        let is_there = if term == Term::White { found.lower > 0.0 } else { found.evidence > PRESENT };
         let parameter = match is_there {
             true => Parameter::estimated(of(found.value), of(found.lower), of(found.upper)),
             false => Parameter::bounded(of(found.upper)),

@@ -5,7 +5,7 @@ use core::f64::consts::{LN_2, PI};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{Parameter, Status, Term};
+use super::{Parameter, Status};
 
 const PLATEAU: f64 = 2.0 * LN_2 / PI;
 
@@ -58,19 +58,6 @@ impl ClassicalReading {
         bias_instability: Err(NotRead::NotApplicable),
         rate_random_walk: Err(NotRead::NotApplicable),
     };
-
-    /// The value of `term`, or why there is none.
-    ///
-    /// # Errors
-    /// Where it is not read.
-    pub const fn of(&self, term: Term) -> Result<SlopeLine, NotRead> {
-        match term {
-            Term::White => self.white,
-            Term::BiasInstability => self.bias_instability,
-            Term::RateRandomWalk => self.rate_random_walk,
-            Term::Quantization | Term::RateRamp => Err(NotRead::NotApplicable),
-        }
-    }
 }
 
 /// Reads N, B and K off octaves of deviation by the graphical rules of IEEE Std 952, annex C. A
@@ -210,7 +197,6 @@ mod tests {
         assert_eq!(reading.white, Err(NotRead::OutsideCurve));
         let reading = classical_reading(&[1.0, 2.0], &[1.0, 2_f64.sqrt()], 100.0);
         assert_eq!(reading.rate_random_walk, Err(NotRead::OutsideCurve));
-        assert_eq!(ClassicalReading::NOT_APPLICABLE.of(Term::White), Err(NotRead::NotApplicable));
     }
 
     #[test]

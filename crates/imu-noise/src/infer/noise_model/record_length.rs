@@ -39,7 +39,8 @@ impl NoiseModel {
         let mut squares = self.squares(truth);
         let place = self.column(term)?;
         let expected = ChannelData::expecting(&self.grid, &squares);
-        let edf = 2.0 / Search::relative_variance(&expected, &self.layout, self.shapes_of(&expected), place)?;
+        let search = Search::new(&expected, &self.layout, self.shapes_of(&expected), true, 1.0);
+        let edf = 2.0 / search.relative_variance(place)?;
         squares[place] *= chi_squared::quantile(quantile, edf)? / edf;
         Some(ChannelData::expecting(&self.grid, &squares))
     }

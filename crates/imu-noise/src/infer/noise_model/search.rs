@@ -105,41 +105,8 @@ struct Nuisance {
 }
 
 impl<'a> Search<'a> {
-    /// `None` where no structure explains the record.
-    pub(super) fn new(
-        data: &'a ChannelData<'a>,
-        layout: &'a Layout,
-        shapes: Option<Arc<MeanShapes>>,
-        has_ramp: bool,
-        z: f64,
-    ) -> Option<Self> {
-        let mut search = Self::unfitted(data, layout, shapes, has_ramp, z);
-        search.find_definite_shapes();
-        search.searched()
-    }
-
-    /// The same in what is expected on average, which is the level of no one record: it has no shape beyond
-    /// doubt, and does not switch.
-    pub(super) fn expecting(
-        data: &'a ChannelData<'a>,
-        layout: &'a Layout,
-        shapes: Option<Arc<MeanShapes>>,
-        z: f64,
-    ) -> Option<Self> {
-        let search = Self::unfitted(data, layout, shapes, true, z);
-        Self { switching: OnceCell::from(f64::NEG_INFINITY), ..search }.searched()
-    }
-
-    fn searched(mut self) -> Option<Self> {
-        self.scan_filters();
-        self.add_processes();
-        self.judge();
-        self.candidates.sort_by(|a, b| b.score.total_cmp(&a.score));
-        (!self.candidates.is_empty()).then_some(self)
-    }
-
     /// With no structure fitted.
-    fn unfitted(
+    pub(super) fn new(
         data: &'a ChannelData<'a>,
         layout: &'a Layout,
         shapes: Option<Arc<MeanShapes>>,
@@ -163,14 +130,29 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// With the structures of a record; `None` where none explains it.
+    pub(super) fn of_record(mut self) -> Option<Self> {
+        self.find_definite_shapes();
+        self.searched()
+    }
+
+    /// The same in what is expected on average, which is the level of no one record: it has no shape beyond
+    /// doubt, and does not switch.
+    pub(super) fn of_expectation(self) -> Option<Self> {
+        Self { switching: OnceCell::from(f64::NEG_INFINITY), ..self }.searched()
+    }
+
+    fn searched(mut self) -> Option<Self> {
+        self.scan_filters();
+        self.add_processes();
+        self.judge();
+        self.candidates.sort_by(|a, b| b.score.total_cmp(&a.score));
+        (!self.candidates.is_empty()).then_some(self)
+    }
+
     /// The relative variance of a component whose data are what is expected, without a filter or processes.
-    pub(super) fn relative_variance(
-        data: &'a ChannelData<'a>,
-        layout: &'a Layout,
-        ramp: Option<Arc<MeanShapes>>,
-        column: usize,
-    ) -> Option<f64> {
-        let plain = Self::unfitted(data, layout, ramp, true, 1.0).candidate(0, false, None)?;
+    pub(super) fn relative_variance(&self, column: usize) -> Option<f64> {
+        let plain = self.candidate(0, false, None)?;
         let relative = plain.variances[column] / plain.scored.parameters[column].powi(2);
         relative.is_finite().then_some(relative)
     }
@@ -185,7 +167,7 @@ impl<'a> Search<'a> {
 
     pub(super) fn structure<'s>(&'s self, filter: usize, has_processes: bool, more: &'s [Vec<f64>]) -> Structure<'s> {
         let Layout { quantization, processes, cosines, components } = self.layout;
-        let lines = components.len()..components.len() + self.data.lines();
+        let lines = components.len()..components.len() + self.data.lines.len();
         let mut columns = vec![WHITE];
         // a few processes are as good as flicker noise: they stand in its place
         columns.extend((!has_processes).then_some(FLICKER));

@@ -68,17 +68,12 @@ impl MeanShape {
 }
 
 impl MeanShapes {
-    /// With warm-ups and cycles.
-    pub(in crate::infer) fn new(blocks: usize) -> Self {
+    /// Warm-ups and cycles, and steps if it `has_steps`.
+    pub(in crate::infer) fn new(blocks: usize, has_steps: bool) -> Self {
         let transform = CosineTransform::new(blocks);
-        let mut shapes = Self { blocks, ramp: Vec::new(), transform, has_steps: false, candidates: OnceLock::new() };
+        let mut shapes = Self { blocks, ramp: Vec::new(), transform, has_steps, candidates: OnceLock::new() };
         shapes.ramp = shapes.coefficients_of(|i| i);
         shapes
-    }
-
-    /// And with steps.
-    pub(in crate::infer) fn with_steps(self) -> Self {
-        Self { has_steps: true, candidates: OnceLock::new(), ..self }
     }
 
     fn candidates(&self) -> &[FoundShape] {
@@ -217,7 +212,7 @@ mod tests {
     #[test]
     fn shapes_are_found_between_those_examined() {
         let blocks = 80;
-        let shapes = MeanShapes::new(blocks).with_steps();
+        let shapes = MeanShapes::new(blocks, true);
         let variances = vec![1.0; blocks - 1];
         let find = |level: &dyn Fn(f64) -> f64| {
             let level = shapes.coefficients_of(|i| 9.0 * level(i));
@@ -238,7 +233,7 @@ mod tests {
 
     #[test]
     fn a_known_shape_explains_nothing_further() {
-        let shapes = MeanShapes::new(40);
+        let shapes = MeanShapes::new(40, false);
         let level: Vec<f64> = shapes.ramp.iter().enumerate().map(|(k, ramp)| ramp + (k % 3) as f64).collect();
         let regression = Regression::new(&level, &[0.5; 39], &[&shapes.ramp, &shapes.ramp]);
         assert!(regression.rise(core::slice::from_ref(&shapes.ramp)) == 0.0);

@@ -94,8 +94,8 @@ pub(super) struct ChannelData<'a> {
     pub(super) scale: f64,
     segments: Option<Segments<'a>>,
     pub(super) level: Option<LevelSeries>,
-    /// By line and octave.
-    lines: Vec<Vec<f64>>,
+    /// By line, the strongest ones alone, and by octave.
+    pub(super) lines: Vec<Vec<f64>>,
     pub(super) is_averaging_known: bool,
     /// How many octaves may have a part.
     octaves: usize,
@@ -379,11 +379,6 @@ impl<'a> ChannelData<'a> {
 
     pub(super) fn has_segments(&self) -> bool {
         self.segments.is_some()
-    }
-
-    /// How many of the strongest lines have a column.
-    pub(super) fn lines(&self) -> usize {
-        self.lines.len()
     }
 
     /// What the lines add to an octave with these multiples.

@@ -3,7 +3,7 @@
 use super::Analysis;
 use crate::{
     accumulate::{data_record::DataRecord, pending_rows::PendingRows},
-    averaging_times::{AveragingTimes, MissingTime},
+    averaging_times::{AveragingTimes, without_window},
     snapshot::Snapshot,
     warning::checks,
 };
@@ -72,7 +72,7 @@ impl Analysis {
                 .flat_map(|(points, stride)| points.iter().map(move |p| p.m * stride))
                 .collect();
             let is_missing = |m: &&u64| !found.contains(m);
-            missing.extend(factors.iter().filter(is_missing).map(|m| MissingTime::without_window(*m, &shape)));
+            missing.extend(factors.iter().filter(is_missing).map(|m| without_window(*m, &shape)));
         }
         snapshot.missing_times = missing;
         for (channel, points) in snapshot.channels.iter_mut().zip(points) {

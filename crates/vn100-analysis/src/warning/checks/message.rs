@@ -1,6 +1,6 @@
 //! Warnings about the message: what the sensor has done to its values.
 
-use vn100_protocol::{Layout, Quantity, ReferenceFrameRotation, Register, RegisterContents, RegisterFields};
+use vn100_protocol::{Layout, Quantity, ReferenceFrameRotation, Register};
 
 use crate::{
     accumulate::sensor_rates::rates_hz,
@@ -40,10 +40,7 @@ pub(super) fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
 
 /// Whether the sensor turns its axes, by register 26, if the stream contains it.
 fn is_rotated(snapshot: &Snapshot) -> bool {
-    let register = Register::ROTATION;
-    let fields = snapshot.registers.get(&register.0).and_then(RegisterFields::new);
-    let rotation =
-        fields.and_then(|fields| RegisterContents { register, fields }.value::<ReferenceFrameRotation>().ok());
+    let rotation: Option<ReferenceFrameRotation> = snapshot.register(Register::ROTATION);
     rotation.is_some_and(|rotation| rotation.matrix != [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 }
 

@@ -1,7 +1,7 @@
 //! Warnings about the rate, the times of the samples, and their number.
 
 use imu_noise::timebase::{Arrivals, NominalRate, Refusal, TimebaseSummary, Unevenness};
-use vn100_protocol::{BinaryOutput, MEASUREMENTS_PER_S, Register, RegisterContents, RegisterFields, RegisterValue};
+use vn100_protocol::{BinaryOutput, MEASUREMENTS_PER_S, Register, RegisterValue};
 
 use crate::{
     accumulate::sensor_rates::rates_hz,
@@ -19,7 +19,8 @@ const LEAST_SAMPLES: u64 = 66;
 pub(super) fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
     let timing = &snapshot.timing;
     let mut warnings = changes(snapshot);
-    warnings.extend(false_report(snapshot));
+    let false_report = snapshot.false_report.map(Finding::FalseReport);
+    warnings.extend(false_report.map(|found| Warning::new(WarningKind::RateOffNominal, found)));
     warnings.extend(refused_stamps(snapshot));
     if let Some(arrivals) = &snapshot.arrivals {
         warnings.extend(on_arrivals(arrivals, rates_hz(snapshot.layout.as_deref()), timing));
@@ -55,11 +56,6 @@ fn changes(snapshot: &Snapshot) -> Vec<Warning> {
     warnings
 }
 
-fn false_report(snapshot: &Snapshot) -> Option<Warning> {
-    let found = snapshot.false_report?;
-    Some(Warning::new(WarningKind::RateOffNominal, Finding::FalseReport(found)))
-}
-
 fn refused_stamps(snapshot: &Snapshot) -> Option<Warning> {
     let refusal = snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
     let is_over = refusal.is_none();
@@ -79,7 +75,7 @@ fn too_short(snapshot: &Snapshot) -> Option<Warning> {
     let has_sensor = || snapshot.layout_channels().iter().any(|channel| sensor_of(channel.quantity).is_some());
     let is_short = match samples {
         // it becomes longer by itself, or the result says that all is excluded
-        0 if snapshot.is_in_warm_up() => false,
+        0 if snapshot.timing.excluded > 0 && !snapshot.skipped.is_zero() => false,
         0..2 => true,
         // no noise model is fitted to a series without a sensor
         2..LEAST_SAMPLES => has_sensor(),
@@ -102,8 +98,7 @@ fn packet_rate(snapshot: &Snapshot) -> Option<Warning> {
         return warning(Finding::PacketRate(rate_hz));
     }
     let output = |register: &Register| {
-        let fields = RegisterFields::new(snapshot.registers.get(&register.0)?)?;
-        let output: BinaryOutput = RegisterContents { register: *register, fields }.value().ok()?;
+        let output: BinaryOutput = snapshot.register(*register)?;
         Some((register.0, output.rate_hz())).filter(|(_, hz)| *hz > 0.0)
     };
     let set: Vec<(u8, f64)> = BinaryOutput::REGISTERS.iter().filter_map(output).collect();

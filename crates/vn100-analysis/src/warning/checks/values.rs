@@ -14,20 +14,14 @@ pub(super) fn warnings(snapshot: &Snapshot, findings: &StreamFindings) -> Vec<Wa
         let found = Warning::new(WarningKind::StreamChanged, Finding::DecimalsChanged(findings.print_changes));
         warnings.push(found.as_severe_as(Severity::Caution));
     }
-    if !findings.restarted.is_empty() {
-        let found = Warning::new(WarningKind::FullRange, Finding::TurnsRestarted).as_severe_as(Severity::Note);
-        warnings.push(found.of(findings.restarted.iter().cloned()));
-    }
+    let restarted = Warning::of_any(WarningKind::FullRange, Finding::TurnsRestarted, findings.restarted.clone());
+    warnings.extend(restarted.map(|found| found.as_severe_as(Severity::Note)));
     let stuck = channels_where(snapshot, |channel, results| is_stuck(channel, results, snapshot.rate_of(results)));
-    if !stuck.is_empty() {
-        let found = Warning::new(WarningKind::QuantisationFloor, Finding::TwoValues).of(stuck);
-        warnings.push(found.as_severe_as(Severity::Problem));
-    }
+    let stuck = Warning::of_any(WarningKind::QuantisationFloor, Finding::TwoValues, stuck);
+    warnings.extend(stuck.map(|found| found.as_severe_as(Severity::Problem)));
     warnings.extend(saturated(snapshot));
     let at_limit = channels_where(snapshot, reaches_limit);
-    if !at_limit.is_empty() {
-        warnings.push(Warning::new(WarningKind::FullRange, Finding::RangeReached).of(at_limit));
-    }
+    warnings.extend(Warning::of_any(WarningKind::FullRange, Finding::RangeReached, at_limit));
     warnings.extend(absent(snapshot));
     warnings
 }
@@ -42,7 +36,7 @@ fn absent(snapshot: &Snapshot) -> Option<Warning> {
     };
     let lacking: Vec<_> = snapshot.measured().filter_map(lacking).collect();
     let names: Vec<String> = lacking.iter().map(|(channel, _)| channel.clone()).collect();
-    (!names.is_empty()).then(|| Warning::new(WarningKind::Gaps, Finding::Absent(rows, lacking)).of(names))
+    Warning::of_any(WarningKind::Gaps, Finding::Absent(rows, lacking), names)
 }
 
 /// The axes that the sensor itself reports at the end of their range, with the time.
