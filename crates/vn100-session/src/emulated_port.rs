@@ -64,10 +64,6 @@ impl EmulatedPort {
         // after a panic with the lock held, the wire can be polled again
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
-
-    fn failure(&self, baud: u32, problem: PortProblem) -> ConnectError {
-        ConnectError::Port { port: self.name(), baud, problem }
-    }
 }
 
 impl Cable {
@@ -123,15 +119,12 @@ impl Connect for EmulatedPort {
             Ok(speed) => {
                 let now = cable.now();
                 cable.wire.set_host_baud(speed);
-                let old = cable.wire.open(now);
                 cable.is_open = true;
-                let (name, plug_in) = (cable.name(), cable.plug_ins);
-                drop(cable);
+                let (name, plug_in, old) = (cable.name(), cable.plug_ins, cable.wire.open(now));
                 return Ok(EmulatedConnection { port: self.clone(), name, plug_in, old });
             }
         };
-        drop(cable);
-        Err(self.failure(baud, problem))
+        Err(ConnectError::Port { port: self.name(), baud, problem })
     }
 
     fn now_ns(&self) -> i64 {

@@ -101,12 +101,12 @@ impl ReplaySpec {
     async fn open(&self) -> Result<Capture, OpenError> {
         let (path, options) = (self.path.clone(), self.capture.clone());
         let failed = |error| OpenError::Io { path: self.path.clone(), source: io::Error::other(error) };
-        task::spawn_blocking(move || open_capture(&path, &options)).await.map_err(failed)?
+        let open = move || match path == Path::new("-") {
+            true => Capture::from_reader(io::stdin(), &options),
+            false => Capture::open(path, &options),
+        };
+        task::spawn_blocking(open).await.map_err(failed)?
     }
-}
-
-fn open_capture(path: &Path, options: &CaptureOptions) -> Result<Capture, OpenError> {
-    if path == Path::new("-") { Capture::from_reader(io::stdin(), options) } else { Capture::open(path, options) }
 }
 
 fn kind(capture: &Capture, name: &str) -> &'static str {
