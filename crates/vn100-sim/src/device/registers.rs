@@ -1,6 +1,6 @@
 //! The settings of the sensor: one set in memory, one in flash.
 
-use std::{collections::BTreeMap, fmt::Write};
+use std::collections::BTreeMap;
 
 use vn100_protocol::{BaudRate, DeviceError, OUTPUT_RATES_HZ};
 
@@ -193,16 +193,11 @@ fn parse_value(field: Field, text: &str) -> Option<Value> {
 }
 
 fn print_values(values: &[Value]) -> String {
-    let mut text = String::new();
-    for (index, value) in values.iter().enumerate() {
-        let comma = if index == 0 { "" } else { "," };
-        // writing to a String cannot fail
-        _ = match value {
-            Value::Text(value) => write!(text, "{comma}{value}"),
-            Value::Whole(value) => write!(text, "{comma}{value}"),
-            Value::Real(value) => write!(text, "{comma}{value}"),
-            Value::Rate(value) => write!(text, "{comma}{value:+010.6}"),
-        };
-    }
-    text
+    let print = |value: &Value| match value {
+        Value::Text(value) => value.clone(),
+        Value::Whole(value) => value.to_string(),
+        Value::Real(value) => value.to_string(),
+        Value::Rate(value) => format!("{value:+010.6}"),
+    };
+    values.iter().map(print).collect::<Vec<_>>().join(",")
 }
