@@ -220,7 +220,6 @@ impl LinkHandle {
     }
 }
 
-/// A command of the user, and the receiver of its result.
 pub(crate) type SubmittedCommand = (SensorCommand, oneshot::Sender<Result<Response, CommandError>>);
 
 #[derive(Debug, Default)]
