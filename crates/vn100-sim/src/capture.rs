@@ -1,9 +1,6 @@
 //! Rows of twelve values, as the sensor prints them in `$VNYMR`, and files of many of them.
 
-use std::{
-    io::{self, Write},
-    num::NonZeroU32,
-};
+use std::num::NonZeroU32;
 
 use thiserror::Error;
 use vn100_protocol::{Check, OUTPUT_RATES_HZ};
@@ -137,27 +134,6 @@ pub fn write_next(line: &mut Vec<u8>, message: &Message, generator: &mut Generat
     let row = generator.next_row();
     let surroundings = if message.has_surroundings() { generator.surroundings_at(time_s) } else { [0.0; 2] };
     write_sentence(line, message, &row, surroundings, generator.interval_s);
-}
-
-/// Writes the next `samples` rows of the generator, one sentence each; zero writes nothing.
-///
-/// Each sentence is written by one call: use a buffered writer, and flush it.
-///
-/// # Errors
-/// The first error of the writer; the sentences before it are written.
-pub fn write_capture(
-    out: &mut impl Write,
-    generator: &mut Generator,
-    message: &Message,
-    samples: u64,
-) -> io::Result<()> {
-    let mut line = Vec::new();
-    for _ in 0..samples {
-        line.clear();
-        write_next(&mut line, message, generator);
-        out.write_all(&line)?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]
