@@ -23,7 +23,6 @@ pub struct PacketStream {
     output: PacketOutput,
     clock: SensorClock,
     rate_hz: u64,
-    /// Packets written.
     packets: u64,
     surroundings: [f32; 2],
 }

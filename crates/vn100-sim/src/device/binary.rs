@@ -73,7 +73,6 @@ impl PacketOutput {
         (self.mode >> port & 1 == 1 && self.divisor > 0).then_some(u64::from(self.divisor))
     }
 
-    /// Bytes in 800 s on a port.
     pub(crate) fn bytes_per_800_s(&self, port: usize) -> u64 {
         self.divisor_on(port).map_or(0, |divisor| u64::from(self.packet_bytes()) * 800 * 800 / divisor)
     }

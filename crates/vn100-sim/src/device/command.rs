@@ -58,7 +58,6 @@ pub(super) fn split(line: &[u8]) -> Result<(&str, Vec<&str>), DeviceError> {
     Ok((name, parts.collect()))
 }
 
-/// Whether a command or a register has the expected number of parameters.
 pub(super) fn check_count(parameters: &[&str], expected: usize) -> Result<(), DeviceError> {
     match parameters.len().cmp(&expected) {
         Ordering::Less => Err(DeviceError::TooFewParameters),

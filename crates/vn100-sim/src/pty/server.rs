@@ -40,7 +40,6 @@ pub struct PtySensor {
 #[derive(Debug)]
 struct Shared {
     stop: AtomicBool,
-    /// Wakes the thread.
     waker: OwnedFd,
     state: Mutex<SharedState>,
 }
