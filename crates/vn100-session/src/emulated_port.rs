@@ -46,7 +46,6 @@ impl EmulatedPort {
     ///
     /// # Panics
     /// With a paused clock, if called outside a tokio runtime.
-    #[must_use]
     pub fn new(wire: Wire, on_for: Duration, origin_ns: i64) -> Self {
         Self(Arc::new(Mutex::new(Cable {
             wire,

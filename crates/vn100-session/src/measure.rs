@@ -364,7 +364,6 @@ impl Measuring {
     }
 }
 
-/// The options for reading the bytes of a measurement.
 pub(crate) fn read_options(read: ReadOptions, settings: &Settings) -> ReadOptions {
     ReadOptions { line_by_line: read.line_by_line || settings.ends_between_reads(), ..read }
 }

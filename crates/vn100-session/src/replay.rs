@@ -52,7 +52,6 @@ pub struct ReplaySpec {
 
 impl ReplaySpec {
     /// The whole file, as fast as the machine can, with all options at their defaults.
-    #[must_use]
     pub fn of(path: impl Into<PathBuf>) -> Self {
         Self { path: path.into(), ..Self::default() }
     }
@@ -60,18 +59,13 @@ impl ReplaySpec {
     /// The name of the source in results: the file's name without its folder, because a result does
     /// not depend on the folder of its capture; for the parts of a recording, the name of the
     /// recording. The topic follows if it is one of several streams.
-    #[must_use]
     pub fn name(&self) -> String {
-        let path = match self.capture.later_parts.is_empty() {
-            true => self.path.clone(),
-            false => recording_path(&self.path),
-        };
+        let path = if self.capture.later_parts.is_empty() { self.path.clone() } else { recording_path(&self.path) };
         self.with_topic(&path.file_name().unwrap_or(path.as_os_str()).to_string_lossy())
     }
 
     /// The name of the source in an archive: the path as given, and the topic if it is one of
     /// several streams. Bytes of a path that are not text are escaped.
-    #[must_use]
     pub fn name_with_folder(&self) -> String {
         self.with_topic(&self.path.to_str().map_or_else(|| format!("{:?}", self.path), str::to_owned))
     }
@@ -86,7 +80,6 @@ impl ReplaySpec {
     /// A number, in hexadecimal digits, of this program's version, the options of the measurement,
     /// and `judged_by`, the basis of the verdicts: rows of an archive with another number are not
     /// comparable.
-    #[must_use]
     pub fn options_digest(&self, judged_by: &str) -> String {
         let Self { settings, read, capture, .. } = self;
         let version = env!("CARGO_PKG_VERSION");
@@ -173,11 +166,10 @@ fn publish_source(capture: &Capture, spec: &ReplaySpec, channels: &Channels) -> 
         state.source = source.into();
         state.recorded.clone_from(&capture.recorded);
     });
+    let settings = spec.settings.clone();
     match &capture.recorded {
-        Some(recorded) if recorded.is_one_measurement() => {
-            recorded_settings::with_end(spec.settings.clone(), &recorded.metadata)
-        }
-        _ => spec.settings.clone(),
+        Some(recorded) if recorded.is_one_measurement() => recorded_settings::with_end(settings, &recorded.metadata),
+        _ => settings,
     }
 }
 
@@ -215,12 +207,8 @@ async fn measure_capture(capture: Capture, settings: Settings, spec: &ReplaySpec
 /// The options for reading the bytes of a recording: sentences or packets as chosen now, else as in
 /// the recorded measurement.
 fn as_recorded(read: ReadOptions, capture: &Capture) -> ReadOptions {
-    match &capture.recorded {
-        Some(recorded) => {
-            ReadOptions { measured: recorded_settings::frames(read.measured, &recorded.metadata), ..read }
-        }
-        None => read,
-    }
+    let Some(recorded) = &capture.recorded else { return read };
+    ReadOptions { measured: recorded_settings::frames(read.measured, &recorded.metadata), ..read }
 }
 
 /// Counts the samples of the capture, for the position of its replay. A capture that cannot be read
@@ -235,10 +223,8 @@ async fn count_samples(spec: ReplaySpec, state: watch::Sender<SourceState>, stop
     let Ok(mut events) = capture.read(read, stop) else { return };
     let mut samples = 0;
     while let Some(event) = events.recv().await {
-        match event {
-            Event::Batch(batch) => samples += batch.row_count() as u64,
-            Event::Link(_) => {}
-            Event::End(_) => break,
+        if let Event::Batch(batch) = event {
+            samples += batch.row_count() as u64;
         }
     }
     state.send_modify(|state| {
