@@ -100,7 +100,6 @@ async fn attach_all(
     let page = watched.as_ref().and_then(Watched::url);
     let view_options = messages.is_some().then(|| job.args.view.options(&job.settings, page, &stop)).transpose()?;
     let goals = Goals::of(&job.settings, job.args.live.limits.limits().wall);
-    let mut server = None;
     let prepared: Vec<Prepared> = (0..)
         .zip(job.args.sources.iter().zip(recordings))
         .map(|(number, (source, recording))| {
@@ -122,11 +121,10 @@ async fn attach_all(
             Ok(Prepared { session, writer, stop })
         })
         .collect::<Result<_>>()?;
-    if let Some(watched) = watched {
-        let sessions = prepared.iter().map(|prepared| &prepared.session);
-        let say = |text: String| job.status.report(&text);
-        server = Some(watched.show(sessions, &goals, &job.settings, &job.evaluation, say)?);
-    }
+    let sessions = prepared.iter().map(|prepared| &prepared.session);
+    let say = |text: String| job.status.report(&text);
+    let show = |watched: Watched| watched.show(sessions, &goals, &job.settings, &job.evaluation, say);
+    let server = watched.map(show).transpose()?;
     let sources: Vec<JoinHandle<Result<SourceResult>>> =
         prepared.into_iter().map(|prepared| task::spawn(attach_one(prepared, Arc::clone(&job)))).collect();
     let mut writer = ResultWriter::new(job.format.clone());
@@ -191,7 +189,6 @@ impl Job {
         }
     }
 
-    /// How the samples of all sources are read.
     fn read_options(&self) -> ReadOptions {
         let args = &self.args;
         ReadOptions {
@@ -202,7 +199,6 @@ impl Job {
         }
     }
 
-    /// The source of this name in this place.
     fn source(&self, name: &SourceName, number: u64) -> Result<LiveSource> {
         let mut link = self.args.live.link.clone();
         // two emulated sensors are two sensors

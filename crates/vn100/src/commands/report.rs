@@ -4,9 +4,8 @@
 mod exports;
 
 use std::{
-    fmt::Write,
     fs::{self, File},
-    io::{self, Read, Write as _},
+    io::{self, Read, Write},
     path::Path,
     thread,
 };
@@ -16,6 +15,7 @@ use sha2::{Digest, Sha256};
 use vn100_analysis::{Completion, DEFAULT_CONFIDENCE, FileFacts, SourceResult};
 use vn100_report::figure::ReportFigures;
 use vn100_report::html::{PageOptions, report_page};
+use vn100_session::ReplaySpec;
 
 use vn100_report::remedies::page_words;
 
@@ -24,7 +24,7 @@ use crate::{
     asked::asked,
     commands::replay::{Outputs, measure_files},
     exit::{print, report as complain, unless_closed},
-    inputs::{FileStream, inputs},
+    inputs::inputs,
     output::Output,
     serve::PROGRAM,
     user_files::evaluation,
@@ -82,10 +82,10 @@ fn print_written(path: &Path) -> Result<()> {
 
 /// The facts of the stored bytes, compressed or not; parts that are joined are several files, and only
 /// a file gives the same bytes when it is read twice.
-fn capture_of(input: &FileStream) -> Option<FileFacts> {
+fn capture_of(input: &ReplaySpec) -> Option<FileFacts> {
     let path = &input.path;
     let is_file = path != Path::new("-") && fs::metadata(path).is_ok_and(|found| found.is_file());
-    (is_file && input.options.later_parts.is_empty()).then(|| digest(path).ok())?
+    (is_file && input.capture.later_parts.is_empty()).then(|| digest(path).ok())?
 }
 
 fn digest(path: &Path) -> io::Result<FileFacts> {
@@ -100,11 +100,7 @@ fn digest(path: &Path) -> io::Result<FileFacts> {
         digest.update(&piece[..read]);
         bytes += read as u64;
     }
-    let sha256 = digest.finalize().iter().fold(String::new(), |mut text, byte| {
-        // a String takes everything
-        let _ = write!(text, "{byte:02x}");
-        text
-    });
+    let sha256 = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
     Ok(FileFacts { bytes, sha256 })
 }
 
