@@ -59,7 +59,6 @@ pub(crate) enum Ndjson {
     Thin,
 }
 
-/// How results are written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum OutputFormat {
     /// As the summary, each when it is there.
