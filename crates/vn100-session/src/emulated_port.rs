@@ -94,10 +94,6 @@ impl Cable {
         }
     }
 
-    fn chunk(&self, bytes: Vec<u8>) -> StreamInput {
-        Chunk { bytes: bytes.into(), at_ns: Some(self.now_ns()) }.into()
-    }
-
     fn name(&self) -> &'static str {
         if self.has_other_name { "emulated port 2" } else { "emulated port" }
     }
@@ -161,7 +157,7 @@ impl EmulatedConnection {
         let mut cable = self.cable()?;
         let now = cable.now();
         bytes.extend(cable.wire.poll(now));
-        Ok((!bytes.is_empty()).then(|| cable.chunk(bytes)))
+        Ok((!bytes.is_empty()).then(|| Chunk { bytes: bytes.into(), at_ns: Some(cable.now_ns()) }.into()))
     }
 }
 

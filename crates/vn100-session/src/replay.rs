@@ -136,7 +136,9 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
     }
     let goals = settings.until.clone();
     let ending = measure_capture(capture, settings, &spec, &mut channels).await;
-    if holds_values && is_rate_unknown(&ending) {
+    let timing = &ending.snapshot.timing;
+    // the rate had to be assumed, and a result depends on it
+    if holds_values && timing.rate_from == RateFrom::Assumed && timing.samples > 1 {
         let refusal = ending.snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
         channels.state.send_modify(|state| {
             *state = SourceState { stored_bytes_read: state.stored_bytes_read, ..before };
@@ -144,12 +146,6 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
         return channels.end(not_started(StartError::RateUnknown { refusal }, &channels));
     }
     channels.end(result(ending, &goals, &channels))
-}
-
-/// Whether the rate had to be assumed, and a result depends on it.
-fn is_rate_unknown(ending: &Ending) -> bool {
-    let timing = &ending.snapshot.timing;
-    timing.rate_from == RateFrom::Assumed && timing.samples > 1
 }
 
 /// Publishes the metadata of an opened capture. Returns the settings with the end that the metadata

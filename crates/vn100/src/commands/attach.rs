@@ -107,14 +107,9 @@ async fn attach_all(
             if recording.is_none() {
                 unrecorded.push(stop.clone());
             }
-            let (writer, samples) = job
-                .args
-                .result
-                .samples
-                .as_ref()
-                .map(|path| SampleWriter::start(path, stop.clone()))
-                .transpose()?
-                .unzip();
+            let writer = job.args.result.samples.as_deref();
+            let writer = writer.map(|path| SampleWriter::start(path, stop.clone())).transpose()?;
+            let (writer, samples) = writer.unzip();
             let opened = job.source(source, number);
             let session = job.session(source, number, opened, recording, samples, stop.clone());
             monitors.push(SourceMonitor::of(&session, goals.clone()));

@@ -12,7 +12,6 @@ use vn100_analysis::{
     Chance, Comparison, Completion, DEFAULT_CONFIDENCE, OctaveTest, Ranking, SourceResult, sensor_of,
 };
 use vn100_capture::Capture;
-use vn100_protocol::Quantity;
 use vn100_report::{
     ComparisonDocument,
     caveats::caveat_in_words,
@@ -97,14 +96,9 @@ fn write_comparison(out: &mut String, all: &[SourceResult], comparison: &Compari
     write_means(out, comparison)
 }
 
-/// `Angle Random Walk (ARW) N`.
-fn white_noise(quantity: Quantity) -> String {
-    sensor_of(quantity).map_or_else(|| "N".into(), |sensor| parameter_name(sensor, Term::White))
-}
-
 fn write_ranking(out: &mut String, ranking: &Ranking) -> fmt::Result {
-    let (sensor, parameter) = (names_of(ranking.quantity).title, white_noise(ranking.quantity));
-    let head = format!("{sensor}: {parameter} in {}, quietest first", ranking.unit);
+    let parameter = sensor_of(ranking.quantity).map_or("N".into(), |sensor| parameter_name(sensor, Term::White));
+    let head = format!("{}: {parameter} in {}, quietest first", names_of(ranking.quantity).title, ranking.unit);
     writeln!(out, "\n{}", fill(&head, "", "  "))?;
     for ranked in &ranking.records {
         let axes: Vec<String> =
