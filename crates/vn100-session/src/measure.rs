@@ -134,10 +134,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
 
 /// Waits until that time; forever if it is `None`.
 async fn passed(time: Option<Instant>) {
-    match time {
-        Some(time) => sleep_until(time).await,
-        None => future::pending().await,
-    }
+    if let Some(time) = time { sleep_until(time).await } else { future::pending().await }
 }
 
 /// The next event or command. Dropping the future loses nothing, because received items wait in

@@ -79,10 +79,7 @@ impl SourceState {
     /// The facts of the source at this moment. Their `error` is `None`: the face puts the reason of
     /// an end into words.
     pub fn facts(&self) -> SourceFacts {
-        let end = match &self.stage {
-            Stage::Ended(reason) => Some(reason.kind()),
-            _ => None,
-        };
+        let end = if let Stage::Ended(reason) = &self.stage { Some(reason.kind()) } else { None };
         SourceFacts { end, ..self.facts_at(end.is_some()) }
     }
 

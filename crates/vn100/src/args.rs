@@ -76,10 +76,7 @@ impl Args {
             }
             _ => ("", None),
         };
-        match refusal {
-            Some(refusal) => Err(refused(name, &refusal)),
-            None => Ok(self),
-        }
+        if let Some(refusal) = refusal { Err(refused(name, &refusal)) } else { Ok(self) }
     }
 }
 

@@ -81,9 +81,6 @@ impl OutputFormat {
 
     /// The lines written during the measurement; `None` if there are none.
     pub(crate) const fn lines(&self) -> Option<Ndjson> {
-        match self {
-            Self::Ndjson(form) => Some(*form),
-            _ => None,
-        }
+        if let Self::Ndjson(form) = self { Some(*form) } else { None }
     }
 }

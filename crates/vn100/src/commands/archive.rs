@@ -48,13 +48,8 @@ pub(crate) fn archive(args: &ArchiveArgs) -> Result<Completion> {
         Output::new(path, true).check(path, &files)?;
     }
     let captures = archived(&args.files, files);
-    let output = match &args.output {
-        Some(path) => {
-            let wanted = captures.iter().map(|capture| (capture.file.path.clone(), capture.file.clone())).collect();
-            Some(RowsFile::open(path, &wanted)?)
-        }
-        None => None,
-    };
+    let wanted = || captures.iter().map(|capture| (capture.file.path.clone(), capture.file.clone())).collect();
+    let output = args.output.as_ref().map(|path| RowsFile::open(path, &wanted())).transpose()?;
     let work = async |log| measure_all(&args.files, captures, evaluation, output, log).await;
     run_logged(&mut Builder::new_multi_thread(), &args.files.log, work)
 }
@@ -156,10 +151,7 @@ async fn measure_all(
         }
         progress.suspend(|| {
             found.errors.iter().for_each(|text| report(text));
-            match &mut output {
-                Some(rows) => rows.add(&found.rows),
-                None => print(&RowForm::Lines.text(&found.rows)),
-            }
+            if let Some(rows) = &mut output { rows.add(&found.rows) } else { print(&RowForm::Lines.text(&found.rows)) }
         })?;
         progress.inc(found.bytes);
         completion = completion.max(found.completion);

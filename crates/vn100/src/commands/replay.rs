@@ -111,10 +111,7 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
 
 /// Says it in the view, or without one on standard error.
 fn said(view: Option<&MessageQueue>, text: String) {
-    match view {
-        Some(messages) => messages.push(text),
-        None => report(&text),
-    }
+    if let Some(messages) = view { messages.push(text) } else { report(&text) }
 }
 
 async fn follow_paced(
