@@ -293,13 +293,12 @@ async fn with_left(
 ) -> ConfigureError {
     let (mut left, mut is_read) = (Vec::new(), true);
     for change in changes {
-        match link.read(change.register).await {
-            Ok(now) if now.as_ref().is_some_and(|now| now.is_as_written(&change.after)) => left.push(change.clone()),
-            Ok(_) => {}
-            Err(_) => {
-                (left, is_read) = (changes.to_vec(), false);
-                break;
-            }
+        let Ok(now) = link.read(change.register).await else {
+            (left, is_read) = (changes.to_vec(), false);
+            break;
+        };
+        if now.is_some_and(|now| now.is_as_written(&change.after)) {
+            left.push(change.clone());
         }
     }
     if left.is_empty() && !may_be_paused {
@@ -349,24 +348,20 @@ async fn pause(link: &LinkHandle, written: &mut Written) -> Result<(), Configure
 async fn write(link: &LinkHandle, planned: Vec<Change>, written: &mut Written) -> Result<(), ConfigureError> {
     for mut change in planned {
         let changes = &mut written.configured.changes;
-        let place = changes.iter().position(|earlier| earlier.register == change.register);
-        let earlier = place.map(|place| changes[place].clone());
+        let changes_before = changes.clone();
         // a write that is not answered may have been executed
-        match (place, &earlier) {
-            (Some(place), Some(earlier)) => {
+        match changes.iter_mut().find(|earlier| earlier.register == change.register) {
+            Some(earlier) => {
                 // written again: the first value is the one to restore
                 change.before = earlier.before.clone();
-                changes[place] = change.clone();
+                *earlier = change.clone();
             }
-            _ => changes.push(change.clone()),
+            None => changes.push(change.clone()),
         }
         let write = SensorCommand::WriteRegister { register: change.register, fields: change.after.clone() };
         let answer = link.request(write).await;
         if let Err(CommandError::Failed(RequestFailure::Device { .. })) = answer {
-            match (place, earlier) {
-                (Some(place), Some(earlier)) => changes[place] = earlier,
-                _ => _ = changes.pop(),
-            }
+            *changes = changes_before;
         }
         answer?;
         read_back(link, &change).await?;

@@ -98,17 +98,17 @@ pub enum PortProblem {
     #[error("it is in use by {}; end that program first", .0.as_deref().unwrap_or("another program"))]
     Busy(Option<String>),
     /// There is no port of this name.
-    #[error("there is no such port; check the cable; {}", candidate_advice(.0))]
+    #[error("there is no such port; check the cable; {}", available_ports(.0))]
     NotFound(Vec<PortEntry>),
     /// The adapter was unplugged, and the name of the port now refers to another adapter.
-    #[error("another adapter has that name now; plug in the one that had it; {}", candidate_advice(.0))]
+    #[error("another adapter has that name now; plug in the one that had it; {}", available_ports(.0))]
     AnotherAdapter(Vec<PortEntry>),
     /// The user may not open the port, only members of this group may: `dialout` if the group is
     /// not known, `None` if only root may.
     #[error("permission denied; {}", permission_advice(.0.as_deref()))]
     Denied(Option<String>),
     /// The file is not a serial port.
-    #[error("it is not a serial port; {}", candidate_advice(.0))]
+    #[error("it is not a serial port; {}", available_ports(.0))]
     NotASerialPort(Vec<PortEntry>),
     /// Any other error of the system.
     #[error("{0}")]
@@ -254,15 +254,13 @@ fn is_other_side(process: &Path, file: &OsStr, port: &Path) -> bool {
     info.lines().any(|line| line.strip_prefix("tty-index:").is_some_and(|index| index.trim() == number))
 }
 
-fn candidate_advice(candidates: &[PortEntry]) -> String {
-    if candidates.is_empty() {
+/// These ports in words, the likely ones marked.
+pub fn available_ports(ports: &[PortEntry]) -> String {
+    if ports.is_empty() {
         return "no serial port is available".into();
     }
-    let names: Vec<_> = candidates
-        .iter()
-        .map(|port| if port.likely { format!("{} (likely)", port.name) } else { port.name.clone() })
-        .collect();
-    format!("available ports: {}", names.join(", "))
+    let named = |port: &PortEntry| format!("{}{}", port.name, if port.likely { " (likely)" } else { "" });
+    format!("available ports: {}", ports.iter().map(named).collect::<Vec<_>>().join(", "))
 }
 
 #[cfg(test)]
@@ -301,7 +299,7 @@ mod tests {
     fn candidates_are_listed_with_the_likely_marked() {
         let port = |name: &str, likely| PortEntry { name: name.into(), stable_name: None, usb: None, likely };
         let ports = [port("/dev/ttyUSB1", true), port("/dev/ttyS0", false)];
-        assert_eq!(candidate_advice(&ports), "available ports: /dev/ttyUSB1 (likely), /dev/ttyS0");
+        assert_eq!(available_ports(&ports), "available ports: /dev/ttyUSB1 (likely), /dev/ttyS0");
     }
 
     #[cfg(unix)]

@@ -45,7 +45,7 @@ mod shared_port;
 mod tcp;
 
 pub use configure::{ConfigureError, Configured, configure, restore};
-pub use connect::{Connect, ConnectError, Connection, PortProblem, other_program_on};
+pub use connect::{Connect, ConnectError, Connection, PortProblem, available_ports, other_program_on};
 pub use link::{CommandError, LinkHandle, LinkOptions, LinkState, Up};
 pub use link_error::LinkHint;
 pub use link_machine::BAUD_RATES;

@@ -88,10 +88,7 @@ impl LinkState {
     /// The facts about the link while its port is open and the sensor is connected, silent or not;
     /// `None` in all other states.
     pub fn up(&self) -> Option<&Up> {
-        match self {
-            Self::Up(up) | Self::Silent(up) => Some(up),
-            _ => None,
-        }
+        if let Self::Up(up) | Self::Silent(up) = self { Some(up) } else { None }
     }
 }
 
@@ -220,7 +217,6 @@ impl LinkHandle {
     }
 }
 
-/// A command of the user, and the receiver of its result.
 pub(crate) type SubmittedCommand = (SensorCommand, oneshot::Sender<Result<Response, CommandError>>);
 
 #[derive(Debug, Default)]

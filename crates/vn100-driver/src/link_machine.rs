@@ -22,7 +22,6 @@
 //! counts and decodes it, or discarded, which records it and counts it as discarded. No phase ends
 //! with inputs pending: [`LinkMachine::disconnect`] discards them.
 
-mod baud_rates;
 mod baud_scan;
 mod connected;
 mod link_context;
@@ -37,7 +36,6 @@ use vn100_capture::{End, Event as StreamEvent};
 use vn100_protocol::stream::{FrameKind, LinkEventKind, StreamInput};
 use vn100_protocol::{Response, SensorCommand};
 
-pub use self::baud_rates::BAUD_RATES;
 use self::{
     baud_scan::BaudScan,
     connected::Connected,
@@ -51,6 +49,10 @@ use crate::{
     link_error::{LinkError, LinkHint},
     ports::LatencyTimer,
 };
+
+/// The baud rates of a VN-100 in bit/s, all of [`BaudRate::ALL`](vn100_protocol::BaudRate::ALL), in
+/// the order in which the scan tries them: the factory default, the faster ones, the slower ones.
+pub const BAUD_RATES: [u32; 9] = [115_200, 921_600, 460_800, 230_400, 57_600, 38_400, 19_200, 9600, 128_000];
 
 /// The attempts to open a link that was never connected: a sensor that was just switched on sends
 /// nothing for 1.25 s.
@@ -278,7 +280,7 @@ impl LinkMachine {
     /// Whether the sensor was connected before but is not connected now.
     fn is_lost(&self) -> bool {
         match &self.phase {
-            Phase::Connected { connected, .. } => connected.is_restarting(),
+            Phase::Connected { connected, .. } => connected.is_restarting,
             Phase::RestoringOutput { .. } | Phase::Closed => false,
             Phase::Closing { error } => error.is_some() && self.context.was_connected,
             Phase::Opening | Phase::Scanning(_) | Phase::Identifying { .. } | Phase::BackingOff { .. } => {
@@ -317,8 +319,7 @@ impl LinkMachine {
                 let Some(input) = connected.handle_received(&mut self.context, now, input)? else { return Ok(()) };
                 // first its replies: one may be the answer to the command that made the sensor send, which the
                 // verification cancels
-                let replies = self.context.pending.push(input);
-                replies.iter().try_for_each(|reply| self.context.handle_pending_reply(now, reply))?;
+                self.context.keep_pending(now, input)?;
                 *verification = Some(Verification::after_silence(&mut self.context));
                 Ok(())
             }
@@ -327,14 +328,8 @@ impl LinkMachine {
                 self.context.pending.push(input);
                 scan.handle_received(&mut self.context, now, bytes)
             }
-            _ => self.handle_pending(now, input),
+            _ => self.context.keep_pending(now, input),
         }
-    }
-
-    /// Keeps an input pending until the verification has ended, and handles its replies.
-    fn handle_pending(&mut self, now: Duration, input: StreamInput) -> Result<(), LinkError> {
-        let replies = self.context.pending.push(input);
-        replies.iter().try_for_each(|reply| self.context.handle_pending_reply(now, reply))
     }
 
     fn handle_baud_set(&mut self, now: Duration, new_baud: u32, result: io::Result<()>) -> Result<(), LinkError> {

@@ -216,10 +216,7 @@ impl<C: Connect> LinkTask<C> {
     }
 
     async fn close(&mut self) {
-        let unread = match self.connection.take() {
-            Some(connection) => connection.close().await,
-            None => Vec::new(),
-        };
+        let unread = if let Some(connection) = self.connection.take() { connection.close().await } else { Vec::new() };
         self.handle(Input::PortClosed { unread });
     }
 

@@ -51,13 +51,8 @@ pub fn list_ports() -> Vec<PortEntry> {
 fn stable_names(folder: &Path) -> Vec<(PathBuf, PathBuf)> {
     // a machine without USB serial adapters does not have the folder
     let links = fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut names: Vec<_> = links
-        .map(|link| link.path())
-        .filter_map(|link| {
-            let port = fs::canonicalize(&link).ok()?;
-            Some((link, port))
-        })
-        .collect();
+    let with_port = |link: PathBuf| fs::canonicalize(&link).ok().map(|port| (link, port));
+    let mut names: Vec<_> = links.filter_map(|link| with_port(link.path())).collect();
     names.sort();
     names
 }
@@ -67,10 +62,7 @@ fn entries(found: Vec<SerialPortInfo>, stable_names: &[(PathBuf, PathBuf)]) -> V
         .into_iter()
         .map(|SerialPortInfo { port_name: name, port_type }| {
             let stable_name = stable_names.iter().find(|(_, port)| *port == Path::new(&name));
-            let usb = match port_type {
-                SerialPortType::UsbPort(usb) => Some(usb),
-                SerialPortType::PciPort | SerialPortType::BluetoothPort | SerialPortType::Unknown => None,
-            };
+            let usb = if let SerialPortType::UsbPort(usb) = port_type { Some(usb) } else { None };
             let likely = usb.as_ref().is_some_and(is_likely);
             PortEntry { stable_name: stable_name.map(|(link, _)| link.clone()), name, usb, likely }
         })

@@ -88,11 +88,9 @@ impl SerialPorts {
             }
         }
         let is_taken = address.belongs_to_another_port(&given, &ports);
-        Err(match failure.filter(|failure| !(is_taken && is_not_found(failure))) {
-            Some(failure) => failure,
-            None if is_taken => ConnectError::Port { port: given, baud, problem: PortProblem::AnotherAdapter(ports) },
-            None => ConnectError::Port { port: given, baud, problem: PortProblem::NotFound(ports) },
-        })
+        let failure = failure.filter(|failure| !(is_taken && is_not_found(failure)));
+        let problem = if is_taken { PortProblem::AnotherAdapter } else { PortProblem::NotFound }(ports);
+        Err(failure.unwrap_or(ConnectError::Port { port: given, baud, problem }))
     }
 }
 

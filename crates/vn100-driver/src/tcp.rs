@@ -16,7 +16,6 @@ use crate::connect::{Connect, ConnectError, Connection};
 use vn100_capture::{Clock, Source};
 use vn100_protocol::stream::{Chunk, StreamInput};
 
-/// The most bytes of one read.
 const READ_BYTES: usize = 4096;
 
 /// The timeout for an answer of the server: the system alone would wait for minutes.

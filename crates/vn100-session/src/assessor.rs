@@ -37,7 +37,6 @@ impl Assessor {
     }
 
     /// The assessment of exactly this snapshot, for a final result.
-    #[must_use]
     pub fn exact(&self, snapshot: &Snapshot) -> Assessment {
         Assessment::new(snapshot, self.confidence)
     }

@@ -27,7 +27,6 @@ pub(crate) struct Channels {
     /// Receives the samples as well. While it is full, a capture or a stream waits.
     pub(crate) samples: Option<SampleTap>,
     pub(crate) observer: Option<EventObserver>,
-    /// Ends the session.
     pub(crate) stop: CancellationToken,
 }
 

@@ -46,7 +46,6 @@ impl EmulatedPort {
     ///
     /// # Panics
     /// With a paused clock, if called outside a tokio runtime.
-    #[must_use]
     pub fn new(wire: Wire, on_for: Duration, origin_ns: i64) -> Self {
         Self(Arc::new(Mutex::new(Cable {
             wire,
@@ -63,10 +62,6 @@ impl EmulatedPort {
     fn cable(&self) -> MutexGuard<'_, Cable> {
         // after a panic with the lock held, the wire can be polled again
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn failure(&self, baud: u32, problem: PortProblem) -> ConnectError {
-        ConnectError::Port { port: self.name(), baud, problem }
     }
 }
 
@@ -99,10 +94,6 @@ impl Cable {
         }
     }
 
-    fn chunk(&self, bytes: Vec<u8>) -> StreamInput {
-        Chunk { bytes: bytes.into(), at_ns: Some(self.now_ns()) }.into()
-    }
-
     fn name(&self) -> &'static str {
         if self.has_other_name { "emulated port 2" } else { "emulated port" }
     }
@@ -123,15 +114,12 @@ impl Connect for EmulatedPort {
             Ok(speed) => {
                 let now = cable.now();
                 cable.wire.set_host_baud(speed);
-                let old = cable.wire.open(now);
                 cable.is_open = true;
-                let (name, plug_in) = (cable.name(), cable.plug_ins);
-                drop(cable);
+                let (name, plug_in, old) = (cable.name(), cable.plug_ins, cable.wire.open(now));
                 return Ok(EmulatedConnection { port: self.clone(), name, plug_in, old });
             }
         };
-        drop(cable);
-        Err(self.failure(baud, problem))
+        Err(ConnectError::Port { port: self.name(), baud, problem })
     }
 
     fn now_ns(&self) -> i64 {
@@ -169,7 +157,7 @@ impl EmulatedConnection {
         let mut cable = self.cable()?;
         let now = cable.now();
         bytes.extend(cable.wire.poll(now));
-        Ok((!bytes.is_empty()).then(|| cable.chunk(bytes)))
+        Ok((!bytes.is_empty()).then(|| Chunk { bytes: bytes.into(), at_ns: Some(cable.now_ns()) }.into()))
     }
 }
 

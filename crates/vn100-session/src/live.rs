@@ -64,21 +64,9 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
         Err(error) => return channels.end(not_started(StartError::StreamInput(error), &channels)),
     };
     // first, so that no setting is changed for a recording that cannot be made
-    let recorder = match &spec.recording {
-        Some(recording) => {
-            let message = spec.output.as_ref().and_then(|output| output.message.as_deref());
-            if let Err(error) = recording.continues(message).await {
-                return channels.end(not_started(error, &channels));
-            }
-            match recording
-                .begin(recorded_settings::metadata(&spec.conditions, &spec.settings, source.options.read.measured))
-                .await
-            {
-                Ok(recorder) => Some(recorder),
-                Err(error) => return channels.end(not_started(error, &channels)),
-            }
-        }
-        None => None,
+    let recorder = match begin_recording(&source, &spec).await {
+        Ok(recorder) => recorder,
+        Err(error) => return channels.end(not_started(error, &channels)),
     };
     let known_serial = recorder.as_ref().and_then(Recorder::known_serial).map(str::to_owned);
     let result = match SensorSetup::new(&source, spec.output.clone(), known_serial.as_deref(), &channels).await {
@@ -96,6 +84,14 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
         Err(error) => not_measured(error.into(), recorder, &spec, &channels).await,
     };
     channels.end(result)
+}
+
+/// Begins the recording, if one is asked for.
+async fn begin_recording(source: &LiveSource, spec: &LiveSpec) -> Result<Option<Recorder>, StartError> {
+    let Some(recording) = &spec.recording else { return Ok(None) };
+    recording.continues(spec.output.as_ref().and_then(|output| output.message.as_deref())).await?;
+    let metadata = recorded_settings::metadata(&spec.conditions, &spec.settings, source.options.read.measured);
+    Ok(Some(recording.begin(metadata).await?))
 }
 
 /// The result of a source that is not measured; an empty recording is removed.

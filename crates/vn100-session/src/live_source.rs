@@ -44,14 +44,12 @@ impl<C: Connect + Clone + Sync> OpenLink for C {
 
 impl LiveSource {
     /// A sensor on a link that accepts commands.
-    #[must_use]
     pub fn link(connect: impl Connect + Clone + Sync) -> Self {
         Self::new(LiveInput::Link(Box::new(connect)))
     }
 
     /// The output of a sensor on a stream, such as standard input. Bytes are stamped when they are
     /// read.
-    #[must_use]
     pub fn stream(reader: impl Read + Send + 'static) -> Self {
         Self::new(LiveInput::Stream(Mutex::new(Some(Box::new(reader)))))
     }
@@ -93,16 +91,10 @@ impl LiveSource {
             error
         });
         let mut state = link.state();
-        let connected =
-            state.wait_for(|state| matches!(state, LinkState::Up(_) | LinkState::Silent(_) | LinkState::Closed { .. }));
-        let is_up = stop
-            .run_until_cancelled(connected)
-            .await
-            .is_some_and(|connected| connected.is_ok_and(|state| !matches!(*state, LinkState::Closed { .. })));
-        let answer = match is_up {
-            true => Some(work(link).await),
-            false => None,
-        };
+        let is_decided = |state: &LinkState| state.up().is_some() || matches!(state, LinkState::Closed { .. });
+        let decided = stop.run_until_cancelled(state.wait_for(is_decided)).await;
+        let is_up = decided.is_some_and(|state| state.is_ok_and(|state| state.up().is_some()));
+        let answer = if is_up { Some(work(link).await) } else { None };
         closing.cancel();
         let error = ended.await.map_err(LiveError::from)?;
         match (answer, error) {

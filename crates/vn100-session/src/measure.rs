@@ -30,7 +30,7 @@ use tokio::{
 use vn100_analysis::protocol::stream::{Batch, FileReport, LinkEventKind, ReadOptions};
 use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, End, GoalCheck, Settings, Snapshot};
 use vn100_capture::{Event, RecordingState};
-use vn100_driver::LinkHandle;
+use vn100_driver::{LinkHandle, LinkState};
 
 pub(crate) use ending::Ending;
 
@@ -39,7 +39,7 @@ use crate::{
     pace::{Due, Pace, Playback, Speed},
     session_event::SessionEvent,
     state::Stage,
-    wall_limits::Deadlines,
+    wall_limits::{Deadlines, WallLimits},
     watchdog::StreamWatchdog,
 };
 
@@ -105,13 +105,15 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
             }
             () = changed(&mut link) => {
                 let now = latest(&mut link);
-                source.note_link(now.as_ref());
+                if now.as_ref().and_then(LinkState::up).is_some() {
+                    source.deadlines.note_connected(Instant::now());
+                }
                 channels.state.send_modify(|state| state.link = now);
             }
             () = changed(&mut recording) => channels.state.send_modify(|state| state.recording = latest(&mut recording)),
             _ = ticks.tick(), if source.has_changed && source.is_watched(channels) => source.publish(channels),
             _ = looks.tick(), if source.watchdog.is_some() => source.watch(channels),
-            () = passed(source.wall_at()), if !stop.is_cancelled() => source.end_by_wall_time(channels),
+            () = passed(source.deadlines.wall_at()), if !stop.is_cancelled() => source.end_by_wall_time(channels),
             event = next_due(&mut events, &mut pending, source.pace.as_ref()), if source.end.is_none() => {
                 source.take(event, channels).await;
                 if source.end.is_some() {
@@ -125,17 +127,14 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
                 }
             }
             // after the events: a sample that waits to be measured has arrived in time
-            () = passed(source.give_up_at()), if !stop.is_cancelled() => source.give_up(channels),
+            () = passed(source.deadlines.give_up_at()), if !stop.is_cancelled() => source.give_up(channels),
         }
     }
 }
 
 /// Waits until that time; forever if it is `None`.
 async fn passed(time: Option<Instant>) {
-    match time {
-        Some(time) => sleep_until(time).await,
-        None => future::pending().await,
-    }
+    if let Some(time) = time { sleep_until(time).await } else { future::pending().await }
 }
 
 /// The next event or command. Dropping the future loses nothing, because received items wait in
@@ -192,7 +191,7 @@ struct Measuring {
     warm_up: Duration,
     pace: Option<Pace>,
     watchdog: Option<StreamWatchdog>,
-    deadlines: Option<Deadlines>,
+    deadlines: Deadlines,
     link: Option<LinkHandle>,
     stored_bytes_read: Option<Arc<AtomicU64>>,
     /// Number of seconds of data time whose states were sent.
@@ -214,7 +213,7 @@ impl Measuring {
             warm_up: Duration::ZERO,
             pace: speed.map(|speed| Pace::new(speed, rate_hz, Instant::now())),
             watchdog: deadlines.as_ref().map(|_| StreamWatchdog::default()),
-            deadlines,
+            deadlines: deadlines.unwrap_or_else(|| Deadlines::new(WallLimits::default(), Instant::now())),
             link,
             stored_bytes_read,
             seconds: 0,
@@ -232,8 +231,12 @@ impl Measuring {
             self.end = Some((End::SourceFailed("the task that reads the source stopped".into()), None));
             return;
         };
-        let event = match event {
-            Event::Batch(batch) if !batch.tallies.is_empty() => {
+        // those of a batch follow row by row
+        if !matches!(event, Event::Batch(_)) {
+            channels.observe(&event);
+        }
+        match event {
+            Event::Batch(batch) => {
                 let mut lines = batch.lines();
                 while let (Some(line), None) = (lines.next_line(), &self.end) {
                     if channels.observer.is_some() {
@@ -243,15 +246,6 @@ impl Measuring {
                     self.absorb(line, channels).await;
                     self.look(channels).await;
                 }
-                return;
-            }
-            event => event,
-        };
-        channels.observe(&event);
-        match event {
-            Event::Batch(batch) => {
-                self.tap(&batch, channels).await;
-                self.absorb(&batch, channels).await;
             }
             // when the link is lost, the gap before the pending rows is decided
             Event::Link(event) => {
@@ -259,6 +253,7 @@ impl Measuring {
                 if let (true, LinkEventKind::PortShared { program }) = (self.watchdog.is_some(), event.kind) {
                     channels.report(SessionEvent::PortShared { program });
                 }
+                self.look(channels).await;
             }
             Event::End(end) => {
                 let reason = match end.error {
@@ -267,10 +262,8 @@ impl Measuring {
                     None => End::SourceEnded,
                 };
                 self.end = Some((reason, end.report));
-                return;
             }
         }
-        self.look(channels).await;
     }
 
     /// Sends a copy of the samples to the writer of samples, if there is one.
@@ -290,10 +283,8 @@ impl Measuring {
         } else {
             self.analysis.absorb(batch);
         }
-        if let Some(deadlines) = &mut self.deadlines
-            && batch.row_count() > 0
-        {
-            deadlines.note_sample(Instant::now());
+        if self.watchdog.is_some() && batch.row_count() > 0 {
+            self.deadlines.note_sample(Instant::now());
         }
         if let Some(pace) = &mut self.pace {
             pace.playback.samples += batch.row_count() as u64;
@@ -370,7 +361,6 @@ impl Measuring {
     }
 }
 
-/// The options for reading the bytes of a measurement.
 pub(crate) fn read_options(read: ReadOptions, settings: &Settings) -> ReadOptions {
     ReadOptions { line_by_line: read.line_by_line || settings.ends_between_reads(), ..read }
 }

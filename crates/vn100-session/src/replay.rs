@@ -52,7 +52,6 @@ pub struct ReplaySpec {
 
 impl ReplaySpec {
     /// The whole file, as fast as the machine can, with all options at their defaults.
-    #[must_use]
     pub fn of(path: impl Into<PathBuf>) -> Self {
         Self { path: path.into(), ..Self::default() }
     }
@@ -60,18 +59,13 @@ impl ReplaySpec {
     /// The name of the source in results: the file's name without its folder, because a result does
     /// not depend on the folder of its capture; for the parts of a recording, the name of the
     /// recording. The topic follows if it is one of several streams.
-    #[must_use]
     pub fn name(&self) -> String {
-        let path = match self.capture.later_parts.is_empty() {
-            true => self.path.clone(),
-            false => recording_path(&self.path),
-        };
+        let path = if self.capture.later_parts.is_empty() { self.path.clone() } else { recording_path(&self.path) };
         self.with_topic(&path.file_name().unwrap_or(path.as_os_str()).to_string_lossy())
     }
 
     /// The name of the source in an archive: the path as given, and the topic if it is one of
     /// several streams. Bytes of a path that are not text are escaped.
-    #[must_use]
     pub fn name_with_folder(&self) -> String {
         self.with_topic(&self.path.to_str().map_or_else(|| format!("{:?}", self.path), str::to_owned))
     }
@@ -86,7 +80,6 @@ impl ReplaySpec {
     /// A number, in hexadecimal digits, of this program's version, the options of the measurement,
     /// and `judged_by`, the basis of the verdicts: rows of an archive with another number are not
     /// comparable.
-    #[must_use]
     pub fn options_digest(&self, judged_by: &str) -> String {
         let Self { settings, read, capture, .. } = self;
         let version = env!("CARGO_PKG_VERSION");
@@ -101,12 +94,12 @@ impl ReplaySpec {
     async fn open(&self) -> Result<Capture, OpenError> {
         let (path, options) = (self.path.clone(), self.capture.clone());
         let failed = |error| OpenError::Io { path: self.path.clone(), source: io::Error::other(error) };
-        task::spawn_blocking(move || open_capture(&path, &options)).await.map_err(failed)?
+        let open = move || match path == Path::new("-") {
+            true => Capture::from_reader(io::stdin(), &options),
+            false => Capture::open(path, &options),
+        };
+        task::spawn_blocking(open).await.map_err(failed)?
     }
-}
-
-fn open_capture(path: &Path, options: &CaptureOptions) -> Result<Capture, OpenError> {
-    if path == Path::new("-") { Capture::from_reader(io::stdin(), options) } else { Capture::open(path, options) }
 }
 
 fn kind(capture: &Capture, name: &str) -> &'static str {
@@ -143,7 +136,9 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
     }
     let goals = settings.until.clone();
     let ending = measure_capture(capture, settings, &spec, &mut channels).await;
-    if holds_values && is_rate_unknown(&ending) {
+    let timing = &ending.snapshot.timing;
+    // the rate had to be assumed, and a result depends on it
+    if holds_values && timing.rate_from == RateFrom::Assumed && timing.samples > 1 {
         let refusal = ending.snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
         channels.state.send_modify(|state| {
             *state = SourceState { stored_bytes_read: state.stored_bytes_read, ..before };
@@ -151,12 +146,6 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
         return channels.end(not_started(StartError::RateUnknown { refusal }, &channels));
     }
     channels.end(result(ending, &goals, &channels))
-}
-
-/// Whether the rate had to be assumed, and a result depends on it.
-fn is_rate_unknown(ending: &Ending) -> bool {
-    let timing = &ending.snapshot.timing;
-    timing.rate_from == RateFrom::Assumed && timing.samples > 1
 }
 
 /// Publishes the metadata of an opened capture. Returns the settings with the end that the metadata
@@ -173,11 +162,10 @@ fn publish_source(capture: &Capture, spec: &ReplaySpec, channels: &Channels) -> 
         state.source = source.into();
         state.recorded.clone_from(&capture.recorded);
     });
+    let settings = spec.settings.clone();
     match &capture.recorded {
-        Some(recorded) if recorded.is_one_measurement() => {
-            recorded_settings::with_end(spec.settings.clone(), &recorded.metadata)
-        }
-        _ => spec.settings.clone(),
+        Some(recorded) if recorded.is_one_measurement() => recorded_settings::with_end(settings, &recorded.metadata),
+        _ => settings,
     }
 }
 
@@ -215,12 +203,8 @@ async fn measure_capture(capture: Capture, settings: Settings, spec: &ReplaySpec
 /// The options for reading the bytes of a recording: sentences or packets as chosen now, else as in
 /// the recorded measurement.
 fn as_recorded(read: ReadOptions, capture: &Capture) -> ReadOptions {
-    match &capture.recorded {
-        Some(recorded) => {
-            ReadOptions { measured: recorded_settings::frames(read.measured, &recorded.metadata), ..read }
-        }
-        None => read,
-    }
+    let Some(recorded) = &capture.recorded else { return read };
+    ReadOptions { measured: recorded_settings::frames(read.measured, &recorded.metadata), ..read }
 }
 
 /// Counts the samples of the capture, for the position of its replay. A capture that cannot be read
@@ -235,10 +219,8 @@ async fn count_samples(spec: ReplaySpec, state: watch::Sender<SourceState>, stop
     let Ok(mut events) = capture.read(read, stop) else { return };
     let mut samples = 0;
     while let Some(event) = events.recv().await {
-        match event {
-            Event::Batch(batch) => samples += batch.row_count() as u64,
-            Event::Link(_) => {}
-            Event::End(_) => break,
+        if let Event::Batch(batch) = event {
+            samples += batch.row_count() as u64;
         }
     }
     state.send_modify(|state| {

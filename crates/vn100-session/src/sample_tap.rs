@@ -23,14 +23,12 @@ pub struct SampleTap {
 
 impl SampleTap {
     /// A tap, and the receiver of its batches, which closes at the end of the session.
-    #[must_use]
     pub fn new() -> (Self, mpsc::Receiver<Box<Batch>>) {
         let (batches, receiver) = mpsc::channel(WAITING_BATCHES);
         (Self { batches, dropped: Arc::default() }, receiver)
     }
 
     /// The number of samples that were dropped. The counter is shared and keeps counting.
-    #[must_use]
     pub fn dropped(&self) -> Arc<AtomicU64> {
         Arc::clone(&self.dropped)
     }

@@ -74,11 +74,8 @@ impl SensorSetup {
         channels.report(match undone {
             Ok(()) => SessionEvent::SettingsRestored { output_paused: was_paused },
             Err(error) => {
-                let output = match (was_paused, may_be_paused) {
-                    (true, _) => Some(OutputLeft::On),
-                    (false, true) => Some(OutputLeft::MaybePaused),
-                    (false, false) => None,
-                };
+                let maybe_paused = may_be_paused.then_some(OutputLeft::MaybePaused);
+                let output = if was_paused { Some(OutputLeft::On) } else { maybe_paused };
                 SessionEvent::SettingsNotRestored { error, changes, output }
             }
         });

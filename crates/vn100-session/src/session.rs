@@ -56,7 +56,6 @@ impl Session {
     ///
     /// # Panics
     /// If called outside a tokio runtime with time enabled.
-    #[must_use]
     pub fn live(spec: LiveSpec) -> Self {
         let source = SourceFacts {
             name: spec.name.clone(),
@@ -75,7 +74,6 @@ impl Session {
     ///
     /// # Panics
     /// If called outside a tokio runtime with time enabled.
-    #[must_use]
     pub fn replay(spec: ReplaySpec) -> Self {
         let source = SourceFacts { name: spec.name(), ..SourceFacts::default() };
         let state = SourceState::new(source, &spec.settings);
@@ -87,7 +85,6 @@ impl Session {
     ///
     /// # Panics
     /// If called outside a tokio runtime with time enabled.
-    #[must_use]
     pub fn of_events(source: SourceFacts, events: mpsc::Receiver<Event>, settings: Settings) -> Self {
         let state = SourceState::new(source, &settings);
         let stop = CancellationToken::new();

@@ -50,7 +50,6 @@ pub enum Stage {
 
 impl SourceState {
     /// The state of a source before its measurement.
-    #[must_use]
     pub fn new(source: SourceFacts, settings: &Settings) -> Self {
         Self {
             stage: Stage::Preparing,
@@ -67,32 +66,25 @@ impl SourceState {
     }
 
     /// Name of the source: a file without its folder, a port as given, `-` for standard input.
-    #[must_use]
     pub fn name(&self) -> &str {
         &self.source.name
     }
 
     /// The shared assessment of the snapshot, or of an earlier one with more than nineteen
     /// twentieths of its samples. The call takes milliseconds if a new assessment is made.
-    #[must_use]
     pub fn assessment(&self) -> Arc<Assessment> {
         self.assessor.latest(&self.snapshot)
     }
 
     /// The facts of the source at this moment. Their `error` is `None`: the face puts the reason of
     /// an end into words.
-    #[must_use]
     pub fn facts(&self) -> SourceFacts {
-        let end = match &self.stage {
-            Stage::Ended(reason) => Some(reason.kind()),
-            _ => None,
-        };
+        let end = if let Stage::Ended(reason) = &self.stage { Some(reason.kind()) } else { None };
         SourceFacts { end, ..self.facts_at(end.is_some()) }
     }
 
     /// The result of the source as if it ended now. The call takes milliseconds if the assessment is
     /// made anew.
-    #[must_use]
     pub fn result(&self, parts: Parts) -> SourceResult {
         SourceResult::new(self.facts(), Arc::clone(&self.snapshot), self.assessment(), parts)
     }
@@ -129,14 +121,12 @@ fn recording_facts(recorded: &Recorded, ended: bool) -> RecordingFacts {
 }
 
 /// A paced replay as facts of its source.
-#[must_use]
 pub fn playback_facts(playback: Playback) -> PlaybackFacts {
     let Playback { samples, total, paused, at_end, .. } = playback;
     PlaybackFacts { samples, total, paused, at_end }
 }
 
 /// The state of a link as facts of its source.
-#[must_use]
 pub fn link_facts(state: &LinkState) -> LinkFacts {
     let of = |status, port: &str, baud| LinkFacts { status, port: Some(port.into()), baud, ..LinkFacts::default() };
     match state {

@@ -40,15 +40,11 @@ impl StreamWatchdog {
     /// The change of the rate since the last call; each change is reported once.
     pub(crate) fn rate_event(&mut self, snapshot: &Snapshot) -> Option<RateEvent> {
         let reported = self.other_rate.as_ref().map(|other| other.change);
-        self.other_rate = match (snapshot.rate_change, self.other_rate.take()) {
-            (Some(change), Some(other)) if other.change == change => Some(other),
-            (change, _) => change.map(|change| OtherRate { change, since: None }),
-        };
-        match (reported, snapshot.rate_change) {
-            (reported, Some(change)) if reported != Some(change) => Some(RateEvent::Changed(change)),
-            (Some(_), None) => Some(RateEvent::Restored(snapshot.timing.rate_hz)),
-            _ => None,
+        if reported == snapshot.rate_change {
+            return None;
         }
+        self.other_rate = snapshot.rate_change.map(|change| OtherRate { change, since: None });
+        Some(snapshot.rate_change.map_or(RateEvent::Restored(snapshot.timing.rate_hz), RateEvent::Changed))
     }
 
     /// The reason of the end if no measurement has arrived for [`NO_MEASUREMENT_AFTER`] although the

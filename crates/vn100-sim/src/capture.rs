@@ -1,9 +1,6 @@
 //! Rows of twelve values, as the sensor prints them in `$VNYMR`, and files of many of them.
 
-use std::{
-    io::{self, Write},
-    num::NonZeroU32,
-};
+use std::num::NonZeroU32;
 
 use thiserror::Error;
 use vn100_protocol::{Check, OUTPUT_RATES_HZ};
@@ -34,7 +31,6 @@ pub struct Generator {
     age_s: f64,
     interval_s: f64,
     rows: u64,
-    readings: u64,
 }
 
 impl Generator {
@@ -76,7 +72,6 @@ impl Generator {
             age_s: thermal.age_s,
             interval_s: 1.0 / f64::from(rate_hz),
             rows: 0,
-            readings: 0,
         })
     }
 
@@ -96,14 +91,8 @@ impl Generator {
         row
     }
 
-    /// The temperature (degC) and the pressure (kPa) of the next sample.
-    fn next_surroundings(&mut self) -> [f32; 2] {
-        self.readings += 1;
-        self.next_surroundings_at((self.readings - 1) as f64 * self.interval_s)
-    }
-
-    /// The same, this many seconds after the first sample.
-    pub(crate) fn next_surroundings_at(&mut self, time_s: f64) -> [f32; 2] {
+    /// The temperature (degC) and the pressure (kPa), this many seconds after the first sample.
+    pub(crate) fn surroundings_at(&mut self, time_s: f64) -> [f32; 2] {
         self.surroundings.advance_to(self.age_s + time_s);
         [self.surroundings.temperature_c as f32, self.surroundings.pressure_kpa as f32]
     }
@@ -141,30 +130,10 @@ pub(crate) fn values_of(row: &[f32; 12], [temperature_c, pressure_kpa]: [f32; 2]
 
 /// Appends the next row of the generator as a sentence.
 pub fn write_next(line: &mut Vec<u8>, message: &Message, generator: &mut Generator) {
+    let time_s = generator.rows as f64 * generator.interval_s;
     let row = generator.next_row();
-    let surroundings = if message.has_surroundings() { generator.next_surroundings() } else { [0.0; 2] };
+    let surroundings = if message.has_surroundings() { generator.surroundings_at(time_s) } else { [0.0; 2] };
     write_sentence(line, message, &row, surroundings, generator.interval_s);
-}
-
-/// Writes the next `samples` rows of the generator, one sentence each; zero writes nothing.
-///
-/// Each sentence is written by one call: use a buffered writer, and flush it.
-///
-/// # Errors
-/// The first error of the writer; the sentences before it are written.
-pub fn write_capture(
-    out: &mut impl Write,
-    generator: &mut Generator,
-    message: &Message,
-    samples: u64,
-) -> io::Result<()> {
-    let mut line = Vec::new();
-    for _ in 0..samples {
-        line.clear();
-        write_next(&mut line, message, generator);
-        out.write_all(&line)?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -64,12 +64,7 @@ impl Flicker {
 /// the same values as flicker of the same B that is sampled without averaging: 1.20, 1.07, 1.02 of
 /// the plateau at m = 1, 2, 4.
 fn time_constants_s(interval_s: f64) -> impl Iterator<Item = f64> {
-    let mut next_s = Some(interval_s / 2.0);
-    std::iter::from_fn(move || {
-        let time_constant_s = next_s?;
-        next_s = (time_constant_s < LONGEST_S).then_some(time_constant_s * RATIO);
-        Some(time_constant_s)
-    })
+    std::iter::successors(Some(interval_s / 2.0), |last_s| (*last_s < LONGEST_S).then_some(last_s * RATIO))
 }
 
 #[cfg(test)]

@@ -1,15 +1,15 @@
 //! The emulated VN-100: seeded noise with known truth, printed as the sensor prints it.
 //!
 //! A [`Profile`] states the truth of all twelve channels of `$VNYMR`, a [`Generator`] turns it into
-//! rows, and [`write_capture`] prints them. The same profile, rate and seed give the same bytes.
+//! rows, and [`write_next`](capture::write_next) prints them. The same profile, rate and seed give the same bytes.
 //!
 //! ```
-//! use vn100_sim::{Generator, Message, Profile, write_capture};
+//! use vn100_sim::{Generator, Message, Profile, capture::write_next};
 //!
 //! let mut generator = Generator::new(&Profile::named("lab3")?, 40, 1)?;
 //! let mut capture = Vec::new();
 //! let message = Message::named("VNYMR").ok_or("no such message")?;
-//! write_capture(&mut capture, &mut generator, message, 40)?;
+//! (0..40).for_each(|_| write_next(&mut capture, message, &mut generator));
 //! assert!(capture.starts_with(b"$VNYMR,+052."));
 //! assert_eq!(capture.iter().filter(|&&byte| byte == b'\n').count(), 40);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -37,7 +37,7 @@ mod sensor_clock;
 mod thermal;
 pub mod wire;
 
-pub use capture::{Generator, UnsupportedRate, write_capture};
+pub use capture::{Generator, UnsupportedRate};
 pub use device::{Device, DeviceConfig};
 pub use message::Message;
 pub use onboard::{AveragingWindow, LowPass};

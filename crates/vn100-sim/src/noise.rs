@@ -65,7 +65,6 @@ pub struct Vibration {
 pub struct ChannelStream {
     noise: NoiseTruth,
     rate_hz: f64,
-    /// Index of the next sample.
     index: u64,
     white: White,
     flicker: Flicker,

@@ -50,7 +50,6 @@ pub struct LowPass {
 }
 
 impl LowPass {
-    /// No filter.
     pub(crate) const NONE: Self = Self { a1: 0.0, a2: 0.0 };
 
     /// Number of values after which the influence of earlier ones is below 10^-6.
@@ -73,7 +72,6 @@ pub(crate) struct White {
     oldest: usize,
     refresh_hz: u64,
     rate_hz: u64,
-    /// Output samples sent.
     sent: u64,
     rng: ChaCha8Rng,
 }

@@ -23,7 +23,6 @@ pub struct PacketStream {
     output: PacketOutput,
     clock: SensorClock,
     rate_hz: u64,
-    /// Packets written.
     packets: u64,
     surroundings: [f32; 2],
 }
@@ -54,7 +53,7 @@ impl PacketStream {
         let row = self.generator.next_row();
         let readings_until = |packets: u64| (packets * SURROUNDINGS_HZ).div_ceil(self.rate_hz);
         if readings_until(self.packets + 1) > readings_until(self.packets) {
-            self.surroundings = self.generator.next_surroundings_at(self.packets as f64 / self.rate_hz as f64);
+            self.surroundings = self.generator.surroundings_at(self.packets as f64 / self.rate_hz as f64);
         }
         let time_ns = self.clock.read(FIRST_NS + self.packets * 1_000_000_000 / self.rate_hz);
         self.packets += 1;

@@ -67,14 +67,12 @@ impl Profile {
     /// A sensor with the figures of its data sheet, with the factory default of the averaging window:
     /// at 40 Hz the output of gyro and accelerometer has 2.24 times the density of the sensor (see
     /// [`AveragingWindow`]). The sheet states no random walk, so there is none.
-    #[must_use]
     pub fn datasheet() -> Self {
         // a test reads both
         Self::like(include_str!("../profiles/datasheet.json")).unwrap_or_default()
     }
 
     /// A published sensor at rest, 40 Hz; densities are those of the output, and no window applies.
-    #[must_use]
     pub fn lab3() -> Self {
         Self::like(include_str!("../profiles/lab3.json")).unwrap_or_default()
     }
@@ -121,11 +119,8 @@ impl Profile {
 
     /// The names of the channels without noise.
     pub fn absent(&self) -> impl Iterator<Item = &'static str> {
-        NAMES
-            .into_iter()
-            .zip(&self.channels)
-            .filter(|(_, channel)| channel.noise.white_density == 0.0)
-            .map(|(name, _)| name)
+        let channels = NAMES.into_iter().zip(&self.channels);
+        channels.filter(|(_, channel)| channel.noise.white_density == 0.0).map(|(name, _)| name)
     }
 }
 

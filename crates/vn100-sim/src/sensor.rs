@@ -141,7 +141,6 @@ fn seconds(tick: u64) -> f64 {
 #[derive(Debug, Clone)]
 pub(crate) struct SensorModel {
     channels: [SensorChannel; 12],
-    /// Number of ticks so far.
     ticks: u64,
     turn_on_bias_rad_s: [f64; 3],
     /// The attitude filter's estimate of the gyro bias.

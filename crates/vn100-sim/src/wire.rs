@@ -105,9 +105,10 @@ impl Wire {
                 ScheduledEvent::Baud(baud) => self.device.force_baud(baud, at),
                 ScheduledEvent::Plug(event) => {
                     self.plugged = event != PlugEvent::Unplugged;
-                    match self.plugged {
-                        true => self.device.power_cycle(at),
-                        false => self.stalled.clear(),
+                    if self.plugged {
+                        self.device.power_cycle(at)
+                    } else {
+                        self.stalled.clear()
                     }
                     return Some(event);
                 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use vn100_sim::{Generator, Message, Profile, write_capture};
+use vn100_sim::{Generator, Message, Profile, capture::write_next};
 
 /// Name of the file that the sample is.
 pub(crate) const NAME: &str = "sample-hour.vnimu";
@@ -15,6 +15,6 @@ pub(crate) fn sample() -> Option<Arc<[u8]>> {
     let message = Message::named("VNIMU")?;
     let mut generator = Generator::for_message(&Profile::lab3(), message, RATE_HZ, 1).ok()?;
     let mut bytes = Vec::new();
-    write_capture(&mut bytes, &mut generator, message, SAMPLES).ok()?;
+    (0..SAMPLES).for_each(|_| write_next(&mut bytes, message, &mut generator));
     Some(bytes.into())
 }

@@ -45,7 +45,8 @@ use view::ViewArgs;
     name = "vn100",
     version = env!("VN100_VERSION"),
     max_term_width = 100,
-    after_help = help::after("")
+    after_help = help::after(""),
+    mut_subcommands = |command| { let help = help::after(command.get_name()); command.after_help(help) },
 )]
 pub(crate) struct Args {
     #[command(subcommand)]
@@ -75,10 +76,7 @@ impl Args {
             }
             _ => ("", None),
         };
-        match refusal {
-            Some(refusal) => Err(refused(name, &refusal)),
-            None => Ok(self),
-        }
+        if let Some(refusal) = refusal { Err(refused(name, &refusal)) } else { Ok(self) }
     }
 }
 
@@ -95,65 +93,47 @@ pub(crate) fn refused(name: &str, refusal: &str) -> clap::Error {
 #[expect(clippy::large_enum_variant, reason = "there is one for each run of the program")]
 pub(crate) enum Subcommand {
     /// Measure live sensors until stopped; settings are not changed unless requested
-    #[command(after_help = help::after("attach"))]
     Attach(AttachArgs),
     /// Record a live sensor without measuring anything
-    #[command(after_help = help::after("record"))]
     Record(RecordArgs),
     /// Show model, serial number, firmware and output of a sensor, and what its baud rate carries
-    #[command(after_help = help::after("info"))]
     Info(InfoArgs),
     /// Change what a sensor sends: checked before, read back after
-    #[command(after_help = help::after("configure"))]
     Configure(ConfigureArgs),
     /// Measure recorded captures, as fast as the machine can
-    #[command(after_help = help::after("replay"))]
     Replay(ReplayArgs),
     /// Measure every capture below some folders, on all cores: a row for each recording and
     /// channel, and the recordings of each sensor as one
-    #[command(after_help = help::after("archive"))]
     Archive(ArchiveArgs),
     /// Compare captures: which one to use, which is disturbed, and whether they differ
     /// significantly
-    #[command(after_help = help::after("compare"))]
     Compare(CompareArgs),
     /// Plan a measurement: message, rate, window, baud rate, and the length of the record for each
     /// parameter
-    #[command(after_help = help::after("plan"))]
     Plan(PlanArgs),
     /// Write the report of captures: one page with figures and tables, and files for other
     /// programs
-    #[command(after_help = help::after("report"))]
     Report(ReportArgs),
     /// Write the file of a filter from a data sheet alone, without a record
-    #[command(after_help = help::after("export"))]
     Export(ExportArgs),
     /// Emulate a sensor whose noise is known: on a serial port, or straight into a capture
-    #[command(after_help = help::after("sim"))]
     Sim(SimArgs),
     /// Record what settles open questions about a sensor: eight steps in 20 minutes, packed into one
     /// file that can be given to others
-    #[command(after_help = help::after("witness"))]
     Witness(WitnessArgs),
     /// Compare with published values: the test suites of NIST SP 1065 and NBS Monograph 140, and
     /// exact degrees of freedom and bounds, and tables that were published with public records; exit
     /// with 1 if one differs
-    #[command(after_help = help::after("selftest"))]
     Selftest(SelftestArgs),
     /// Explain a code or a parameter of results: what it means, why it matters, what to do
-    #[command(after_help = help::after("explain"))]
     Explain(ExplainArgs),
     /// List the serial ports, those a VN-100 is likely on first
-    #[command(after_help = help::after("ports"))]
     Ports,
     /// Print the JSON Schema of a document, with a description of every field
-    #[command(after_help = help::after("schema"))]
     Schema(SchemaArgs),
     /// Print the completion script for a shell
-    #[command(after_help = help::after("completions"))]
     Completions(CompletionsArgs),
     /// Print the manual page, or write one for each command
-    #[command(after_help = help::after("man"))]
     Man(ManArgs),
 }
 

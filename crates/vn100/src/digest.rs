@@ -1,7 +1,6 @@
 //! Size and SHA-256 of a file as it is stored.
 
 use std::{
-    fmt::Write,
     fs::File,
     io::{self, Read},
     path::Path,
@@ -28,11 +27,7 @@ pub(crate) fn digest(path: &Path) -> io::Result<FileFacts> {
 
 /// The digest as text.
 pub(crate) fn hex(digest: &[u8]) -> String {
-    digest.iter().fold(String::new(), |mut text, byte| {
-        // a String takes everything
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

@@ -4,6 +4,10 @@
 use std::{
     io::{self, IsTerminal, Write},
     process::{self, ExitCode},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 use anyhow::{Context, Result};
@@ -38,7 +42,6 @@ pub(crate) fn print(text: &str) -> Result<()> {
     write(&printable_lines(text))
 }
 
-/// Whether text on standard output is coloured.
 pub(crate) fn is_coloured(color: ColorChoice) -> bool {
     let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     match color {
@@ -102,7 +105,6 @@ fn printable_lines(text: &str) -> String {
 #[cfg(unix)]
 const KILLED_BY_SIGNAL: i32 = 128;
 
-/// The code of a process that Ctrl-C has ended.
 const KILLED_BY_INTERRUPT: i32 = 130;
 
 /// What handles a hang-up of the terminal, as at the end of a remote session.
@@ -115,77 +117,58 @@ pub(crate) enum HangUp {
     Ignored,
 }
 
-/// Listens from now on, and gives the token that the first signal cancels.
+/// Listens from now on, and gives the token that the first signal cancels; the second one ends the
+/// program.
 pub(crate) fn stop_on_interrupt(hang_up: HangUp) -> Result<CancellationToken> {
     let stop = CancellationToken::new();
-    let token = stop.clone();
-    let mut signals = Signals::listen(hang_up).context("cannot listen to Ctrl-C")?;
-    tokio::spawn(async move {
-        signals.next().await;
+    let (token, is_second) = (stop.clone(), AtomicBool::new(false));
+    let interrupt = move || {
+        if is_second.swap(true, Ordering::Relaxed) {
+            give_back();
+            process::exit(KILLED_BY_INTERRUPT);
+        }
         token.cancel();
-        signals.next().await;
-        give_back();
-        process::exit(KILLED_BY_INTERRUPT);
-    });
-    #[cfg(unix)]
-    give_back_when_aborted().context("cannot listen to the signals that abort")?;
+    };
+    listen(hang_up, Arc::new(interrupt)).context("cannot listen to Ctrl-C")?;
     Ok(stop)
 }
 
-/// A quit or an abort from outside ends the program at once, with the terminal as it was before.
+/// Calls `interrupt` at each signal that ends the data. A quit or an abort from outside ends the
+/// program at once, with the terminal as it was before.
 #[cfg(unix)]
-fn give_back_when_aborted() -> io::Result<()> {
+fn listen(hang_up: HangUp, interrupt: Arc<dyn Fn() + Send + Sync>) -> io::Result<()> {
     use rustix::process::Signal;
-    use tokio::signal::unix::{SignalKind, signal};
+    // a file that may not grow is an error of its write, and no reason to be killed
+    at_each(Signal::XFSZ, || {})?;
+    for signal in [Signal::INT, Signal::TERM] {
+        let interrupt = Arc::clone(&interrupt);
+        at_each(signal, move || interrupt())?;
+    }
+    match hang_up {
+        HangUp::Stops if !hang_up_is_ignored() => at_each(Signal::HUP, move || interrupt())?,
+        HangUp::Ignored => at_each(Signal::HUP, || {})?,
+        HangUp::Stops | HangUp::HandledByView => {}
+    }
     for aborts in [Signal::QUIT, Signal::ABORT] {
-        let mut received = signal(SignalKind::from_raw(aborts.as_raw()))?;
-        tokio::spawn(async move {
-            received.recv().await;
+        at_each(aborts, move || {
             give_back();
             process::exit(KILLED_BY_SIGNAL + aborts.as_raw());
-        });
+        })?;
     }
     Ok(())
 }
 
+/// Calls `then` at each signal of this kind, which ends the program no more.
 #[cfg(unix)]
-struct Signals {
-    interrupt: tokio::signal::unix::Signal,
-    terminate: tokio::signal::unix::Signal,
-    hang_up: Option<tokio::signal::unix::Signal>,
-}
-
-#[cfg(unix)]
-impl Signals {
-    fn listen(hang_up: HangUp) -> io::Result<Self> {
-        use tokio::signal::unix::{SignalKind, signal};
-        // a file that may not grow is an error of its write, and no reason to be killed
-        drop(signal(SignalKind::from_raw(rustix::process::Signal::XFSZ.as_raw()))?);
-        if hang_up == HangUp::Ignored {
-            // what is listened to ends the program no more
-            drop(signal(SignalKind::hangup())?);
+fn at_each(signal: rustix::process::Signal, then: impl Fn() + Send + 'static) -> io::Result<()> {
+    use tokio::signal::unix::{SignalKind, signal as received};
+    let mut received = received(SignalKind::from_raw(signal.as_raw()))?;
+    tokio::spawn(async move {
+        while received.recv().await.is_some() {
+            then();
         }
-        let stops = hang_up == HangUp::Stops && !hang_up_is_ignored();
-        Ok(Self {
-            interrupt: signal(SignalKind::interrupt())?,
-            terminate: signal(SignalKind::terminate())?,
-            hang_up: stops.then(|| signal(SignalKind::hangup())).transpose()?,
-        })
-    }
-
-    async fn next(&mut self) {
-        let hang_up = async {
-            match &mut self.hang_up {
-                Some(signal) => signal.recv().await,
-                None => std::future::pending().await,
-            }
-        };
-        tokio::select! {
-            _ = self.interrupt.recv() => {}
-            _ = self.terminate.recv() => {}
-            _ = hang_up => {}
-        }
-    }
+    });
+    Ok(())
 }
 
 /// Whether this program was started to outlive its terminal, as by `nohup`; known on Linux only.
@@ -198,18 +181,11 @@ fn hang_up_is_ignored() -> bool {
 }
 
 #[cfg(not(unix))]
-struct Signals;
-
-#[cfg(not(unix))]
-impl Signals {
-    fn listen(_hang_up: HangUp) -> io::Result<Self> {
-        Ok(Self)
-    }
-
-    async fn next(&mut self) {
-        if tokio::signal::ctrl_c().await.is_err() {
-            // no signal exists on this system
-            std::future::pending::<()>().await;
+fn listen(_hang_up: HangUp, interrupt: Arc<dyn Fn() + Send + Sync>) -> io::Result<()> {
+    tokio::spawn(async move {
+        while tokio::signal::ctrl_c().await.is_ok() {
+            interrupt();
         }
-    }
+    });
+    Ok(())
 }

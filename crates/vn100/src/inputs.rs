@@ -6,31 +6,24 @@ use std::{
 };
 
 use vn100_capture::{Capture, CaptureOptions, RecordingPart, joined_parts, missing_parts};
+use vn100_session::ReplaySpec;
 
 use crate::{args::FileArgs, exit::report};
 
-#[derive(Debug, Clone)]
-pub(crate) struct FileStream {
-    pub(crate) path: PathBuf,
-    pub(crate) options: CaptureOptions,
-    pub(crate) is_one_of_several: bool,
-}
-
-impl FileStream {
-    /// Its file, and the parts that follow it.
-    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
-        std::iter::once(&self.path).chain(&self.options.later_parts).map(PathBuf::as_path)
+/// What the user says of every file.
+pub(crate) fn any_input(args: &FileArgs) -> ReplaySpec {
+    ReplaySpec {
+        settings: args.settings(),
+        read: args.measure.read_options(),
+        capture: CaptureOptions { columns: args.columns.clone(), topic: args.topic.clone(), later_parts: Vec::new() },
+        ..ReplaySpec::default()
     }
-}
-
-/// What the user says of the content of the files.
-pub(crate) fn capture_options(args: &FileArgs, later_parts: Vec<PathBuf>) -> CaptureOptions {
-    CaptureOptions { columns: args.columns.clone(), topic: args.topic.clone(), later_parts }
 }
 
 /// The streams of the files, in their order; parts of one recording stand where the first of them
 /// is named.
-pub(crate) fn inputs(args: &FileArgs) -> Vec<FileStream> {
+pub(crate) fn inputs(args: &FileArgs) -> Vec<ReplaySpec> {
+    let any = any_input(args);
     let part = |path: &PathBuf| (!is_stdin(path)).then(|| RecordingPart::of(path)).flatten();
     let mut inputs = Vec::new();
     for parts in joined_parts(args.files.iter().map(|path| (path.clone(), part(path)))) {
@@ -38,16 +31,13 @@ pub(crate) fn inputs(args: &FileArgs) -> Vec<FileStream> {
         let mut files: Vec<PathBuf> = parts.into_values().collect();
         let path = files.remove(0);
         // standard input, which cannot be read twice, counts as one stream
-        let topics = match is_stdin(&path) {
-            true => vec![args.topic.clone()],
-            false => Capture::streams(&path, &capture_options(args, Vec::new())),
-        };
-        let options = capture_options(args, files);
+        let topics = if is_stdin(&path) { vec![args.topic.clone()] } else { Capture::streams(&path, &any.capture) };
         let is_one_of_several = topics.len() > 1;
-        inputs.extend(topics.into_iter().map(|topic| FileStream {
+        inputs.extend(topics.into_iter().map(|topic| ReplaySpec {
             path: path.clone(),
-            options: CaptureOptions { topic, ..options.clone() },
+            capture: CaptureOptions { topic, later_parts: files.clone(), ..any.capture.clone() },
             is_one_of_several,
+            ..any.clone()
         }));
     }
     inputs

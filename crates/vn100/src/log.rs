@@ -18,7 +18,7 @@ use anyhow::{Context, Result};
 use tokio::runtime::Builder;
 use vn100_capture::Event;
 use vn100_driver::LinkState;
-use vn100_protocol::stream::{CsvReport, FileReport, LinkEventKind, ReadOptions};
+use vn100_protocol::stream::{FileReport, LinkEventKind, ReadOptions, RejectedRows};
 use vn100_session::EventObserver;
 
 use crate::{args::LogArgs, exit::report};
@@ -94,7 +94,7 @@ impl Entries {
             Event::Link(event) => self.put(name, &link_event(&event.kind)),
             Event::End(end) => {
                 if let Some(FileReport::Csv(csv)) = &end.report {
-                    refused_rows(csv).for_each(|rows| self.put(name, &rows));
+                    csv.rejected.iter().for_each(|rows| self.put(name, &refused_rows(rows)));
                 }
                 match &end.error {
                     Some(error) => self.put(name, &format!("ended: {error}")),
@@ -158,11 +158,6 @@ fn link_event(kind: &LinkEventKind) -> String {
     }
 }
 
-fn refused_rows(csv: &CsvReport) -> impl Iterator<Item = String> {
-    csv.rejected.iter().map(|rows| {
-        format!(
-            "rejected {} rows, {}: the first in line {}: {}",
-            rows.count, rows.reason, rows.first_line, rows.first_text
-        )
-    })
+fn refused_rows(RejectedRows { count, reason, first_line, first_text }: &RejectedRows) -> String {
+    format!("rejected {count} rows, {reason}: the first in line {first_line}: {first_text}")
 }

@@ -34,7 +34,6 @@ pub(crate) enum ResultOf {
     Recording,
 }
 
-/// The result of a source, evaluated.
 pub(crate) async fn evaluated(
     result: SessionResult,
     evaluation: &Arc<Evaluation>,
@@ -108,14 +107,10 @@ impl ResultWriter {
         Self { format, results: Vec::new(), completion: Completion::Complete, is_begun: false }
     }
 
-    fn report(&mut self, measured: &SourceResult) {
-        self.completion = self.completion.max(measured.completion);
-        measured.source.error.iter().chain(&measured.unmet).for_each(|text| report(text));
-    }
-
     /// Writes the next one, or keeps it for the document at the end.
     pub(crate) fn write(&mut self, measured: SourceResult) -> Result<()> {
-        self.report(&measured);
+        self.completion = self.completion.max(measured.completion);
+        measured.source.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         // an error before the first byte says everything
         let source = &measured.source;
         let has_text = source.kind.is_some() && (source.error.is_none() || measured.link.bytes > 0);

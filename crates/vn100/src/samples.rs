@@ -69,19 +69,17 @@ impl SampleWriter {
         let written =
             self.written.await.unwrap_or_else(|_| Err(io::Error::other("internal error: its writer stopped")));
         let path = self.path.display();
-        match written {
-            Ok(()) => {}
-            // enough was read
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {}
-            Err(error) => {
-                measured.note_failure(format!("{path} lacks samples: {error}. The result does not depend on it"))
-            }
+        // a reader that has closed its end has read enough
+        if let Err(error) = written
+            && error.kind() != io::ErrorKind::BrokenPipe
+        {
+            measured.note_failure(format!("{path} lacks samples: {error}. The result does not depend on it"));
         }
-        match self.dropped.load(Ordering::Relaxed) {
-            0 => {}
-            samples => measured.note_failure(format!(
+        let samples = self.dropped.load(Ordering::Relaxed);
+        if samples > 0 {
+            measured.note_failure(format!(
                 "{path} lacks {samples} samples, because it was written too slowly. The result does not depend on it"
-            )),
+            ));
         }
     }
 }

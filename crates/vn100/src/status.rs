@@ -44,10 +44,7 @@ impl StatusLines {
     }
 
     pub(crate) fn report(&self, text: &str) {
-        match &self.view {
-            Some(view) => view.push(text.to_owned()),
-            None => self.suspend(|| report(text)),
-        }
+        if let Some(view) = &self.view { view.push(text.to_owned()) } else { self.suspend(|| report(text)) }
     }
 
     /// For a source by this name; `next` is what follows where its recording fails.

@@ -43,7 +43,9 @@ pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
         SessionEvent::Rate(RateEvent::Restored(hz)) => format!("the rate is {hz} Hz again"),
         SessionEvent::WarmUpEnded { excluded: Duration::ZERO, .. } => return None,
         SessionEvent::WarmUpEnded { warm_up, excluded } => {
-            format!("the first {} are excluded, as by {}", time(warm_up.as_secs_f64()), skip_option(excluded))
+            // the option by which a replay excludes the same beginning
+            let (warm_up, skip_s) = (time(warm_up.as_secs_f64()), excluded.as_secs_f64());
+            format!("the first {warm_up} are excluded, as by --skip {skip_s:.3}s")
         }
         SessionEvent::StartedOver { after } => format!("started over after {}", time(after.as_secs_f64())),
         SessionEvent::Refused(CommandRefusal::AtEnd) => "the capture was replayed to its end".into(),
@@ -51,11 +53,6 @@ pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
         SessionEvent::Refused(CommandRefusal::Over) => return Some("the capture has ended".into()),
     };
     Some(format!("{name}: {text}"))
-}
-
-/// The option by which a replay excludes the same beginning.
-fn skip_option(excluded: Duration) -> String {
-    format!("--skip {:.3}s", excluded.as_secs_f64())
 }
 
 #[cfg(test)]

@@ -43,7 +43,7 @@ const STRAY_BYTES: u64 = 100;
 /// an idle line.
 const GLITCH_BYTES: u64 = 8;
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct BaudAttempt {
     /// The rate; `None` if the link has none, as over TCP.
     baud: Option<u32>,
@@ -52,9 +52,10 @@ struct BaudAttempt {
 }
 
 /// The event that an attempt waits for; only the wait for the port has no timeout.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 enum AttemptStage {
     /// The port to switch to the baud rate.
+    #[default]
     Switching,
     /// The end of the bytes that were sent at the former rate.
     Settling,
@@ -77,6 +78,7 @@ enum AttemptStage {
 /// including answers, and delivers them at once, perhaps while another rate is tried. So the first
 /// valid frame after such a silence is discarded, and the former rate is tried next: only bytes
 /// after a delayed burst show the baud rate.
+#[derive(Default)]
 pub(super) struct BaudScan {
     attempts: VecDeque<BaudAttempt>,
     attempt: BaudAttempt,
@@ -103,24 +105,8 @@ impl BaudScan {
     /// Starts with the first of `bauds`, at which the port is opened.
     pub(super) fn start(bauds: Vec<Option<u32>>, context: &mut LinkContext, now: Duration) -> Self {
         let mut attempts = VecDeque::from_iter(bauds.iter().map(|&baud| BaudAttempt { baud, settle: Duration::ZERO }));
-        let first = attempts.pop_front();
-        let mut scan = Self {
-            attempts,
-            attempt: first.unwrap_or(BaudAttempt { baud: None, settle: Duration::ZERO }),
-            stage: AttemptStage::Switching,
-            until: now,
-            listening_since: now,
-            is_first: true,
-            is_found: false,
-            may_be_stalled: false,
-            began: now,
-            attempt_began: now,
-            tried: Vec::new(),
-            bytes: 0,
-            echoes: 0,
-            unframed: 0,
-            unsolicited: 0,
-        };
+        let attempt = attempts.pop_front().unwrap_or_default();
+        let mut scan = Self { attempts, attempt, is_first: true, began: now, ..Self::default() };
         scan.begin_attempt(context, now);
         scan
     }

@@ -31,7 +31,7 @@ pub(super) struct Connected {
     last_output: Duration,
     silence: Option<Silence>,
     /// Whether the sensor has reported a restart, and has sent no output since.
-    is_restarting: bool,
+    pub(super) is_restarting: bool,
 }
 
 struct Silence {
@@ -133,11 +133,6 @@ impl Connected {
     pub(super) fn poll_timeout(&self, context: &LinkContext) -> Duration {
         let requests = [context.requests.poll_timeout(), context.requests.next_read_at()];
         requests.into_iter().flatten().fold(self.next_silence_check(), Duration::min)
-    }
-
-    /// Whether the sensor has reported a restart, and has sent no output since.
-    pub(super) const fn is_restarting(&self) -> bool {
-        self.is_restarting
     }
 
     /// The port was set to the baud rate to which the sensor has changed.

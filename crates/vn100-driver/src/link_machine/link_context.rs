@@ -143,15 +143,15 @@ impl LinkContext {
         bytes
     }
 
-    /// Handles a reply before the decision whether its bytes are part of the measurement.
-    /// Unsolicited errors are handled with the measurement.
-    pub(super) fn handle_pending_reply(&mut self, now: Duration, reply: &Reply) -> Result<(), LinkError> {
-        if is_unsolicited_error(reply) {
-            return Ok(());
+    /// Keeps an input pending until the verification has ended, and handles its replies. Unsolicited
+    /// errors are handled with the measurement.
+    pub(super) fn keep_pending(&mut self, now: Duration, input: StreamInput) -> Result<(), LinkError> {
+        for reply in self.pending.push(input).iter().filter(|reply| !is_unsolicited_error(reply)) {
+            let identified = self.check_serial_number(reply);
+            self.requests.handle_reply(reply, now);
+            identified?;
         }
-        let identified = self.check_serial_number(reply).map(drop);
-        self.requests.handle_reply(reply, now);
-        identified
+        Ok(())
     }
 
     /// The serial number to verify; `None` if it is not known or must not be read.

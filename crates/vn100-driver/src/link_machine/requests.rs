@@ -12,7 +12,7 @@ use vn100_protocol::{
     SensorCommand,
 };
 
-use super::baud_rates::BAUD_RATES;
+use super::BAUD_RATES;
 use crate::link::CommandError;
 use temperature_poll::TemperaturePoll;
 

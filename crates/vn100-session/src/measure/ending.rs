@@ -18,29 +18,12 @@ pub(crate) struct Ending {
 }
 
 impl Measuring {
-    pub(super) fn note_link(&mut self, state: Option<&LinkState>) {
-        if let Some(deadlines) = &mut self.deadlines
-            && state.and_then(LinkState::up).is_some()
-        {
-            deadlines.note_connected(Instant::now());
-        }
-    }
-
-    pub(super) fn wall_at(&self) -> Option<Instant> {
-        self.deadlines.as_ref()?.wall_at()
-    }
-
-    pub(super) fn give_up_at(&self) -> Option<Instant> {
-        self.deadlines.as_ref()?.give_up_at()
-    }
-
     pub(super) fn end_by_wall_time(&mut self, channels: &Channels) {
-        let wall = self.deadlines.as_ref().and_then(|deadlines| deadlines.limits.wall);
-        self.end_stream(End::WallTime(wall.unwrap_or_default()), channels);
+        self.end_stream(End::WallTime(self.deadlines.limits.wall.unwrap_or_default()), channels);
     }
 
     pub(super) fn give_up(&mut self, channels: &Channels) {
-        let after = self.deadlines.as_ref().and_then(|deadlines| deadlines.limits.give_up).unwrap_or_default();
+        let after = self.deadlines.limits.give_up.unwrap_or_default();
         let cause = match &channels.state.borrow().link {
             Some(LinkState::Down { cause, .. }) => Some(cause.clone()),
             _ => None,

@@ -1,7 +1,5 @@
 //! Binary output: registers 75 to 77 and the packets that they request.
 
-use std::fmt::Write;
-
 use vn100_protocol::{DeviceError, crc16};
 
 use super::{Firmware, command::check_count};
@@ -66,12 +64,8 @@ impl PacketOutput {
 
     pub(crate) fn print(&self, firmware: Firmware) -> String {
         let digits = if self.groups == 0 && firmware == Firmware::V2_1 { 1 } else { 2 };
-        let mut text = format!("{},{},{:0digits$X}", self.mode, self.divisor, self.groups);
-        for word in &self.words {
-            // writing to a String cannot fail
-            _ = write!(text, ",{word:04X}");
-        }
-        text
+        let words: String = self.words.iter().map(|word| format!(",{word:04X}")).collect();
+        format!("{},{},{:0digits$X}{words}", self.mode, self.divisor, self.groups)
     }
 
     /// Ticks from packet to packet on a port, if it sends any by itself.
@@ -79,7 +73,6 @@ impl PacketOutput {
         (self.mode >> port & 1 == 1 && self.divisor > 0).then_some(u64::from(self.divisor))
     }
 
-    /// Bytes in 800 s on a port.
     pub(crate) fn bytes_per_800_s(&self, port: usize) -> u64 {
         self.divisor_on(port).map_or(0, |divisor| u64::from(self.packet_bytes()) * 800 * 800 / divisor)
     }

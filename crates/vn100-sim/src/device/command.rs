@@ -21,13 +21,8 @@ impl CommandBuffer {
     /// Bytes before a `$` are discarded; a `$` always begins a new command.
     pub(crate) fn push(&mut self, byte: u8) -> Option<Result<Vec<u8>, DeviceError>> {
         match byte {
-            b'$' => {
-                self.bytes.clear();
-                self.overflown = false;
-                self.bytes.push(byte);
-                None
-            }
-            _ if self.bytes.is_empty() => None,
+            b'$' => (self.bytes, self.overflown) = (vec![byte], false),
+            _ if self.bytes.is_empty() => {}
             b'\n' => {
                 let mut line = std::mem::take(&mut self.bytes).split_off(1);
                 if std::mem::take(&mut self.overflown) {
@@ -36,18 +31,16 @@ impl CommandBuffer {
                 if line.last() == Some(&b'\r') {
                     line.pop();
                 }
-                Some(Ok(line))
+                return Some(Ok(line));
             }
-            _ if self.overflown => None,
+            _ if self.overflown => {}
             _ if self.bytes.len() == RECEIVE_BUFFER => {
                 self.overflown = true;
-                Some(Err(DeviceError::ReceiveBufferOverflow))
+                return Some(Err(DeviceError::ReceiveBufferOverflow));
             }
-            _ => {
-                self.bytes.push(byte);
-                None
-            }
+            _ => self.bytes.push(byte),
         }
+        None
     }
 }
 
@@ -65,7 +58,6 @@ pub(super) fn split(line: &[u8]) -> Result<(&str, Vec<&str>), DeviceError> {
     Ok((name, parts.collect()))
 }
 
-/// Whether a command or a register has the expected number of parameters.
 pub(super) fn check_count(parameters: &[&str], expected: usize) -> Result<(), DeviceError> {
     match parameters.len().cmp(&expected) {
         Ordering::Less => Err(DeviceError::TooFewParameters),

@@ -71,7 +71,7 @@ impl Device {
             self.print_values(message, &mut body);
         } else {
             let settings = match number {
-                33 => Some(self.sync_status()),
+                33 => Some(format!("0,0,{}", self.sync_out_count())),
                 _ => self.registers.print(number, port),
             };
             body = format!("{body},{}{echo}", settings.ok_or(DeviceError::InvalidRegister)?);

@@ -1,6 +1,6 @@
 //! The output of the sensor, by itself and in replies, and the end of every sentence.
 
-use std::{fmt::Write, mem};
+use std::mem;
 
 use vn100_protocol::{Check, DeviceError};
 
@@ -128,25 +128,17 @@ impl Device {
         self.deltas
     }
 
-    pub(super) fn sync_status(&self) -> String {
-        format!("0,0,{}", self.sync_out_count())
-    }
-
     pub(super) fn sync_out_count(&self) -> u32 {
         self.run.sync_out.count_at(self.run.ticks, &self.registers)
     }
 
     /// Count and status after the values, as selected in register 30.
     fn print_suffix(&self, body: &mut String) {
-        let count = match self.registers.whole(30, 0) {
-            0 => None,
-            3 => Some(self.sync_out_count()),
+        match self.registers.whole(30, 0) {
+            0 => {}
+            3 => body.push_str(&format!(",T{}", self.sync_out_count())),
             // nothing is connected to SyncIn, and there is no satellite receiver
-            _ => Some(0),
-        };
-        if let Some(count) = count {
-            // writing to a String cannot fail
-            _ = write!(body, ",T{count}");
+            _ => body.push_str(",T0"),
         }
         if self.registers.whole(30, 1) > 0 {
             body.push_str(",S0000");

@@ -1,6 +1,6 @@
 //! The settings of the sensor: one set in memory, one in flash.
 
-use std::{collections::BTreeMap, fmt::Write};
+use std::collections::BTreeMap;
 
 use vn100_protocol::{BaudRate, DeviceError, OUTPUT_RATES_HZ};
 
@@ -91,33 +91,36 @@ impl Registers {
 
     /// Accepts new settings, or leaves all unchanged.
     pub(crate) fn write(&mut self, number: u16, parameters: &[&str], port: usize) -> Result<(), DeviceError> {
-        match number {
+        let mut new = self.clone();
+        let fits = match number {
             3 | 4 => return Err(DeviceError::Unauthorized),
-            5..=7 => return self.write_port(number, parameters, port),
-            75..=77 => {
-                let output = PacketOutput::parse(parameters)?;
-                let before = std::mem::replace(&mut self.binary[usize::from(number - 75)], output);
-                if !self.fits(0) || !self.fits(1) {
-                    self.binary[usize::from(number - 75)] = before;
-                    return Err(DeviceError::InsufficientBaudRate);
-                }
-                return Ok(());
+            5..=7 => {
+                new.set_port(number, parameters, port)?;
+                new.fits(port)
             }
-            _ => {}
+            75..=77 => {
+                new.binary[usize::from(number - 75)] = PacketOutput::parse(parameters)?;
+                new.fits(0) && new.fits(1)
+            }
+            _ => {
+                let row = ROWS.iter().find(|row| row.number == number).ok_or(DeviceError::InvalidRegister)?;
+                if row.read_only {
+                    return Err(DeviceError::Unauthorized);
+                }
+                new.values.insert(number, parse_values(row.fields, parameters)?);
+                true
+            }
+        };
+        if !fits {
+            return Err(DeviceError::InsufficientBaudRate);
         }
-        let row = ROWS.iter().find(|row| row.number == number).ok_or(DeviceError::InvalidRegister)?;
-        if row.read_only {
-            return Err(DeviceError::Unauthorized);
-        }
-        let values = parse_values(row.fields, parameters)?;
-        self.values.insert(number, values);
+        *self = new;
         Ok(())
     }
 
-    fn write_port(&mut self, number: u16, parameters: &[&str], port: usize) -> Result<(), DeviceError> {
+    fn set_port(&mut self, number: u16, parameters: &[&str], port: usize) -> Result<(), DeviceError> {
         check_count(parameters, 1)?;
         let value: u32 = parameters[0].parse().map_err(|_| DeviceError::InvalidParameter)?;
-        let before = self.ports[port];
         let (setting, allowed) = match number {
             5 => (&mut self.ports[port].baud, BaudRate::new(value).is_some()),
             6 => (&mut self.ports[port].message, value == 0 || MESSAGES.iter().any(|message| message.code == value)),
@@ -130,10 +133,6 @@ impl Registers {
             return Err(DeviceError::InvalidParameter);
         }
         *setting = value;
-        if !self.fits(port) {
-            self.ports[port] = before;
-            return Err(DeviceError::InsufficientBaudRate);
-        }
         Ok(())
     }
 
@@ -193,16 +192,11 @@ fn parse_value(field: Field, text: &str) -> Option<Value> {
 }
 
 fn print_values(values: &[Value]) -> String {
-    let mut text = String::new();
-    for (index, value) in values.iter().enumerate() {
-        let comma = if index == 0 { "" } else { "," };
-        // writing to a String cannot fail
-        _ = match value {
-            Value::Text(value) => write!(text, "{comma}{value}"),
-            Value::Whole(value) => write!(text, "{comma}{value}"),
-            Value::Real(value) => write!(text, "{comma}{value}"),
-            Value::Rate(value) => write!(text, "{comma}{value:+010.6}"),
-        };
-    }
-    text
+    let print = |value: &Value| match value {
+        Value::Text(value) => value.clone(),
+        Value::Whole(value) => value.to_string(),
+        Value::Real(value) => value.to_string(),
+        Value::Rate(value) => format!("{value:+010.6}"),
+    };
+    values.iter().map(print).collect::<Vec<_>>().join(",")
 }

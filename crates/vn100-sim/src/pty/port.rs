@@ -165,17 +165,9 @@ impl PseudoTerminal {
 
     /// Bytes that the host has not read; 0 if a host with exclusive access prevents the query.
     pub(super) fn unread(&self) -> io::Result<u64> {
-        let opened;
-        let slave = match &self.slave {
-            Some(slave) => slave,
-            None => match open(&self.path, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty()) {
-                Ok(slave) => {
-                    opened = slave;
-                    &opened
-                }
-                Err(_) => return Ok(0),
-            },
-        };
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+        let opened = if self.slave.is_none() { open(&self.path, flags, Mode::empty()).ok() } else { None };
+        let Some(slave) = self.slave.as_ref().or(opened.as_ref()) else { return Ok(0) };
         // a poll makes the system pass on the bytes that are on their way between the two sides: otherwise they are not counted
         poll(&mut [PollFd::new(slave, PollFlags::IN)], Some(&Timespec::default()))?;
         Ok(ioctl_fionread(slave)?)

@@ -45,7 +45,6 @@ pub struct PtySensor {
 #[derive(Debug)]
 struct Shared {
     stop: AtomicBool,
-    /// Wakes the thread.
     waker: OwnedFd,
     state: Mutex<SharedState>,
 }
@@ -112,12 +111,8 @@ impl PtySensor {
         self.shared.stop.store(true, Ordering::Release);
         // a counter that is full wakes as well
         _ = write(&self.shared.waker, &1_u64.to_ne_bytes());
-        match self.thread.take() {
-            Some(thread) => {
-                thread.join().unwrap_or_else(|_| Err(io::Error::other("internal error in the emulated sensor")))
-            }
-            None => Ok(()),
-        }
+        let Some(thread) = self.thread.take() else { return Ok(()) };
+        thread.join().unwrap_or_else(|_| Err(io::Error::other("internal error in the emulated sensor")))
     }
 }
 

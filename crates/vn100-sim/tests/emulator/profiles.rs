@@ -2,7 +2,7 @@
 
 use std::num::NonZeroU32;
 
-use vn100_sim::{Generator, Message, Profile, noise::ChannelStream, write_capture};
+use vn100_sim::{Generator, Message, Profile, capture::write_next, noise::ChannelStream};
 
 /// The captures of all users change with these lines: do not update them without an important reason.
 #[test]
@@ -29,7 +29,8 @@ fn first_lines_are_pinned() {
     ] {
         let mut capture = Vec::new();
         let mut generator = Generator::new(&profile, rate_hz, 1).unwrap();
-        write_capture(&mut capture, &mut generator, Message::named("VNYMR").unwrap(), 3).unwrap();
+        let message = Message::named("VNYMR").unwrap();
+        (0..3).for_each(|_| write_next(&mut capture, message, &mut generator));
         let expected = lines.map(|line| format!("{line}\r\n")).concat();
         assert_eq!(String::from_utf8(capture).unwrap(), expected, "{}", profile.name);
     }

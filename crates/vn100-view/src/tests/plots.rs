@@ -51,7 +51,8 @@ async fn a_reference_is_measured_from_its_file() {
     let file = folder.path().join("still.vnymr");
     let mut generator = vn100_sim::Generator::new(&vn100_sim::Profile::named("lab3").unwrap(), 40, 1).unwrap();
     let mut capture = Vec::new();
-    vn100_sim::write_capture(&mut capture, &mut generator, vn100_sim::Message::named("VNIMU").unwrap(), 4000).unwrap();
+    let message = vn100_sim::Message::named("VNIMU").unwrap();
+    (0..4000).for_each(|_| vn100_sim::capture::write_next(&mut capture, message, &mut generator));
     std::fs::write(&file, capture).unwrap();
     let stop = tokio_util::sync::CancellationToken::new();
     let settings = vn100_analysis::Settings { rate_hz: Some(40.0), ..Default::default() };

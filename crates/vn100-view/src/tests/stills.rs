@@ -15,7 +15,7 @@ use vn100_capture::{Capture, CaptureOptions};
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Asked, Evaluation};
 use vn100_session::{Playback, Session, Speed};
-use vn100_sim::{Generator, Message, Profile, write_capture};
+use vn100_sim::{Generator, Message, Profile, capture::write_next};
 
 use super::{drawn, nothing, one};
 use crate::{
@@ -58,7 +58,8 @@ fn compare(name: &str, svg: &str, most_bytes: usize) {
 fn replayed(samples: u64) -> SourceView {
     let mut generator = Generator::new(&Profile::named("lab3").unwrap(), RATE_HZ, 1).unwrap();
     let mut capture = Vec::new();
-    write_capture(&mut capture, &mut generator, Message::named("VNIMU").unwrap(), samples).unwrap();
+    let message = Message::named("VNIMU").unwrap();
+    (0..samples).for_each(|_| write_next(&mut capture, message, &mut generator));
     let settings = Settings { rate_hz: Some(RATE_HZ.into()), recent: true, ..Settings::default() };
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     let measured = runtime.block_on(async {

@@ -41,7 +41,6 @@ pub(crate) struct ExportArgs {
     pub(crate) force: bool,
 }
 
-/// What a sensor averages for one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Window {
     /// Everything between two samples: nothing aliases.

@@ -1,7 +1,5 @@
 //! The text after the options in each help and manual page: examples and exit status.
 
-use std::fmt::Write;
-
 /// The statuses of an exit, from 0 on.
 const STATUSES: [&str; 5] = [
     "success",
@@ -100,18 +98,11 @@ pub(crate) fn help_of(command: &str) -> CommandHelp {
     CommandHelp { examples, statuses: highest.parse::<usize>().map_or(0, |highest| highest + 1) }
 }
 
-/// The text after the options.
 pub(crate) fn after(command: &str) -> String {
     let help = help_of(command);
-    let mut out = String::from("Examples:\n");
-    for (what, words) in help.examples {
-        // a String takes everything
-        let _ = writeln!(out, "  vn100 {words}\n      {what}");
-    }
-    out.push_str("\nExit status:\n");
-    for (status, meaning) in STATUSES.iter().take(help.statuses).enumerate() {
-        let _ = writeln!(out, "  {status}  {meaning}");
-    }
-    out.truncate(out.trim_end().len());
-    out
+    let example = |(what, words): &(&str, &str)| format!("  vn100 {words}\n      {what}\n");
+    let examples: String = help.examples.iter().map(example).collect();
+    let statuses = STATUSES.iter().take(help.statuses).enumerate();
+    let statuses: Vec<_> = statuses.map(|(status, meaning)| format!("  {status}  {meaning}")).collect();
+    format!("Examples:\n{examples}\nExit status:\n{}", statuses.join("\n"))
 }

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use vn100_capture::Rotation;
 use vn100_driver::OutputSettings;
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, MEASUREMENTS_PER_S, MESSAGES, OUTPUT_RATES_HZ, PACKET_MESSAGES, PacketMessage,
+    AsyncType, BaudRate, MEASUREMENTS_PER_S, MESSAGES, OUTPUT_RATES_HZ, PACKET_MESSAGES, PacketMessage,
     stream::MeasuredFrames,
 };
 use vn100_session::WallLimits;
@@ -246,23 +246,12 @@ fn rotation(text: &str) -> Result<Rotation, String> {
 /// Of sentences or packets.
 fn any_rate(text: &str) -> Result<u32, String> {
     let of_packets = |hz: &u32| *hz > 0 && MEASUREMENTS_PER_S.is_multiple_of(*hz);
-    match text.parse().ok().filter(of_packets) {
-        Some(hz) => Ok(hz),
-        None => output_rate(text).map(AsyncRate::hz).map_err(|_| {
-            let of_packets = (1..=MEASUREMENTS_PER_S).rev().filter(of_packets).map(|hz| hz.to_string());
-            let of_packets = of_packets.collect::<Vec<_>>().join(", ");
-            format!("sentences come at {} Hz, packets at {of_packets} Hz", rates_of_sentences())
-        }),
-    }
-}
-
-fn output_rate(text: &str) -> Result<AsyncRate, String> {
-    let rate = text.parse().ok().filter(|hz| *hz > 0).and_then(AsyncRate::new);
-    rate.ok_or_else(|| format!("the sensor's output rates are {} Hz", rates_of_sentences()))
-}
-
-fn rates_of_sentences() -> String {
-    OUTPUT_RATES_HZ.map(|hz| hz.to_string()).join(", ")
+    text.parse().ok().filter(|hz| of_packets(hz) || OUTPUT_RATES_HZ.contains(hz)).ok_or_else(|| {
+        let of_sentences = OUTPUT_RATES_HZ.map(|hz| hz.to_string()).join(", ");
+        let of_packets = (1..=MEASUREMENTS_PER_S).rev().filter(of_packets).map(|hz| hz.to_string());
+        let of_packets = of_packets.collect::<Vec<_>>().join(", ");
+        format!("sentences come at {of_sentences} Hz, packets at {of_packets} Hz")
+    })
 }
 
 pub(super) fn baud_rate(text: &str) -> Result<BaudRate, String> {

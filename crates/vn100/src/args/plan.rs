@@ -50,14 +50,9 @@ pub(crate) struct Fixed {
     pub(crate) baud: Option<BaudRate>,
 }
 
-/// A want, whose unit may have the signs of summaries and pages.
+/// A want, whose unit may have the signs of summaries and pages: `°/h/√h`, `deg/h/√h` and `deg/h/sqrt(h)`
+/// are read as `deg/h^1.5`, as documents have it.
 fn want(text: &str) -> Result<Want, InvalidText> {
-    with_plain_unit(text).parse()
-}
-
-/// The text with every unit as documents have it: of `°/h/√h`, `deg/h/√h` and `deg/h/sqrt(h)`
-/// `deg/h^1.5`.
-fn with_plain_unit(text: &str) -> String {
     let plain = [
         ("√Hz", "sqrt(Hz)"),
         ("√h", "sqrt(h)"),
@@ -69,7 +64,7 @@ fn with_plain_unit(text: &str) -> String {
         // the Greek letter
         ("μ", "u"),
     ];
-    plain.into_iter().fold(text.to_owned(), |text, (sign, plain)| text.replace(sign, plain))
+    plain.into_iter().fold(text.to_owned(), |text, (sign, plain)| text.replace(sign, plain)).parse()
 }
 
 fn planned_message(name: &str) -> Result<PlannedMessage, String> {

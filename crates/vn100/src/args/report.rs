@@ -73,7 +73,6 @@ impl ReportArgs {
     }
 }
 
-/// Whether that is the name of a page.
 pub(crate) fn is_page(path: &Path) -> bool {
     path.extension().is_some_and(|end| end.eq_ignore_ascii_case("html") || end.eq_ignore_ascii_case("htm"))
 }
@@ -88,7 +87,6 @@ fn page_of(capture: &Path) -> PathBuf {
     name.with_extension("html")
 }
 
-/// What a report is exported as.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum ExportForm {
     /// Tables.
@@ -102,7 +100,6 @@ pub(crate) enum ExportForm {
 }
 
 impl ExportForm {
-    /// The name that selects it.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Csv => "csv",

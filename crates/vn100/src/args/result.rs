@@ -59,7 +59,6 @@ pub(crate) enum Ndjson {
     Thin,
 }
 
-/// How results are written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum OutputFormat {
     /// As the summary, each when it is there.
@@ -82,9 +81,6 @@ impl OutputFormat {
 
     /// The lines written during the measurement; `None` if there are none.
     pub(crate) const fn lines(&self) -> Option<Ndjson> {
-        match self {
-            Self::Ndjson(form) => Some(*form),
-            _ => None,
-        }
+        if let Self::Ndjson(form) = self { Some(*form) } else { None }
     }
 }

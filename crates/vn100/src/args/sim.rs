@@ -68,7 +68,6 @@ impl SimArgs {
     }
 }
 
-/// What an emulated capture holds.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum CaptureMessage {
     Sentence(&'static Message),

@@ -29,8 +29,8 @@ use self::rows_file::{RowForm, RowsFile};
 use crate::{
     args::{ArchiveArgs, FileArgs},
     commands::replay::{progress_bar, replay_spec},
-    exit::{HangUp, is_broken_pipe, print, report, stop_on_interrupt},
-    inputs::{capture_options, inputs},
+    exit::{HangUp, print, report, stop_on_interrupt},
+    inputs::{any_input, inputs},
     log::{Entries, run_logged, takes_terminal},
     output::Output,
     result::{FAULT, evaluated_replay},
@@ -48,17 +48,10 @@ pub(crate) fn archive(args: &ArchiveArgs) -> Result<Completion> {
         Output::new(path, true).check(path, &files)?;
     }
     let captures = archived(&args.files, files);
-    let output = match &args.output {
-        Some(path) => {
-            let wanted = captures.iter().map(|capture| (capture.file.path.clone(), capture.file.clone())).collect();
-            Some(RowsFile::open(path, &wanted)?)
-        }
-        None => None,
-    };
+    let wanted = || captures.iter().map(|capture| (capture.file.path.clone(), capture.file.clone())).collect();
+    let output = args.output.as_ref().map(|path| RowsFile::open(path, &wanted())).transpose()?;
     let work = async |log| measure_all(&args.files, captures, evaluation, output, log).await;
-    let outcome = run_logged(&mut Builder::new_multi_thread(), &args.files.log, work);
-    // the reader of the rows has seen enough
-    outcome.or_else(|error| if is_broken_pipe(&error) { Ok(Completion::Complete) } else { Err(error) })
+    run_logged(&mut Builder::new_multi_thread(), &args.files.log, work)
 }
 
 /// The captures at and below these paths, each once, in the order of their names.
@@ -95,17 +88,11 @@ struct ArchivedCapture {
 
 fn archived(args: &FileArgs, files: Vec<PathBuf>) -> Vec<ArchivedCapture> {
     let measure = &args.measure;
-    let spec = ReplaySpec {
-        settings: args.settings(),
-        read: measure.read_options(),
-        capture: capture_options(args, Vec::new()),
-        ..ReplaySpec::of("")
-    };
     let judged_by = match (&measure.datasheet, measure.typical_is_limit) {
         (None, false) => String::new(),
         judged_by => format!("{judged_by:?}"),
     };
-    let options = spec.options_digest(&judged_by);
+    let options = any_input(args).options_digest(&judged_by);
     let groups = joined_parts(files.into_iter().map(|path| (path.clone(), RecordingPart::of(&path))));
     let capture = |parts: BTreeMap<u32, PathBuf>| {
         let files: Vec<PathBuf> = parts.into_values().collect();
@@ -124,7 +111,6 @@ struct Job {
     stop: CancellationToken,
 }
 
-/// What was found in a capture.
 struct Found {
     rows: Vec<ArchiveRow>,
     errors: Vec<String>,
@@ -165,10 +151,7 @@ async fn measure_all(
         }
         progress.suspend(|| {
             found.errors.iter().for_each(|text| report(text));
-            match &mut output {
-                Some(rows) => rows.add(&found.rows),
-                None => print(&RowForm::Lines.text(&found.rows)),
-            }
+            if let Some(rows) = &mut output { rows.add(&found.rows) } else { print(&RowForm::Lines.text(&found.rows)) }
         })?;
         progress.inc(found.bytes);
         completion = completion.max(found.completion);
@@ -191,7 +174,7 @@ async fn measure_one(capture: ArchivedCapture, job: Arc<Job>) -> Result<Found> {
     let (mut recordings, mut errors) = (Vec::new(), Vec::new());
     let (mut completion, mut is_stopped) = (Completion::Complete, false);
     for input in inputs {
-        let spec = replay_spec(&job.args, input, &job.log, &job.stop);
+        let spec = replay_spec(input, &job.log, &job.stop);
         let name = spec.name_with_folder();
         let result = Session::replay(spec).result.await.context(FAULT)?;
         is_stopped |= matches!(*result.end, End::Stopped) || matches!(result.start_error, Some(StartError::Stopped));

@@ -100,7 +100,6 @@ pub(super) async fn attach_all(
     let page = watched.as_ref().and_then(Watched::url);
     let view_options = messages.is_some().then(|| job.args.view.options(&job.settings, page, &stop)).transpose()?;
     let goals = Goals::of(&job.settings, job.args.live.limits.limits().wall);
-    let mut server = None;
     let prepared: Vec<Prepared> = (0..)
         .zip(job.args.sources.iter().zip(recordings))
         .map(|(number, (source, recording))| {
@@ -108,25 +107,19 @@ pub(super) async fn attach_all(
             if recording.is_none() {
                 unrecorded.push(stop.clone());
             }
-            let (writer, samples) = job
-                .args
-                .result
-                .samples
-                .as_ref()
-                .map(|path| SampleWriter::start(path, stop.clone()))
-                .transpose()?
-                .unzip();
+            let writer = job.args.result.samples.as_deref();
+            let writer = writer.map(|path| SampleWriter::start(path, stop.clone())).transpose()?;
+            let (writer, samples) = writer.unzip();
             let opened = job.source(source, number);
             let session = job.session(source, number, opened, recording, samples, stop.clone());
             monitors.push(SourceMonitor::of(&session, goals.clone()));
             Ok(Prepared { session, writer, stop })
         })
         .collect::<Result<_>>()?;
-    if let Some(watched) = watched {
-        let sessions = prepared.iter().map(|prepared| &prepared.session);
-        let say = |text: String| job.status.report(&text);
-        server = Some(watched.show(sessions, &goals, &job.settings, &job.evaluation, say)?);
-    }
+    let sessions = prepared.iter().map(|prepared| &prepared.session);
+    let say = |text: String| job.status.report(&text);
+    let show = |watched: Watched| watched.show(sessions, &goals, &job.settings, &job.evaluation, say);
+    let server = watched.map(show).transpose()?;
     let sources: Vec<JoinHandle<Result<SourceResult>>> =
         prepared.into_iter().map(|prepared| task::spawn(attach_one(prepared, Arc::clone(&job)))).collect();
     let mut writer = ResultWriter::new(job.format.clone());
@@ -191,7 +184,6 @@ impl Job {
         }
     }
 
-    /// How the samples of all sources are read.
     fn read_options(&self) -> ReadOptions {
         let args = &self.args;
         ReadOptions {
@@ -202,7 +194,6 @@ impl Job {
         }
     }
 
-    /// The source of this name in this place.
     fn source(&self, name: &SourceName, number: u64) -> Result<LiveSource> {
         let mut link = self.args.live.link.clone();
         // two emulated sensors are two sensors

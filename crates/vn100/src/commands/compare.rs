@@ -12,7 +12,6 @@ use vn100_analysis::{
     Chance, Comparison, Completion, DEFAULT_CONFIDENCE, OctaveTest, Ranking, SourceResult, sensor_of,
 };
 use vn100_capture::Capture;
-use vn100_protocol::Quantity;
 use vn100_report::{
     ComparisonDocument,
     caveats::caveat_in_words,
@@ -24,12 +23,13 @@ use vn100_report::{
     summary::rate_text,
     warnings::{headline, in_words},
 };
+use vn100_session::ReplaySpec;
 
 use crate::{
     args::CompareArgs,
     commands::replay::{Outputs, measure_files},
     exit::{print, print_json, report, unless_closed},
-    inputs::{FileStream, inputs},
+    inputs::inputs,
     text::{fill, parameter_name, text, write_populations},
     user_files::evaluation,
 };
@@ -38,8 +38,8 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
     let evaluation = evaluation(&args.files.measure)?.verdicts_only();
     let mut all: Vec<SourceResult> = Vec::new();
     let inputs = inputs(&args.files);
-    if let [FileStream { path, options, .. }] = &*inputs
-        && (path == Path::new("-") || Capture::open(path, options).is_ok())
+    if let [ReplaySpec { path, capture, .. }] = &*inputs
+        && (path == Path::new("-") || Capture::open(path, capture).is_ok())
     {
         let text = "contains one stream; give two captures or more, or one with two streams";
         report(&format!("{} {text}", path.display()));
@@ -62,8 +62,8 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
 
 /// The sensor of each recording: as the user calls it, its serial number, or the folder of the
 /// file.
-fn units(inputs: &[FileStream], all: &[SourceResult], given: &[String]) -> Vec<String> {
-    let unit = |(number, (input, measured)): (usize, (&FileStream, &SourceResult))| {
+fn units(inputs: &[ReplaySpec], all: &[SourceResult], given: &[String]) -> Vec<String> {
+    let unit = |(number, (input, measured)): (usize, (&ReplaySpec, &SourceResult))| {
         let serial = measured.source.device.as_ref().and_then(|device| device.serial_number.clone());
         let named = given.get(number).or(given.last().filter(|_| given.len() == 1)).cloned();
         let folder = || input.path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
@@ -96,14 +96,9 @@ fn write_comparison(out: &mut String, all: &[SourceResult], comparison: &Compari
     write_means(out, comparison)
 }
 
-/// `Angle Random Walk (ARW) N`.
-fn white_noise(quantity: Quantity) -> String {
-    sensor_of(quantity).map_or_else(|| "N".into(), |sensor| parameter_name(sensor, Term::White))
-}
-
 fn write_ranking(out: &mut String, ranking: &Ranking) -> fmt::Result {
-    let (sensor, parameter) = (names_of(ranking.quantity).title, white_noise(ranking.quantity));
-    let head = format!("{sensor}: {parameter} in {}, quietest first", ranking.unit);
+    let parameter = sensor_of(ranking.quantity).map_or("N".into(), |sensor| parameter_name(sensor, Term::White));
+    let head = format!("{}: {parameter} in {}, quietest first", names_of(ranking.quantity).title, ranking.unit);
     writeln!(out, "\n{}", fill(&head, "", "  "))?;
     for ranked in &ranking.records {
         let axes: Vec<String> =
@@ -188,10 +183,7 @@ fn write_disturbances(out: &mut String, comparison: &Comparison) -> fmt::Result 
         };
         let warning = &disturbance.warning;
         // what a kind means and what to do is said once
-        let said = match explained.contains(&warning.kind) {
-            true => headline(warning),
-            false => in_words(warning, remedy_words),
-        };
+        let said = if explained.contains(&warning.kind) { headline(warning) } else { in_words(warning, remedy_words) };
         explained.push(warning.kind);
         let text = format!("{}  {channels}: {said}", run_name(disturbance.record));
         writeln!(out, "{}", fill(&text, "  ", "         "))?;

@@ -92,7 +92,6 @@ const METHOD: &str = "Lengths at which 80 % of records meet the target on all it
                       the sensor's own low pass, which no manual describes, makes neighbours alike. B, K: estimated, K in the presence of the assumed B. \
                       <=: the limit is decided.";
 
-/// Of a length.
 const OUT_OF_REACH: &str = "more than 100 days";
 
 fn write_plan(out: &mut String, plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool) -> fmt::Result {

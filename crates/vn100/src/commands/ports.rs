@@ -4,7 +4,7 @@ use std::{fmt::Write, path::Path};
 
 use anyhow::Result;
 use vn100_analysis::Completion;
-use vn100_driver::{PortEntry, list_ports, other_program_on};
+use vn100_driver::{PortEntry, available_ports, list_ports, other_program_on};
 use vn100_report::printable;
 
 use crate::exit::print;
@@ -52,11 +52,7 @@ pub(crate) fn only_likely(ports: &[PortEntry]) -> Result<String, String> {
     if let [only] = &*likely {
         return Ok(only.name.clone());
     }
-    let named = |port: &PortEntry| format!("{}{}", port.name, if port.likely { " (likely)" } else { "" });
-    let available = match ports {
-        [] => "no serial port is available".into(),
-        _ => format!("available ports: {}", ports.iter().map(named).collect::<Vec<_>>().join(", ")),
-    };
+    let available = available_ports(ports);
     let why = if likely.is_empty() { "no port is a likely VN-100" } else { "several ports are likely VN-100s" };
     Err(format!("no SOURCE given, and {why}; {available}; `vn100 attach sim` measures an emulated sensor"))
 }

@@ -28,7 +28,7 @@ use vn100_view::{MessageQueue, SourceMonitor, View};
 use crate::{
     args::{FileArgs, Ndjson, ReplayArgs, refused},
     exit::{HangUp, report, stop_on_interrupt, unless_closed, usage},
-    inputs::{FileStream, inputs},
+    inputs::inputs,
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated_replay, print_result, print_state},
     samples::SampleWriter,
@@ -83,42 +83,35 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
     let evaluation = Arc::new(evaluation(&files.measure)?);
     let session = |input| {
         let settings = Settings { recent: true, ..files.settings() };
-        Session::replay(ReplaySpec { settings, speed: Some(speed), ..replay_spec(files, input, &log, &stop) })
+        Session::replay(ReplaySpec { settings, speed: Some(speed), ..replay_spec(input, &log, &stop) })
     };
     let page = watched.as_ref().and_then(Watched::url);
     let view_options = messages.is_some().then(|| args.view.options(&files.settings(), page, &stop)).transpose()?;
     let sessions: Vec<Session> = inputs(files).into_iter().map(session).collect();
     let goals = Goals::of(&files.settings(), None);
     let monitors = sessions.iter().map(|session| SourceMonitor::of(session, goals.clone())).collect();
-    let server = match watched {
-        Some(watched) => {
-            let say = |text| said(messages.as_ref(), text);
-            Some(watched.show(&sessions, &goals, &files.settings(), &evaluation, say)?)
-        }
-        None => None,
-    };
+    let say = |text| said(messages.as_ref(), text);
+    let show = |watched: Watched| watched.show(&sessions, &goals, &files.settings(), &evaluation, say);
+    let server = watched.map(show).transpose()?;
     let follow = |session| task::spawn(follow_paced(session, messages.clone(), Arc::clone(&evaluation)));
     let results: Vec<JoinHandle<Result<SourceResult>>> = sessions.into_iter().map(follow).collect();
     let mut writer = ResultWriter::new(args.result.format());
-    match messages {
+    let results = match messages {
         Some(messages) => {
             let all_stop = stop.clone();
             let view = View::show(monitors, messages, evaluation, view_options.unwrap_or_default(), stop)?;
-            let results = view.until(all_of(results), || all_stop.cancel(), report).await?;
-            unless_closed(results.into_iter().try_for_each(|measured| writer.write(measured)))?;
+            view.until(all_of(results), || all_stop.cancel(), report).await?
         }
-        None => unless_closed(all_of(results).await?.into_iter().try_for_each(|measured| writer.write(measured)))?,
-    }
+        None => all_of(results).await?,
+    };
+    unless_closed(results.into_iter().try_for_each(|measured| writer.write(measured)))?;
     drop(server);
     writer.finish()
 }
 
 /// Says it in the view, or without one on standard error.
 fn said(view: Option<&MessageQueue>, text: String) {
-    match view {
-        Some(messages) => messages.push(text),
-        None => report(&text),
-    }
+    if let Some(messages) = view { messages.push(text) } else { report(&text) }
 }
 
 async fn follow_paced(
@@ -160,7 +153,7 @@ pub(crate) struct Outputs {
 /// second and the samples are written on the way as `outputs` say.
 pub(crate) fn measure_files(
     args: &FileArgs,
-    inputs: &[FileStream],
+    inputs: &[ReplaySpec],
     evaluation: Evaluation,
     outputs: Outputs,
     take: impl FnMut(SourceResult) -> Result<()>,
@@ -171,31 +164,26 @@ pub(crate) fn measure_files(
 
 async fn measure_all(
     args: &FileArgs,
-    inputs: &[FileStream],
+    inputs: &[ReplaySpec],
     evaluation: Evaluation,
     outputs: Outputs,
     log: Entries,
     mut take: impl FnMut(SourceResult) -> Result<()>,
 ) -> Result<()> {
     let Outputs { printed, samples } = outputs;
+    let cores = thread::available_parallelism().map_or(1, Into::into);
+    let files = inputs.iter().flat_map(|input| std::iter::once(&input.path).chain(&input.capture.later_parts));
     let job = Arc::new(Job {
         evaluation: Arc::new(evaluation),
-        progress: progress_bar(
-            inputs.iter().flat_map(FileStream::files).map(stored_bytes),
-            args.log.quiet || takes_terminal(&args.log),
-        ),
+        progress: progress_bar(files.map(|path| stored_bytes(path)), args.log.quiet || takes_terminal(&args.log)),
         // documents of several files must not mingle line by line
-        turns: Semaphore::new(if printed.is_some() {
-            1
-        } else {
-            thread::available_parallelism().map_or(1, Into::into)
-        }),
+        turns: Semaphore::new(if printed.is_some() { 1 } else { cores }),
         printed,
     });
     let stop = stop_on_interrupt(HangUp::Stops)?;
     let mut files: Vec<JoinHandle<Result<SourceResult>>> = Vec::new();
     for input in inputs {
-        let spec = replay_spec(args, input.clone(), &log, &stop);
+        let spec = replay_spec(input.clone(), &log, &stop);
         let writer = samples.as_deref().map(|path| SampleWriter::start(path, stop.clone())).transpose()?;
         let (writer, samples) = writer.unzip();
         let spec = ReplaySpec { each_second: printed.is_some(), samples, ..spec };
@@ -208,16 +196,10 @@ async fn measure_all(
     Ok(())
 }
 
-pub(crate) fn replay_spec(args: &FileArgs, input: FileStream, log: &Entries, stop: &CancellationToken) -> ReplaySpec {
-    let spec = ReplaySpec {
-        capture: input.options,
-        is_one_of_several: input.is_one_of_several,
-        settings: args.settings(),
-        read: log.asked(args.measure.read_options()),
-        stop: stop.clone(),
-        ..ReplaySpec::of(input.path)
-    };
-    ReplaySpec { observer: log.observer(&spec.name()), ..spec }
+/// The input with that log, ended by that token.
+pub(crate) fn replay_spec(input: ReplaySpec, log: &Entries, stop: &CancellationToken) -> ReplaySpec {
+    let observer = log.observer(&input.name());
+    ReplaySpec { read: log.asked(input.read), observer, stop: stop.clone(), ..input }
 }
 
 struct Job {

@@ -3,12 +3,13 @@
 
 mod exports;
 
-use std::{fs, io::Write as _, path::Path, thread};
+use std::{fs, io::Write, path::Path, thread};
 
 use anyhow::{Result, anyhow};
 use vn100_analysis::{Completion, DEFAULT_CONFIDENCE, FileFacts, SourceResult};
 use vn100_report::figure::ReportFigures;
 use vn100_report::html::{PageOptions, report_page};
+use vn100_session::ReplaySpec;
 
 use vn100_report::remedies::page_words;
 
@@ -18,7 +19,7 @@ use crate::{
     commands::replay::{Outputs, measure_files},
     digest::digest,
     exit::{print, report as complain, unless_closed},
-    inputs::{FileStream, inputs},
+    inputs::inputs,
     output::Output,
     serve::PROGRAM,
     user_files::evaluation,
@@ -76,8 +77,8 @@ fn print_written(path: &Path) -> Result<()> {
 
 /// The facts of the stored bytes, compressed or not; parts that are joined are several files, and only
 /// a file gives the same bytes when it is read twice.
-fn capture_of(input: &FileStream) -> Option<FileFacts> {
+fn capture_of(input: &ReplaySpec) -> Option<FileFacts> {
     let path = &input.path;
     let is_file = path != Path::new("-") && fs::metadata(path).is_ok_and(|found| found.is_file());
-    (is_file && input.options.later_parts.is_empty()).then(|| digest(path).ok())?
+    (is_file && input.capture.later_parts.is_empty()).then(|| digest(path).ok())?
 }

@@ -40,7 +40,8 @@ fn write_suites(out: &mut String, suites: &[SelfTestSuite]) -> fmt::Result {
         writeln!(out, "{}", row(["", "m", "reference", "ours", "difference"]))?;
         for check in &suite.checks {
             let m = check.m.map_or(String::new(), |m| m.to_string());
-            let [reference, ours] = [check.reference.parse().ok(), check.ours].map(seven_digits);
+            let digits = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.6e}"));
+            let [reference, ours] = [check.reference.parse().ok(), check.ours].map(digits);
             let verdict = if check.passes() { "" } else { "  FAILS" };
             writeln!(out, "{}{verdict}", row([&check.statistic, &m, &reference, &ours, &difference(check)]))?;
         }
@@ -54,10 +55,6 @@ fn write_suites(out: &mut String, suites: &[SelfTestSuite]) -> fmt::Result {
         ),
         failed => writeln!(out, "{failed} of {all} differ: do not trust the results of this program on this machine"),
     }
-}
-
-fn seven_digits(value: Option<f64>) -> String {
-    value.map_or("-".into(), |value| format!("{value:.6e}"))
 }
 
 /// Relative; what rounding makes of it is the same everywhere only down to here.

@@ -7,25 +7,21 @@ mod twin;
 
 use std::{
     io::{self, BufWriter, Write},
-    net::SocketAddr,
     path::Path,
     time::Duration,
 };
 
 use anyhow::{Context, Result, bail};
-use tokio::{runtime::Runtime, time};
 use vn100_analysis::Completion;
-use vn100_capture::{Clock, RecordingWriter};
+use vn100_capture::RecordingWriter;
 use vn100_protocol::stream::Chunk;
 use vn100_sim::{Generator, PacketStream, capture::write_next};
 
 #[cfg(target_os = "linux")]
 use self::pseudo_terminal::emulate;
-use self::{tcp::TcpSensor, twin::twin_of};
+use self::{tcp::emulate_at, twin::twin_of};
 use crate::{
     args::{CaptureMessage, SimArgs},
-    exit::{HangUp, print, report, stop_on_interrupt},
-    live_source::emulated_port,
     output::Output,
 };
 
@@ -41,25 +37,6 @@ pub(crate) fn sim(mut args: SimArgs) -> Result<Completion> {
         (None, Some(address)) => emulate_at(address, &args),
         (None, None) => emulate(&args),
     }
-}
-
-/// The sensor at a TCP address.
-fn emulate_at(address: SocketAddr, args: &SimArgs) -> Result<Completion> {
-    let runtime = Runtime::new().context("cannot start the worker threads")?;
-    runtime.block_on(async {
-        let stop = stop_on_interrupt(HangUp::Stops)?;
-        let (port, baud) = emulated_port(&args.sensor, Clock::start());
-        let mut sensor = TcpSensor::bind(port, baud, address).await?;
-        print(&format!("{}\n", sensor.address()?))?;
-        let duration = args.duration.unwrap_or(Duration::MAX);
-        tokio::select! {
-            served = sensor.serve() => served.context("the emulated sensor accepts no more connections")?,
-            () = stop.cancelled() => {}
-            () = time::sleep(duration) => {}
-        }
-        report(&sensor.summary());
-        Ok(Completion::Complete)
-    })
 }
 
 #[cfg(not(target_os = "linux"))]

@@ -202,7 +202,6 @@ impl Drawer {
         })
     }
 
-    /// The metrics of all sources.
     pub(crate) fn metrics(&mut self, now: Instant) -> Bytes {
         self.look(now);
         self.kept("metrics", now, KEPT, |drawer| {

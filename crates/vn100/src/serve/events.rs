@@ -96,7 +96,6 @@ impl PageEvents {
         Some(text)
     }
 
-    /// The last event of the stream.
     fn last(&mut self, event: impl Into<Bytes>) -> Poll<Option<Result<Bytes, Infallible>>> {
         self.is_over = true;
         Poll::Ready(Some(Ok(event.into())))

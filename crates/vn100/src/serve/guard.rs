@@ -26,10 +26,7 @@ pub(crate) struct Local(pub(crate) Option<IpAddr>);
 fn asked_host(uri: &Uri, headers: &HeaderMap) -> Option<String> {
     let mut hosts = headers.get_all(HOST).iter();
     let host = hosts.next()?.to_str().ok()?;
-    if hosts.next().is_some() {
-        return None;
-    }
-    Some(uri.host().unwrap_or(host).to_owned())
+    hosts.next().is_none().then(|| uri.host().unwrap_or(host).to_owned())
 }
 
 /// Headers of every answer: no other site may frame the page, load it, or learn of it.
@@ -41,7 +38,6 @@ const HEADERS: [(HeaderName, &str); 5] = [
     (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
 ];
 
-/// The content security policy of all answers that are no page.
 const POLICY: &str = "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 pub(crate) async fn guard(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {

@@ -16,7 +16,6 @@ use super::{fill, parameter_name};
 /// Of the column that names the rows of a table with an axis in each of the others.
 const LABEL: usize = 24;
 
-/// Of the column of an axis.
 const COLUMN: usize = 17;
 
 pub(crate) fn write_populations(out: &mut String, populations: &[Population], confidence: f64) -> fmt::Result {
@@ -24,12 +23,11 @@ pub(crate) fn write_populations(out: &mut String, populations: &[Population], co
         return Ok(());
     }
     let legend = format!(
-        "\nSensors\nA row for each sensor: the mean of its recordings. The spread is the standard deviation between recordings. \"next\" is the \
+        "A row for each sensor: the mean of its recordings. The spread is the standard deviation between recordings. \"next\" is the \
          prediction interval of one more sensor, or of one more recording if all are of one, by t on logarithms at {} % confidence.",
         short(100.0 * confidence)
     );
-    let (head, text) = legend.rsplit_once('\n').unwrap_or(("", &legend));
-    writeln!(out, "{head}\n{}", fill(text, "", ""))?;
+    writeln!(out, "\nSensors\n{}", fill(&legend, "", ""))?;
     let mut sensors: Vec<_> = populations.iter().map(|population| population.sensor).collect();
     sensors.dedup();
     for sensor in sensors {

@@ -40,6 +40,12 @@ impl Lines {
         self.lines.push(line.trim_end().to_owned());
     }
 
+    /// These texts below each other, with a head of so many columns before the first.
+    fn push_beside(&mut self, head: &str, columns: usize, texts: &[String]) {
+        let heads = std::iter::once(head.to_owned()).chain(std::iter::repeat(" ".repeat(columns)));
+        heads.zip(texts).for_each(|(head, text)| self.push(&(head + text)));
+    }
+
     fn paint(&self, text: &str, style: Style) -> String {
         if self.is_coloured { format!("{style}{text}{style:#}") } else { text.to_owned() }
     }
@@ -107,30 +113,16 @@ fn write_status(lines: &mut Lines, status: &AspectStatus, most: usize) {
     let more = findings.len().saturating_sub(most);
     let found = findings.iter().take(most).map(|(text, notes)| format!("{}{}", printable(text), marks(notes)));
     let more = (more > 0).then(|| format!("and {more} more (`vn100 report`)"));
-    for (place, text) in found.chain(more).enumerate() {
-        let room = WIDTH - FOUND;
-        for (row, part) in wrapped(&text, room).iter().enumerate() {
-            let head = match (place, row) {
-                (0, 0) => {
-                    format!("  {aspect:<9} {}", lines.paint(&format!("{:<9}", word.word()), of_severity(*severity)))
-                }
-                _ => " ".repeat(FOUND),
-            };
-            lines.push(&format!("{head}{part}"));
-        }
-    }
+    let word = lines.paint(&format!("{:<9}", word.word()), of_severity(*severity));
+    let texts: Vec<String> = found.chain(more).flat_map(|text| wrapped(&text, WIDTH - FOUND)).collect();
+    lines.push_beside(&format!("  {aspect:<9} {word}"), FOUND, &texts);
 }
 
 /// How far the sensor drifts while it coasts, below its parameters.
 fn write_drift(lines: &mut Lines, texts: &[String]) {
     const HEAD: &str = "Coasting ";
-    for (place, text) in texts.iter().enumerate() {
-        let room = WIDTH - HEAD.len();
-        for (row, part) in wrapped(&printable(text), room).iter().enumerate() {
-            let head = if (place, row) == (0, 0) { HEAD.to_owned() } else { " ".repeat(HEAD.len()) };
-            lines.push(&(head + part));
-        }
-    }
+    let texts: Vec<String> = texts.iter().flat_map(|text| wrapped(&printable(text), WIDTH - HEAD.len())).collect();
+    lines.push_beside(HEAD, HEAD.len(), &texts);
 }
 
 fn write_table(lines: &mut Lines, table: &SensorTable) {
@@ -191,8 +183,7 @@ fn write_notes(lines: &mut Lines, notes: &[String]) {
             continue;
         }
         room -= rows.len();
-        let head = |row| if row == 0 { format!("[{}]", place + 1) } else { String::new() };
-        rows.iter().enumerate().for_each(|(row, text)| lines.push(&format!("{:<4}{text}", head(row))));
+        lines.push_beside(&format!("{:<4}", format!("[{}]", place + 1)), 4, &rows);
     }
     let everything = match left_out.is_empty() {
         true => "everything: `vn100 report FILE` as a page, --json as a document".to_owned(),

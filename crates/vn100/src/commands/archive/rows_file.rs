@@ -10,7 +10,6 @@ use std::{
 use anyhow::{Context, Result, bail};
 use vn100_report::{ArchiveRow, ArchivedFile};
 
-/// How rows are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum RowForm {
     /// A line of JSON each.
@@ -21,10 +20,8 @@ pub(super) enum RowForm {
 
 impl RowForm {
     fn of(path: &Path) -> Self {
-        match path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv")) {
-            true => Self::Table,
-            false => Self::Lines,
-        }
+        let is_table = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
+        if is_table { Self::Table } else { Self::Lines }
     }
 
     pub(super) fn text(self, rows: &[ArchiveRow]) -> String {
@@ -83,7 +80,6 @@ impl RowsFile {
         Ok(Self { path: path.to_owned(), form, file, measured })
     }
 
-    /// Whether the rows of this capture are there.
     pub(super) fn holds(&self, path: &str) -> bool {
         self.measured.contains(path)
     }

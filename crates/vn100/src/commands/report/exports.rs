@@ -13,13 +13,14 @@ use vn100_report::{
     json_line,
 };
 
+use vn100_session::ReplaySpec;
+
 use super::print_written;
 use vn100_report::remedies::remedy_words;
 
 use crate::{
     args::{ExportForm, ReportArgs},
     exit::report as complain,
-    inputs::FileStream,
     output::Output,
 };
 
@@ -27,13 +28,13 @@ pub(crate) struct Exports<'a> {
     /// Each once.
     forms: Vec<ExportForm>,
     args: &'a ReportArgs,
-    inputs: &'a [FileStream],
+    inputs: &'a [ReplaySpec],
     output: &'a Output,
 }
 
 impl<'a> Exports<'a> {
     /// Fails early where a file exists.
-    pub(crate) fn new(args: &'a ReportArgs, inputs: &'a [FileStream], output: &'a Output) -> Result<Self> {
+    pub(crate) fn new(args: &'a ReportArgs, inputs: &'a [ReplaySpec], output: &'a Output) -> Result<Self> {
         let mut forms: Vec<ExportForm> = Vec::new();
         for form in &args.export {
             if !forms.iter().any(|other| other.name() == form.name()) {
@@ -107,7 +108,6 @@ impl<'a> Exports<'a> {
         }
     }
 
-    /// Writes the file of a filter.
     fn write_filter(
         &self,
         consumer: &Consumer,
@@ -125,7 +125,6 @@ impl<'a> Exports<'a> {
         self.text(&path, &text)
     }
 
-    /// Writes figures into this folder.
     fn write_figures(&self, folder: &Path, figures: &Figures) -> Result<()> {
         self.output.make_folder(folder)?;
         for figure in figures.all() {

@@ -1,56 +1,67 @@
 //! The emulated sensor at a TCP address, as a serial server has it: for other programs, on every system.
 
-use std::{io, net::SocketAddr};
+use std::{io, net::SocketAddr, time::Duration};
 
-use super::times;
 use anyhow::{Context, Result};
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
     net::{TcpListener, TcpStream},
+    runtime::Runtime,
+    time,
 };
-use vn100_capture::Source;
+use vn100_analysis::Completion;
+use vn100_capture::{Clock, Source};
 use vn100_driver::{Connect, Connection};
 use vn100_protocol::stream::StreamInput;
 use vn100_session::{EmulatedConnection, EmulatedPort};
 
-/// The emulated sensor and the address at which it waits for a program.
-pub(super) struct TcpSensor {
-    port: EmulatedPort,
-    baud: u32,
-    listener: TcpListener,
-    openings: u64,
-    bytes_sent: u64,
-}
+use super::times;
+use crate::{
+    args::SimArgs,
+    exit::{HangUp, print, report, stop_on_interrupt},
+    live_source::emulated_port,
+};
 
-impl TcpSensor {
-    /// The sensor at `address`; port 0 takes any free one. A serial server has its own baud rate to the sensor, here `baud`.
-    pub(super) async fn bind(port: EmulatedPort, baud: u32, address: SocketAddr) -> Result<Self> {
+/// The sensor at `address`; port 0 takes any free one. What is printed is the address by which `attach` finds it, such as
+/// `tcp://127.0.0.1:40123`.
+pub(super) fn emulate_at(address: SocketAddr, args: &SimArgs) -> Result<Completion> {
+    let runtime = Runtime::new().context("cannot start the worker threads")?;
+    runtime.block_on(async {
+        let stop = stop_on_interrupt(HangUp::Stops)?;
+        let (port, baud) = emulated_port(&args.sensor, Clock::start());
         let listener = TcpListener::bind(address).await;
         let listener = listener
             .with_context(|| format!("cannot listen at {address}: choose another port, or 0 for a free one"))?;
-        Ok(Self { port, baud, listener, openings: 0, bytes_sent: 0 })
-    }
-
-    /// The address by which `attach` finds it, such as `tcp://127.0.0.1:40123`.
-    pub(super) fn address(&self) -> io::Result<String> {
-        Ok(format!("tcp://{}", self.listener.local_addr()?))
-    }
-
-    /// Serves one program after another, until the future is dropped. While the sensor is unplugged, connections are closed at once.
-    pub(super) async fn serve(&mut self) -> io::Result<()> {
-        loop {
-            let (host, _) = self.listener.accept().await?;
-            if let Ok(sensor) = self.port.open(self.baud).await {
-                self.openings += 1;
-                // the host has left, or the sensor was unplugged
-                _ = pass_on(host, sensor, &mut self.bytes_sent).await;
+        print(&format!("tcp://{}\n", listener.local_addr()?))?;
+        let (mut openings, mut bytes_sent) = (0, 0);
+        tokio::select! {
+            served = serve(&listener, port, baud, &mut openings, &mut bytes_sent) => {
+                served.context("the emulated sensor accepts no more connections")?;
             }
+            () = stop.cancelled() => {}
+            () = time::sleep(args.duration.unwrap_or(Duration::MAX)) => {}
         }
-    }
+        report(&format!("opened {}, {bytes_sent} bytes sent", times(openings)));
+        Ok(Completion::Complete)
+    })
+}
 
-    /// The sentence about a served sensor at its end.
-    pub(super) fn summary(&self) -> String {
-        format!("opened {}, {} bytes sent", times(self.openings), self.bytes_sent)
+/// Serves one program after another, until the future is dropped. A serial server has its own baud rate to the sensor, here `baud`. While
+/// the sensor is unplugged, connections are closed at once.
+async fn serve(
+    listener: &TcpListener,
+    mut port: EmulatedPort,
+    baud: u32,
+    openings: &mut u64,
+    bytes_sent: &mut u64,
+) -> io::Result<()> {
+    loop {
+        let (host, _) = listener.accept().await?;
+        if let Ok(sensor) = port.open(baud).await {
+            *openings += 1;
+            // the host has left, or the sensor was unplugged
+            _ = pass_on(host, sensor, bytes_sent).await;
+        }
     }
 }
 
@@ -78,7 +89,7 @@ async fn pass_on(mut host: TcpStream, mut sensor: EmulatedConnection, bytes_sent
 
 #[cfg(test)]
 mod tests {
-    use std::{net::Ipv4Addr, num::NonZeroU32, time::Duration};
+    use std::{net::Ipv4Addr, num::NonZeroU32};
 
     use tokio::io::{AsyncBufReadExt, BufReader};
     use vn100_sim::{
@@ -107,9 +118,9 @@ mod tests {
         let baud = NonZeroU32::new(device.baud()).unwrap();
         let wire = Wire::new(device, &FaultPlan::default(), 1, baud);
         let port = EmulatedPort::new(wire, Duration::from_secs(2), 0);
-        let mut sensor = TcpSensor::bind(port, baud.get(), (Ipv4Addr::LOCALHOST, 0).into()).await.unwrap();
-        let address = sensor.address().unwrap();
-        let address = address.strip_prefix("tcp://").unwrap();
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
+        let address = listener.local_addr().unwrap();
+        let (mut openings, mut bytes_sent) = (0, 0);
         let programs = async {
             for _ in 0..2 {
                 let mut host = BufReader::new(TcpStream::connect(address).await.unwrap());
@@ -120,8 +131,8 @@ mod tests {
         };
         tokio::select! {
             () = programs => {}
-            ended = sensor.serve() => panic!("{ended:?}"),
+            ended = serve(&listener, port, baud.get(), &mut openings, &mut bytes_sent) => panic!("{ended:?}"),
         }
-        assert!(sensor.summary().starts_with("opened 2 times, "), "{}", sensor.summary());
+        assert_eq!(openings, 2);
     }
 }
