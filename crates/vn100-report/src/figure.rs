@@ -26,12 +26,12 @@ pub use spectrum::spectrum;
 
 use crate::names::{names_of, run_name, run_prefix};
 use allan::{allan_of_axes, allan_of_each, allan_of_records};
-use drawing::{Dash, Drawing, LayerKind, Shape};
+use drawing::{Dash, LayerKind, Shape};
 use drift::drift;
 use graphical::graphical;
 use histogram::histogram;
 use over_time::{envelope, segments};
-use plot::{LegendSample, Plot, quiet, solid};
+use plot::{LegendSample, SlopedLine, quiet, solid};
 
 /// The figures of one record, or those of several together.
 #[derive(Debug, Clone, Default)]
@@ -222,7 +222,9 @@ pub struct Figure {
     pub series: Vec<PlottedSeries>,
     /// Units to choose from, each with its value for 1 in that of `y`; empty if there is one.
     pub units: Vec<(String, f64)>,
-    drawing: Drawing,
+    height: f64,
+    /// From the bottom up.
+    layers: Vec<(LayerKind, Vec<Primitive>)>,
 }
 
 /// A series of values, as they can be read off a figure.
@@ -264,31 +266,19 @@ impl Figure {
     /// The place of these values of both axes, in the coordinates of the drawing.
     #[must_use]
     pub fn place(&self, x: f64, y: f64) -> At {
-        axes::Place { area: self.area, x: self.x.scale, y: self.y.scale }.of(x, y)
+        // farther outside nothing is drawn
+        let far = |share: f64| share.clamp(-20.0, 21.0);
+        let Rectangle { left, top, width, height } = self.area;
+        (left + width * far(self.x.scale.share(x)), top + height * (1.0 - far(self.y.scale.share(y))))
     }
 
     /// What is drawn in the rectangle between the axes, from the bottom up, each with the number of its
     /// series. It may reach beyond the rectangle.
     pub fn marks(&self) -> impl Iterator<Item = (usize, &Primitive)> {
-        self.drawing.layers.iter().flat_map(|layer| {
-            let series = match layer.kind {
-                LayerKind::Data(series) => Some(series),
-                LayerKind::Frame | LayerKind::Legend => None,
-            };
-            series.into_iter().flat_map(|series| layer.marks.iter().map(move |mark| (series, mark)))
-        })
-    }
-
-    /// The figure as an element `svg` of an HTML page, with a title and a description for screen
-    /// readers. A style sheet may give other colours to its classes.
-    #[must_use]
-    pub fn svg_element(&self) -> String {
-        svg::element(self, "")
-    }
-
-    /// The figure as an SVG file of its own.
-    #[must_use]
-    pub fn svg_file(&self) -> String {
-        svg::file(self)
+        let of_series = self.layers.iter().filter_map(|(kind, marks)| match kind {
+            LayerKind::Data(series) => Some((*series, marks)),
+            LayerKind::Frame | LayerKind::Legend => None,
+        });
+        of_series.flat_map(|(series, marks)| marks.iter().map(move |mark| (series, mark)))
     }
 }
