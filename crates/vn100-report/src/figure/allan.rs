@@ -14,7 +14,10 @@ use super::{
     fitted_model::{FLAT, FittedModel},
     solid,
 };
-use crate::{names::deviation_name, units::pretty_unit};
+use crate::{names::deviation_name, shortened, units::pretty_unit};
+
+/// Letters of a name in a legend.
+const MOST_LETTERS: usize = 34;
 
 /// Each axis of a sensor, in the unit of data sheets: its curve, the fitted model, the lines of its
 /// terms, what the graphical rules read. All over the same range, to be compared by eye.
@@ -163,7 +166,10 @@ fn together(
         .map(|(index, ((name, _), model))| {
             let values = model.as_ref().map_or_else(Vec::new, FittedModel::values);
             let values = if values.is_empty() { String::new() } else { format!(": {}", values.join(", ")) };
-            (LegendSample::Both(connecting(index), Shape::of_series(index).filled()), short_name(name) + &values)
+            (
+                LegendSample::Both(connecting(index), Shape::of_series(index).filled()),
+                shortened(name, MOST_LETTERS) + &values,
+            )
         })
         .collect();
     let title = format!("{title}: {}", deviation_name(deviation));
@@ -267,13 +273,4 @@ pub(super) fn series(name: String, points: &[Point]) -> PlottedSeries {
 #[must_use]
 pub fn id_of(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect()
-}
-
-fn short_name(name: &str) -> String {
-    const MOST: usize = 34;
-    if name.chars().count() <= MOST {
-        return name.to_owned();
-    }
-    let kept: String = name.chars().take(MOST - 1).collect();
-    kept + "…"
 }

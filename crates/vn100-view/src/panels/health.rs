@@ -17,12 +17,12 @@ use vn100_report::{
     health::{self, rate_from_word},
     names::{missing_text, outages, pending_text, rejected_lines},
     numbers::plain::{clock, digits, digits_trimmed, grouped, ppm, time},
-    printable,
+    printable, shortened,
 };
 use vn100_session::{Playback, Speed};
 
 use crate::{
-    panels::warnings::{in_gaps, shortened},
+    panels::warnings::in_gaps,
     scene::Scene,
     source::{SourcePhase, SourceView},
     theme::Theme,
