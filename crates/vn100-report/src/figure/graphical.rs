@@ -14,7 +14,7 @@ use super::{
 use crate::{
     graphical::{GRAPHICAL, not_read},
     names::deviation_name,
-    numbers::four_digits,
+    numbers::digits,
     units::{laboratory_unit, pretty_unit},
 };
 
@@ -28,7 +28,7 @@ pub(crate) fn graphical(channel: &ChannelResult, deviation: Deviation) -> Option
     let noise = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan)?;
     let channel = channel.in_unit(unit, factor);
     let lines: Vec<Result<Line, (Term, NotRead)>> = (GRAPHICAL.iter())
-        .map(|(term, _)| match noise.classical.of(*term) {
+        .map(|(term, ..)| match noise.classical.of(*term) {
             Ok(line) => Ok(Line::new(*term, line, factor)),
             Err(why) => Err((*term, why)),
         })
@@ -86,7 +86,7 @@ impl Line {
     fn text(&self, noise: &NoiseResult) -> String {
         let unit = laboratory_unit(noise.sensor, self.term);
         unit.map_or_else(String::new, |(unit, factor)| {
-            format!("{} {} {}", letter(self.term), four_digits(self.value * factor), pretty_unit(unit))
+            format!("{} {} {}", letter(self.term), digits(self.value * factor, 4), pretty_unit(unit))
         })
     }
 }
