@@ -6,7 +6,7 @@ use vn100_analysis::noise::{Claim, Sensor, Status, Term};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
     ChannelResult, Datasheet, DatasheetFigure, LongTauValidity, Remedy, RemedyWords, Setting, SourceResult, axes_name,
-    letter, uncompensated_message,
+    letter, sensor_name, uncompensated_message,
 };
 
 use crate::{printable, units::si_unit};
@@ -102,7 +102,7 @@ pub struct SheetStream {
 
 const QUANTITIES: [(Quantity, Sensor); 2] =
     [(Quantity::Acceleration, Sensor::Accelerometer), (Quantity::AngularRate, Sensor::Gyroscope)];
-const TERMS: [Term; 2] = [Term::White, Term::RateRandomWalk];
+pub(crate) const TERMS: [Term; 2] = [Term::White, Term::RateRandomWalk];
 
 impl FilterNoise {
     /// For each sensor the values of its noisiest axis: N, and as K the larger of K and 1.15
@@ -206,31 +206,27 @@ impl FilterNoise {
         if self.was_moved {
             return Err(NotWritten::Moved);
         }
-        let values = QUANTITIES.iter().flat_map(|(_, sensor)| terms.iter().map(|term| (*sensor, *term)));
-        Ok(values.filter_map(|(sensor, term)| self.get(sensor, term)?.as_ref().err().cloned()).collect())
-    }
-
-    /// What each value of N and K is.
-    pub(crate) fn lines(&self) -> Vec<String> {
-        self.labels(&TERMS)
+        Ok(of_sensors(terms).filter_map(|(sensor, term)| self.get(sensor, term)?.as_ref().err().cloned()).collect())
     }
 
     /// Each value of these terms with its SI unit and what it is, as lines.
-    pub(super) fn labels(&self, terms: &[Term]) -> Vec<String> {
-        let values = QUANTITIES.iter().flat_map(|(_, sensor)| terms.iter().map(|term| (*sensor, *term)));
+    pub(crate) fn labels(&self, terms: &[Term]) -> Vec<String> {
         let label = |(sensor, term): (Sensor, Term)| {
-            let known = self.get(sensor, term)?.as_ref().ok()?;
-            let KnownValue { value, label, .. } = known;
+            let KnownValue { value, label } = self.get(sensor, term)?.as_ref().ok()?;
             Some(format!("{} = {value:.5e} {}: {label}", name_of(sensor, term), si_unit(sensor, term)))
         };
-        values.filter_map(label).collect()
+        of_sensors(terms).filter_map(label).collect()
     }
+}
+
+/// Each of these terms of each sensor.
+fn of_sensors(terms: &[Term]) -> impl Iterator<Item = (Sensor, Term)> {
+    QUANTITIES.iter().flat_map(|(_, sensor)| terms.iter().map(|term| (*sensor, *term)))
 }
 
 /// Such as `K of the gyroscope`.
 fn name_of(sensor: Sensor, term: Term) -> String {
-    let sensor = if sensor == Sensor::Gyroscope { "gyroscope" } else { "accelerometer" };
-    format!("{} of the {sensor}", letter(term))
+    format!("{} of the {}", letter(term), sensor_name(sensor))
 }
 
 /// N and K of one sensor of a record.

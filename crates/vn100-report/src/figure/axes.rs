@@ -92,6 +92,7 @@ fn linear_ticks(from: f64, to: f64, exponent: i32) -> Vec<Tick> {
     let power = 10_f64.powf(raw.log10().floor());
     let step = power * [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().find(|nice| nice * power >= raw).unwrap_or(10.0);
     let unit = 10_f64.powi(exponent);
+    let is_whole = |value: f64| (value - value.round()).abs() < 1e-6;
     let decimals = (0..12).find(|d| is_whole(step / unit * 10_f64.powi(*d))).unwrap_or(12) as usize;
     let (first, last) = ((from / step).ceil() as i64, (to / step).floor() as i64);
     (first..=last)
@@ -101,10 +102,6 @@ fn linear_ticks(from: f64, to: f64, exponent: i32) -> Vec<Tick> {
             Tick { value, label: Some(text.replace('-', "−")) }
         })
         .collect()
-}
-
-fn is_whole(value: f64) -> bool {
-    (value - value.round()).abs() < 1e-6
 }
 
 fn log_ticks(from: f64, to: f64) -> Vec<Tick> {
