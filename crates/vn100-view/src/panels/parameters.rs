@@ -19,7 +19,7 @@ use vn100_report::{
 use crate::{
     scene::{Scene, framed},
     source::{ChannelGroup, SourceView},
-    state::{Panel, ShownAxes},
+    state::Panel,
     theme::{SIGNS, Theme},
 };
 
@@ -165,10 +165,8 @@ fn values(scene: Scene<'_>, row: &ParameterRow, axes: usize) -> Line<'static> {
 }
 
 fn cell(scene: Scene<'_>, axis: usize, text: &str) -> Span<'static> {
-    let style = match scene.state.axes {
-        ShownAxes::One(chosen) if chosen == axis => scene.theme.axis(axis).patch(Style::new().bold()),
-        _ => scene.theme.axis(axis),
-    };
+    let style = scene.theme.axis(axis);
+    let style = if scene.state.axis == Some(axis) { style.patch(Style::new().bold()) } else { style };
     Span::styled(format!("{text:>COLUMN$}"), style)
 }
 
