@@ -14,6 +14,8 @@ mod plot;
 mod spectrum;
 mod svg;
 
+use std::collections::BTreeSet;
+
 use vn100_analysis::noise::Deviation;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelResult, SENSORS, SourceResult, axes_name};
@@ -142,30 +144,22 @@ impl Figures {
         let Self { allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments, recent: _ } =
             &mut self;
         let all = [allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments];
-        for figure in all.into_iter().flatten() {
-            figure.id.insert_str(0, prefix);
-            figure.prefix = prefix.len();
-        }
+        all.into_iter().flatten().for_each(|figure| figure.id.insert_str(0, prefix));
         self
     }
 
     /// The curves of each channel of all records in one plot.
     fn together(records: &[SourceResult]) -> Self {
         let mut all = Self::default();
-        for (quantity, _) in SENSORS {
-            let mut done: Vec<&str> = Vec::new();
-            for channel in records.iter().flat_map(|record| record.of(quantity)) {
-                if done.contains(&channel.name.as_str()) {
-                    continue;
-                }
-                done.push(&channel.name);
-                let is_same = |other: &&ChannelResult| (&other.name, &other.unit) == (&channel.name, &channel.unit);
-                let same: Vec<_> = (records.iter().enumerate())
-                    .filter_map(|(place, record)| Some((run_name(place), record.channels.iter().find(is_same)?)))
-                    .collect();
-                let Some(first) = records.first() else { continue };
-                all.allan_axes.extend(allan_of_records(&channel.name, &same, first.deviation()));
-            }
+        let Some(first) = records.first() else { return all };
+        let mut done = BTreeSet::new();
+        let channels = SENSORS.iter().flat_map(|(quantity, _)| records.iter().flat_map(|record| record.of(*quantity)));
+        for channel in channels.filter(|channel| done.insert((channel.quantity, &channel.name))) {
+            let is_same = |other: &&ChannelResult| (&other.name, &other.unit) == (&channel.name, &channel.unit);
+            let same: Vec<_> = (records.iter().enumerate())
+                .filter_map(|(place, record)| Some((run_name(place), record.channels.iter().find(is_same)?)))
+                .collect();
+            all.allan_axes.extend(allan_of_records(&channel.name, &same, first.deviation()));
         }
         all
     }
@@ -206,8 +200,6 @@ fn shown_with(channel: &ChannelResult, record: &SourceResult) -> ChannelResult {
 pub struct Figure {
     /// Unique in a report, of letters, digits, `-` and `_`: the stem of its file.
     pub id: String,
-    /// Length of what `id` begins with in a report of several records.
-    prefix: usize,
     /// What is plotted, in a few words: the caption.
     pub title: String,
     /// What it shows, with the values that stand in its legend.
@@ -256,13 +248,6 @@ pub struct PlottedValue {
 }
 
 impl Figure {
-    /// Its `id` without the prefix of its record: kind, then channel or sensor, such as
-    /// `allan-gyro_y`.
-    #[must_use]
-    pub fn name(&self) -> &str {
-        self.id.get(self.prefix..).unwrap_or(&self.id)
-    }
-
     /// The place of these values of both axes, in the coordinates of the drawing.
     #[must_use]
     pub fn place(&self, x: f64, y: f64) -> At {

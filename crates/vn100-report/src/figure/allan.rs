@@ -248,8 +248,7 @@ pub(super) fn curve(plot: &Figure, index: usize, points: &[Point]) -> Vec<Primit
             marks.push(Primitive::Line { points, stroke: solid(index, 1.1) });
         }
     }
-    let symbol = |(x, y): &(f64, f64)| plot.symbol(*x, *y, Shape::of_series(index).filled(), Colour::Series(index));
-    marks.extend(known.iter().map(symbol));
+    marks.extend(known.iter().map(|(x, y)| plot.symbol_of(index, *x, *y)));
     marks
 }
 

@@ -75,17 +75,10 @@ impl<'a> FittedModel<'a> {
             legend.push((LegendSample::Symbol(Shape::Disc.hollow(), Colour::Ink), "graphical method".into()));
         }
         legend.extend(Term::ALL.into_iter().filter_map(|term| {
-            let Parameter { value, upper, .. } = self.noise.parameter(term)?;
-            let number = |value: f64| self.number(term, value);
-            Some(match (value, upper, dash(term)) {
-                (Some(value), _, Some(dash)) => {
-                    (LegendSample::Line(quiet(1.1, dash)), format!("{} {}", letter(term), number(value)))
-                }
-                (Some(value), _, None) => (LegendSample::Nothing, format!("{} {}", letter(term), number(value))),
-                // a bound is no line of the curve
-                (None, Some(upper), _) => (LegendSample::Nothing, format!("{} ≤ {}", letter(term), number(upper))),
-                (None, None, _) => return None,
-            })
+            // a bound is no line of the curve
+            let dash = dash(term).filter(|_| self.value(term).is_some());
+            let sample = dash.map_or(LegendSample::Nothing, |dash| LegendSample::Line(quiet(1.1, dash)));
+            Some((sample, self.text(term)?))
         }));
     }
 
@@ -139,14 +132,16 @@ impl<'a> FittedModel<'a> {
         }
     }
 
+    /// A parameter with its letter and unit, or its upper bound.
+    fn text(&self, term: Term) -> Option<String> {
+        let Parameter { value, upper, .. } = self.noise.parameter(term)?;
+        let (sign, number) = value.map(|value| ("", value)).or_else(|| Some(("≤ ", upper?)))?;
+        Some(format!("{} {sign}{}", letter(term), self.number(term, number)))
+    }
+
     /// N, B and K with their units, or the upper bound of each.
     pub(super) fn values(&self) -> Vec<String> {
-        let value = |term| {
-            let Parameter { value, upper, .. } = self.noise.parameter(term)?;
-            let (sign, number) = value.map(|value| ("", value)).or_else(|| Some(("≤ ", upper?)))?;
-            Some(format!("{} {sign}{}", letter(term), self.number(term, number)))
-        };
-        [White, BiasInstability, RateRandomWalk].into_iter().filter_map(value).collect()
+        [White, BiasInstability, RateRandomWalk].into_iter().filter_map(|term| self.text(term)).collect()
     }
 }
 

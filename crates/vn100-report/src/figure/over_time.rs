@@ -101,9 +101,8 @@ fn time_unit(length_s: f64) -> (&'static str, f64) {
 
 /// `None` without segments of two samples.
 pub(crate) fn segments(id: &str, title: &str, channels: &[&ChannelResult]) -> Option<Figure> {
-    let blocks = |channel: &&ChannelResult| channel.blocks().to_vec();
-    let of_channels: Vec<Vec<BlockValues>> = channels.iter().map(blocks).collect();
-    let end_s = of_channels.iter().flatten().map(|block| block.start_s + block.duration_s).fold(0.0, f64::max);
+    let of_channels: Vec<&[BlockValues]> = channels.iter().map(|channel| channel.blocks()).collect();
+    let end_s = of_channels.iter().copied().flatten().map(|block| block.start_s + block.duration_s).fold(0.0, f64::max);
     let (unit, unit_s) = time_unit(end_s);
     let middle = |block: &BlockValues| (block.start_s + block.duration_s / 2.0) / unit_s;
     let points =

@@ -70,7 +70,6 @@ impl Figure {
         let description = format!("{} over {}: {}", y.label(), x.label(), texts.join("; "));
         let mut figure = Self {
             id,
-            prefix: 0,
             title,
             description,
             x,
@@ -96,10 +95,14 @@ impl Figure {
 
     /// A line through these places, with the symbol of the series at each.
     pub(super) fn marked_line(&self, series: usize, values: &[(f64, f64)], stroke: Stroke) -> Vec<Primitive> {
-        let symbol =
-            |(x, y): &(f64, f64)| self.symbol(*x, *y, Shape::of_series(series).filled(), Colour::Series(series));
+        let symbol = |(x, y): &(f64, f64)| self.symbol_of(series, *x, *y);
         let line = self.line(values.iter().copied(), stroke);
         [line].into_iter().chain(values.iter().map(symbol)).collect()
+    }
+
+    /// The symbol of a series.
+    pub(super) fn symbol_of(&self, series: usize, x: f64, y: f64) -> Primitive {
+        self.symbol(x, y, Shape::of_series(series).filled(), Colour::Series(series))
     }
 
     pub(super) fn symbol(&self, x: f64, y: f64, shape: Marker, colour: Colour) -> Primitive {

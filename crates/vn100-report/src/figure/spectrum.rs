@@ -1,6 +1,6 @@
 //! The amplitude spectral density of the axes of one sensor, and its peaks.
 
-use super::{Colour, Figure, LegendSample, PlotAxis, PlottedSeries, Shape, axes::Scale, solid};
+use super::{Figure, LegendSample, PlotAxis, PlottedSeries, axes::Scale, solid};
 use crate::units::pretty_unit;
 use vn100_analysis::ChannelResult;
 
@@ -39,9 +39,7 @@ pub fn spectrum(id: &str, title: &str, channels: &[&ChannelResult]) -> Option<Fi
     peaks.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
     for (index, (_, points)) in curves.iter().enumerate() {
         let of_curve = peaks.iter().filter(|peak| peak.series == index);
-        let symbol = |peak: &Peak| {
-            plot.symbol(peak.frequency, peak.amplitude, Shape::of_series(index).filled(), Colour::Series(index))
-        };
+        let symbol = |peak: &Peak| plot.symbol_of(index, peak.frequency, peak.amplitude);
         let line = plot.line(points.iter().copied(), solid(index, 1.1));
         plot.draw(index, [line].into_iter().chain(of_curve.map(symbol)).collect());
     }
