@@ -60,14 +60,7 @@ struct Table(String);
 
 impl Table {
     fn row(&mut self, cells: &[&str]) {
-        let quoted = |cell: &&str| {
-            if cell.contains([',', '"', '\n', '\r']) {
-                format!("\"{}\"", cell.replace('"', "\"\""))
-            } else {
-                (*cell).into()
-            }
-        };
-        let row = cells.iter().map(quoted).collect::<Vec<String>>().join(",");
+        let row = cells.iter().map(|cell| quoted(cell)).collect::<Vec<String>>().join(",");
         // a String takes everything
         let _ = writeln!(self.0, "{row}");
     }
@@ -78,6 +71,12 @@ impl Table {
         let cells: Vec<&str> = [channel, unit].into_iter().chain(values.iter().map(String::as_str)).collect();
         self.row(&cells);
     }
+}
+
+/// A cell, between quotation marks if it has to be.
+pub(super) fn quoted(cell: &str) -> String {
+    let has_to_be = cell.contains([',', '"', '\n', '\r']);
+    if has_to_be { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.into() }
 }
 
 /// The shortest decimal that reads back as the same number.
