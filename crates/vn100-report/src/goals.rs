@@ -25,12 +25,6 @@ impl Goals {
         Self { duration: settings.duration, wall, until: settings.until.clone() }
     }
 
-    /// Whether there is no goal.
-    #[must_use]
-    pub fn is_none(&self) -> bool {
-        self.duration.is_none() && self.wall.is_none() && self.until.is_empty()
-    }
-
     /// One text for each goal, the times first; `elapsed` is the time by the clock. While nothing is
     /// received from the link of the source, no text foretells how much more data time a goal takes.
     #[must_use]

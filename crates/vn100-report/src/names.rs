@@ -275,34 +275,25 @@ pub fn grade_scheme() -> String {
 #[must_use]
 pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     let figure = &verdict.figure;
-    let shown = parameter_unit(sensor, figure.term);
-    let number = |value: f64| four_digits(value * shown.1);
+    let (unit, factor) = parameter_unit(sensor, figure.term);
+    let number = |value: f64| four_digits(value * factor);
     let Parameter { value, lower, upper, .. } = verdict.measured;
     let minimum = if figure.is_curve_minimum() { " as the minimum of the curve" } else { "" };
     let measured = match (value, lower, upper) {
         (Some(value), Some(lower), Some(upper)) => {
-            format!("measured {} {} ({} to {}){minimum}", number(value), shown.0, number(lower), number(upper))
+            format!("measured {} {unit} ({} to {}){minimum}", number(value), number(lower), number(upper))
         }
-        (None, Some(lower), Some(upper)) => {
-            format!("measured {} to {} {}{minimum}", number(lower), number(upper), shown.0)
-        }
-        (_, _, Some(upper)) => format!("measured: upper bound {} {}{minimum}", number(upper), shown.0),
-        (_, Some(lower), None) => format!("measured: lower bound {} {}{minimum}", number(lower), shown.0),
+        (None, Some(lower), Some(upper)) => format!("measured {} to {} {unit}{minimum}", number(lower), number(upper)),
+        (_, _, Some(upper)) => format!("measured: upper bound {} {unit}{minimum}", number(upper)),
+        (_, Some(lower), None) => format!("measured: lower bound {} {unit}{minimum}", number(lower)),
         _ if verdict.verdict == Some(Verdict::NotComparable) => "not measurable in this stream".into(),
         _ => "unknown from this record".into(),
     };
-    let expected = match (verdict.expected, figure.claim.ends()) {
-        ((low, high), ends) if (low, high) == ends => format!("data sheet: {}", figure.printed),
-        ((low, high), _) => {
-            format!(
-                "expected in this stream: {} to {} {} (data sheet: {})",
-                number(low),
-                number(high),
-                shown.0,
-                figure.printed
-            )
-        }
-    };
+    let mut expected = format!("data sheet: {}", figure.printed);
+    if verdict.expected != figure.claim.ends() {
+        let (low, high) = verdict.expected;
+        expected = format!("expected in this stream: {} to {} {unit} ({expected})", number(low), number(high));
+    }
     let interval = match verdict.ratio {
         Ratio { value: Some(_), lower: Some(lower), upper: Some(upper) } => format!(" ({lower:.2} to {upper:.2})"),
         _ => String::new(),

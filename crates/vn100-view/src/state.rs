@@ -132,22 +132,17 @@ impl ViewState {
             return self.answer(question, key.code);
         }
         if let Some(page) = self.help.take() {
-            match key.code {
+            self.help = match key.code {
                 KeyCode::Right | KeyCode::Down | KeyCode::PageDown | KeyCode::Tab | KeyCode::Char('?' | ' ') => {
-                    self.help = Some(page + 1);
-                    return None;
+                    Some(page + 1)
                 }
-                KeyCode::Left | KeyCode::Up | KeyCode::PageUp | KeyCode::BackTab => {
-                    self.help = Some(page.saturating_sub(1));
-                    return None;
-                }
-                KeyCode::Home => {
-                    self.help = Some(0);
-                    return None;
-                }
-                // any other key closes it; the one that ends the program also does that
-                KeyCode::Char('q') => {}
-                _ => return None,
+                KeyCode::Left | KeyCode::Up | KeyCode::PageUp | KeyCode::BackTab => Some(page.saturating_sub(1)),
+                KeyCode::Home => Some(0),
+                _ => None,
+            };
+            // any other key closes it; the one that ends the program also does that
+            if key.code != KeyCode::Char('q') {
+                return None;
             }
         }
         match key.code {
