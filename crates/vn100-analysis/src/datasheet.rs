@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, LN_2, PI};
 
 use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, Term, Verdict, conventions};
 use schemars::JsonSchema;
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::{
     assessment::{Assessment, ChannelAssessment, ChannelNoise, Onboard, WindowFrom},
@@ -28,7 +28,8 @@ pub struct Datasheet {
 }
 
 /// What a sensor does to gyroscope and accelerometer before it sends a sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SheetOnboard {
     /// Refreshes per second, above 0.
     pub refresh_hz: f64,

@@ -39,7 +39,6 @@ pub fn parse_datasheet(text: &str) -> Result<Datasheet, DatasheetError> {
     };
     let figures = sheet.figure.into_iter().map(figure).collect::<Result<_, _>>()?;
     let onboard = sheet.onboard.map(Spanned::into_inner);
-    let onboard = onboard.map(|Onboard { refresh_hz, window }| SheetOnboard { refresh_hz, window });
     Ok(Datasheet { name: sheet.name, note: sheet.note, onboard, figures, typical_is_limit: false })
 }
 
@@ -120,16 +119,9 @@ struct Sheet {
     name: String,
     note: Option<String>,
     density: Option<DensityName>,
-    onboard: Option<Spanned<Onboard>>,
+    onboard: Option<Spanned<SheetOnboard>>,
     #[serde(default)]
     figure: Vec<Spanned<PrintedFigure>>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Onboard {
-    refresh_hz: f64,
-    window: Option<u32>,
 }
 
 #[derive(Debug, Deserialize)]

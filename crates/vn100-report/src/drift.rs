@@ -9,20 +9,14 @@ use crate::numbers::plain::{digits, time};
 /// What the drift rests on.
 pub(crate) const ASSUMPTIONS: &str = "At rest, at constant temperature, level at the start, without an error of the scale factor; the bias is the mean over a rest as long as the coast.";
 
-/// The drifts of a kind, of one axis, in the order of their coasts.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct AxisDrift<'a> {
-    pub(crate) axis: &'a str,
-    pub(crate) drifts: Vec<&'a DriftResult>,
-}
-
-/// Of the axis that matters: for the heading the one along gravity, for velocity and position the worst.
-pub(crate) fn of_kind(result: &SourceResult, of: Drifting) -> Option<AxisDrift<'_>> {
+/// The drifts of a kind, in the order of their coasts, of the axis that matters: for the heading the one
+/// along gravity, for velocity and position the worst.
+fn of_kind(result: &SourceResult, of: Drifting) -> Option<Vec<&DriftResult>> {
     let drifts = || result.drift.iter().filter(move |drift| drift.of == of);
     let worst = drifts().max_by(|a, b| a.std.unwrap_or(0.0).total_cmp(&b.std.unwrap_or(0.0)))?;
     let vertical = vertical(result).filter(|_| of == Drifting::Angle);
     let axis = vertical.and_then(|axis| drifts().find(|drift| drift.axis == axis)).unwrap_or(worst).axis.as_str();
-    Some(AxisDrift { axis, drifts: drifts().filter(|drift| drift.axis == axis).collect() })
+    Some(drifts().filter(|drift| drift.axis == axis).collect())
 }
 
 /// The gyroscope's axis along the mean specific force.
@@ -41,7 +35,7 @@ pub(crate) fn lines(result: &SourceResult) -> Vec<String> {
         return Vec::new();
     }
     let heading = of_kind(result, Drifting::Angle).map(|found| match values(&found) {
-        Ok(text) => format!("heading ({}) within {text}", found.axis),
+        Ok(text) => format!("heading ({}) within {text}", found[0].axis),
         Err(why) => format!("heading {why}"),
     });
     let along = [(Drifting::Velocity, "velocity"), (Drifting::Position, "position")];
@@ -53,8 +47,8 @@ pub(crate) fn lines(result: &SourceResult) -> Vec<String> {
 }
 
 /// Such as `0.05 deg (10 s), 0.4 (1 min)`.
-fn values(found: &AxisDrift<'_>) -> Result<String, &'static str> {
-    let known = found.drifts.iter().filter_map(|drift| Some((drift, drift.within?)));
+fn values(drifts: &[&DriftResult]) -> Result<String, &'static str> {
+    let known = drifts.iter().filter_map(|drift| Some((drift, drift.within?)));
     let value = |(place, (drift, within)): (usize, (&&DriftResult, f64))| {
         let unit = if place == 0 { format!(" {}", drift.unit) } else { String::new() };
         format!("{}{unit} ({})", digits(within, 2), time(drift.coast_s))
@@ -63,7 +57,7 @@ fn values(found: &AxisDrift<'_>) -> Result<String, &'static str> {
     if !texts.is_empty() {
         return Ok(texts.join(", "));
     }
-    Err(match found.drifts.first().map(|drift| drift.status) {
+    Err(match drifts.first().map(|drift| drift.status) {
         Some(Status::NotMeasurable) => "not measurable in a compensated message",
         _ => "not observable: the record is too short",
     })

@@ -4,7 +4,7 @@ use vn100_analysis::{MissingFrom, SourceResult};
 
 use crate::{
     codes::word_of,
-    names::{echoes, missing_text, outages, pending_text, rejected_lines},
+    names::{missing_text, outages, pending_text, rejected_lines},
     numbers::{
         plain::{counted, grouped, ppm, short, time},
         trimmed,
@@ -56,8 +56,8 @@ pub fn timing(result: &SourceResult) -> Vec<Row> {
     let (gaps, pending) = (counted(timing.gaps, "gap"), pending_text(timing));
     let dropped = format!("{} in {gaps}, by {by}{pending}", missing_text(timing));
     let (replies, others) = (link.replies, link.other_messages);
-    let sentences =
-        format!("{} ({replies} replies, {}{others} other messages)", grouped(link.frames), echoes(link.echoes));
+    let echoes = if link.echoes == 0 { String::new() } else { format!("{} echoed questions, ", link.echoes) };
+    let sentences = format!("{} ({replies} replies, {echoes}{others} other messages)", grouped(link.frames));
     let bytes = format!(
         "{} ({} discarded, {} lost before this program)",
         grouped(link.bytes),

@@ -14,6 +14,8 @@ mod plot;
 mod spectrum;
 mod svg;
 
+use std::collections::BTreeSet;
+
 use vn100_analysis::noise::Deviation;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelResult, SENSORS, SourceResult, axes_name};
@@ -26,12 +28,12 @@ pub use spectrum::spectrum;
 
 use crate::names::{names_of, run_name, run_prefix};
 use allan::{allan_of_axes, allan_of_each, allan_of_records};
-use drawing::{Dash, Drawing, LayerKind, Shape};
+use drawing::{Dash, LayerKind, Shape};
 use drift::drift;
 use graphical::graphical;
 use histogram::histogram;
 use over_time::{envelope, segments};
-use plot::{LegendSample, Plot, quiet, solid};
+use plot::{LegendSample, SlopedLine, quiet, solid};
 
 /// The figures of one record, or those of several together.
 #[derive(Debug, Clone, Default)]
@@ -142,30 +144,22 @@ impl Figures {
         let Self { allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments, recent: _ } =
             &mut self;
         let all = [allan_sensors, allan_axes, graphical, drifts, times, histograms, spectra, segments];
-        for figure in all.into_iter().flatten() {
-            figure.id.insert_str(0, prefix);
-            figure.prefix = prefix.len();
-        }
+        all.into_iter().flatten().for_each(|figure| figure.id.insert_str(0, prefix));
         self
     }
 
     /// The curves of each channel of all records in one plot.
     fn together(records: &[SourceResult]) -> Self {
         let mut all = Self::default();
-        for (quantity, _) in SENSORS {
-            let mut done: Vec<&str> = Vec::new();
-            for channel in records.iter().flat_map(|record| record.of(quantity)) {
-                if done.contains(&channel.name.as_str()) {
-                    continue;
-                }
-                done.push(&channel.name);
-                let is_same = |other: &&ChannelResult| (&other.name, &other.unit) == (&channel.name, &channel.unit);
-                let same: Vec<_> = (records.iter().enumerate())
-                    .filter_map(|(place, record)| Some((run_name(place), record.channels.iter().find(is_same)?)))
-                    .collect();
-                let Some(first) = records.first() else { continue };
-                all.allan_axes.extend(allan_of_records(&channel.name, &same, first.deviation()));
-            }
+        let Some(first) = records.first() else { return all };
+        let mut done = BTreeSet::new();
+        let channels = SENSORS.iter().flat_map(|(quantity, _)| records.iter().flat_map(|record| record.of(*quantity)));
+        for channel in channels.filter(|channel| done.insert((channel.quantity, &channel.name))) {
+            let is_same = |other: &&ChannelResult| (&other.name, &other.unit) == (&channel.name, &channel.unit);
+            let same: Vec<_> = (records.iter().enumerate())
+                .filter_map(|(place, record)| Some((run_name(place), record.channels.iter().find(is_same)?)))
+                .collect();
+            all.allan_axes.extend(allan_of_records(&channel.name, &same, first.deviation()));
         }
         all
     }
@@ -206,8 +200,6 @@ fn shown_with(channel: &ChannelResult, record: &SourceResult) -> ChannelResult {
 pub struct Figure {
     /// Unique in a report, of letters, digits, `-` and `_`: the stem of its file.
     pub id: String,
-    /// Length of what `id` begins with in a report of several records.
-    prefix: usize,
     /// What is plotted, in a few words: the caption.
     pub title: String,
     /// What it shows, with the values that stand in its legend.
@@ -222,7 +214,9 @@ pub struct Figure {
     pub series: Vec<PlottedSeries>,
     /// Units to choose from, each with its value for 1 in that of `y`; empty if there is one.
     pub units: Vec<(String, f64)>,
-    drawing: Drawing,
+    height: f64,
+    /// From the bottom up.
+    layers: Vec<(LayerKind, Vec<Primitive>)>,
 }
 
 /// A series of values, as they can be read off a figure.
@@ -254,41 +248,22 @@ pub struct PlottedValue {
 }
 
 impl Figure {
-    /// Its `id` without the prefix of its record: kind, then channel or sensor, such as
-    /// `allan-gyro_y`.
-    #[must_use]
-    pub fn name(&self) -> &str {
-        self.id.get(self.prefix..).unwrap_or(&self.id)
-    }
-
     /// The place of these values of both axes, in the coordinates of the drawing.
     #[must_use]
     pub fn place(&self, x: f64, y: f64) -> At {
-        axes::Place { area: self.area, x: self.x.scale, y: self.y.scale }.of(x, y)
+        // farther outside nothing is drawn
+        let far = |share: f64| share.clamp(-20.0, 21.0);
+        let Rectangle { left, top, width, height } = self.area;
+        (left + width * far(self.x.scale.share(x)), top + height * (1.0 - far(self.y.scale.share(y))))
     }
 
     /// What is drawn in the rectangle between the axes, from the bottom up, each with the number of its
     /// series. It may reach beyond the rectangle.
     pub fn marks(&self) -> impl Iterator<Item = (usize, &Primitive)> {
-        self.drawing.layers.iter().flat_map(|layer| {
-            let series = match layer.kind {
-                LayerKind::Data(series) => Some(series),
-                LayerKind::Frame | LayerKind::Legend => None,
-            };
-            series.into_iter().flat_map(|series| layer.marks.iter().map(move |mark| (series, mark)))
-        })
-    }
-
-    /// The figure as an element `svg` of an HTML page, with a title and a description for screen
-    /// readers. A style sheet may give other colours to its classes.
-    #[must_use]
-    pub fn svg_element(&self) -> String {
-        svg::element(self, "")
-    }
-
-    /// The figure as an SVG file of its own.
-    #[must_use]
-    pub fn svg_file(&self) -> String {
-        svg::file(self)
+        let of_series = self.layers.iter().filter_map(|(kind, marks)| match kind {
+            LayerKind::Data(series) => Some((*series, marks)),
+            LayerKind::Frame | LayerKind::Legend => None,
+        });
+        of_series.flat_map(|(series, marks)| marks.iter().map(move |mark| (series, mark)))
     }
 }

@@ -25,12 +25,6 @@ impl Goals {
         Self { duration: settings.duration, wall, until: settings.until.clone() }
     }
 
-    /// Whether there is no goal.
-    #[must_use]
-    pub fn is_none(&self) -> bool {
-        self.duration.is_none() && self.wall.is_none() && self.until.is_empty()
-    }
-
     /// One text for each goal, the times first; `elapsed` is the time by the clock. While nothing is
     /// received from the link of the source, no text foretells how much more data time a goal takes.
     #[must_use]
@@ -78,11 +72,7 @@ fn of_goal(result: &SourceResult, goal: &Goal, is_receiving: bool) -> String {
     if let Some(why) = result.out_of_reach(goal) {
         return format!("{goal}: out of reach, {why}");
     }
-    let widths = result.half_widths(goal);
-    let widest = widths.iter().map(|(_, width)| *width).try_fold(0.0, |widest: f64, width| Some(widest.max(width?)));
-    let Some(widest) = widest.filter(|_| !widths.is_empty()) else {
-        return format!("{goal}: not estimated yet");
-    };
+    let Some(widest) = widest(result, goal) else { return format!("{goal}: not estimated yet") };
     let decimals = usize::from(widest < 0.0995);
     let known = format!("{} ±{:.decimals$} % of ±{} %", goal.figure, 100.0 * widest, digits_trimmed(asked, 4));
     if widest <= goal.relative_half_width {
@@ -95,6 +85,12 @@ fn of_goal(result: &SourceResult, goal: &Goal, is_receiving: bool) -> String {
     let ratio = widest / goal.relative_half_width;
     let more_s = result.timing.duration_s * (ratio * ratio - 1.0);
     format!("{known}, about {} more", about(more_s))
+}
+
+/// Half the width of the interval over the value, of the axis known least; `None` if one axis is not
+/// estimated.
+pub(crate) fn widest(result: &SourceResult, goal: &Goal) -> Option<f64> {
+    result.half_widths(goal).iter().map(|(_, width)| *width).reduce(|a, b| Some(a?.max(b?))).flatten()
 }
 
 /// With a single figure or two: an estimate is no better.

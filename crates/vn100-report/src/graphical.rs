@@ -2,11 +2,12 @@
 
 use vn100_analysis::noise::{NotRead, Term};
 
-/// The parameters that the graphical slope method reads, and the rule by which it reads each.
-pub const GRAPHICAL: [(Term, &str); 3] = [
-    (Term::White, "slope −½ at τ = 1 s"),
-    (Term::BiasInstability, "minimum / 0.664"),
-    (Term::RateRandomWalk, "slope +½ at τ = 3 s"),
+/// The parameters that the graphical slope method reads, and the rule by which it reads each, also in few
+/// characters.
+pub const GRAPHICAL: [(Term, &str, &str); 3] = [
+    (Term::White, "slope −½ at τ = 1 s", "  slope −½ at 1 s"),
+    (Term::BiasInstability, "minimum / 0.664", "  minimum / 0.664"),
+    (Term::RateRandomWalk, "slope +½ at τ = 3 s", "  slope +½ at 3 s"),
 ];
 
 /// Why the graphical slope method gives no value of that parameter, in words.

@@ -58,5 +58,5 @@ pub use export::{
     tables::CsvTable,
 };
 pub use names::run_name;
-pub use printable::{json_line, printable, steers_terminal};
+pub use printable::{json_line, printable, shortened, steers_terminal};
 pub use toml_text::{TomlError, parse_toml};

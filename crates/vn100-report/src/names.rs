@@ -72,8 +72,8 @@ pub struct ParameterNames {
     pub name: &'static str,
     /// The abbreviation in use; empty if there is none.
     pub short: &'static str,
-    /// The symbol of the coefficient.
-    pub symbol: &'static str,
+    /// Abbreviation or name in at most 12 characters, with the letter.
+    pub label: &'static str,
     /// The slope of its line in the log-log plot of the deviation.
     pub slope: &'static str,
 }
@@ -81,27 +81,20 @@ pub struct ParameterNames {
 /// The names of a parameter of a sensor.
 #[must_use]
 pub fn parameter_names(sensor: Sensor, term: Term) -> ParameterNames {
-    let of = |name, short, symbol, slope| ParameterNames { name, short, symbol, slope };
+    let of = |name, short, label, slope| ParameterNames { name, short, label, slope };
     match (term, sensor) {
-        (Term::White, Sensor::Gyroscope) => of("Angle Random Walk", "ARW", "N", "-1/2"),
-        (Term::White, Sensor::Accelerometer) => of("Velocity Random Walk", "VRW", "N", "-1/2"),
-        (Term::White, Sensor::Magnetometer) => of("Noise Density", "", "N", "-1/2"),
-        (Term::BiasInstability, _) => of("Bias Instability", "BI", "B", "0"),
-        (Term::RateRandomWalk, Sensor::Gyroscope) => of("Rate Random Walk", "RRW", "K", "+1/2"),
-        (Term::RateRandomWalk, Sensor::Accelerometer) => of("Accel. Random Walk", "", "K", "+1/2"),
-        (Term::RateRandomWalk, Sensor::Magnetometer) => of("Random Walk", "", "K", "+1/2"),
-        (Term::RateRamp, Sensor::Gyroscope) => of("Rate Ramp", "RR", "R", "+1"),
-        (Term::RateRamp, _) => of("Ramp", "", "R", "+1"),
-        (Term::Quantization, _) => of("Quantization Noise", "QN", "Q", "-1"),
+        (Term::White, Sensor::Gyroscope) => of("Angle Random Walk", "ARW", "ARW N", "-1/2"),
+        (Term::White, Sensor::Accelerometer) => of("Velocity Random Walk", "VRW", "VRW N", "-1/2"),
+        (Term::White, Sensor::Magnetometer) => of("Noise Density", "", "Density N", "-1/2"),
+        (Term::BiasInstability, _) => of("Bias Instability", "BI", "Instab. B", "0"),
+        (Term::RateRandomWalk, Sensor::Gyroscope) => of("Rate Random Walk", "RRW", "RRW K", "+1/2"),
+        (Term::RateRandomWalk, Sensor::Accelerometer) => of("Accel. Random Walk", "", "Walk K", "+1/2"),
+        (Term::RateRandomWalk, Sensor::Magnetometer) => of("Random Walk", "", "Walk K", "+1/2"),
+        (Term::RateRamp, Sensor::Gyroscope) => of("Rate Ramp", "RR", "Ramp R", "+1"),
+        (Term::RateRamp, _) => of("Ramp", "", "Ramp R", "+1"),
+        (Term::Quantization, _) => of("Quantization Noise", "QN", "Quantiz. Q", "-1"),
     }
 }
-
-/// The noise parameters, from short averaging times to long ones.
-pub const TERMS: [Term; 5] =
-    [Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
-
-/// Why the budget of N has no share of the scale factor.
-pub(crate) const NO_SCALE_FACTOR: &str = "not verified: a record at rest does not show it";
 
 /// The rows of the budget of N that all axes of a sensor share: the name and the amount of each.
 #[must_use]
@@ -133,7 +126,11 @@ pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, Str
             format!("N is {factor:.2} times the sensor's own, ±{:.0} %", 100.0 * uncertainty)
         }
     };
-    [("sample rate", rate), ("aliasing on board", aliasing), ("scale factor", NO_SCALE_FACTOR.into())]
+    [
+        ("sample rate", rate),
+        ("aliasing on board", aliasing),
+        ("scale factor", "not verified: a record at rest does not show it".into()),
+    ]
 }
 
 /// How many sentences were rejected, and for which reasons.
@@ -189,12 +186,6 @@ pub fn pending_text(timing: &TimeBase) -> String {
     if timing.pending == 0 { String::new() } else { format!(", {} pending", grouped(timing.pending)) }
 }
 
-/// How many questions of this program the line echoed; empty for none.
-#[must_use]
-pub fn echoes(count: u64) -> String {
-    if count == 0 { String::new() } else { format!("{count} echoed questions, ") }
-}
-
 /// The verdict in words, or how a typical figure compares: `pass`, `1.05 x typical`.
 #[must_use]
 pub fn verdict_name(judged: &FigureVerdict) -> String {
@@ -246,7 +237,7 @@ fn ratio(ratio: &Ratio) -> Option<String> {
 }
 
 /// Why a gyroscope has no grade, in words.
-pub(crate) fn no_grade(reason: NoGrade) -> &'static str {
+fn no_grade(reason: NoGrade) -> &'static str {
     match reason {
         NoGrade::Moved => "the sensor was moved",
         NoGrade::BiasNotInStream => "the stream does not carry the sensor's bias instability",
@@ -284,34 +275,25 @@ pub fn grade_scheme() -> String {
 #[must_use]
 pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     let figure = &verdict.figure;
-    let shown = parameter_unit(sensor, figure.term);
-    let number = |value: f64| four_digits(value * shown.1);
+    let (unit, factor) = parameter_unit(sensor, figure.term);
+    let number = |value: f64| four_digits(value * factor);
     let Parameter { value, lower, upper, .. } = verdict.measured;
     let minimum = if figure.is_curve_minimum() { " as the minimum of the curve" } else { "" };
     let measured = match (value, lower, upper) {
         (Some(value), Some(lower), Some(upper)) => {
-            format!("measured {} {} ({} to {}){minimum}", number(value), shown.0, number(lower), number(upper))
+            format!("measured {} {unit} ({} to {}){minimum}", number(value), number(lower), number(upper))
         }
-        (None, Some(lower), Some(upper)) => {
-            format!("measured {} to {} {}{minimum}", number(lower), number(upper), shown.0)
-        }
-        (_, _, Some(upper)) => format!("measured: upper bound {} {}{minimum}", number(upper), shown.0),
-        (_, Some(lower), None) => format!("measured: lower bound {} {}{minimum}", number(lower), shown.0),
+        (None, Some(lower), Some(upper)) => format!("measured {} to {} {unit}{minimum}", number(lower), number(upper)),
+        (_, _, Some(upper)) => format!("measured: upper bound {} {unit}{minimum}", number(upper)),
+        (_, Some(lower), None) => format!("measured: lower bound {} {unit}{minimum}", number(lower)),
         _ if verdict.verdict == Some(Verdict::NotComparable) => "not measurable in this stream".into(),
         _ => "unknown from this record".into(),
     };
-    let expected = match (verdict.expected, figure.claim.ends()) {
-        ((low, high), ends) if (low, high) == ends => format!("data sheet: {}", figure.printed),
-        ((low, high), _) => {
-            format!(
-                "expected in this stream: {} to {} {} (data sheet: {})",
-                number(low),
-                number(high),
-                shown.0,
-                figure.printed
-            )
-        }
-    };
+    let mut expected = format!("data sheet: {}", figure.printed);
+    if verdict.expected != figure.claim.ends() {
+        let (low, high) = verdict.expected;
+        expected = format!("expected in this stream: {} to {} {unit} ({expected})", number(low), number(high));
+    }
     let interval = match verdict.ratio {
         Ratio { value: Some(_), lower: Some(lower), upper: Some(upper) } => format!(" ({lower:.2} to {upper:.2})"),
         _ => String::new(),

@@ -6,12 +6,6 @@ pub mod plain;
 /// The text for a number that is not known.
 pub const NOTHING: &str = "–";
 
-/// The value to four significant digits, in the form of [`digits`].
-#[must_use]
-pub fn four_digits(value: f64) -> String {
-    digits(value, 4)
-}
-
 /// The value to `count` significant digits, with a power of ten below a hundredth and from a
 /// hundred thousand on: `0.01235`, `1.263·10⁻⁴`; [`NOTHING`] for a value that is not finite.
 #[must_use]
@@ -67,7 +61,7 @@ pub fn p_value(p: f64) -> String {
 pub fn with_interval(value: f64, lower: f64, upper: f64) -> String {
     let largest = value.abs().max(lower.abs()).max(upper.abs());
     if largest == 0.0 || !largest.is_finite() {
-        return four_digits(value);
+        return digits(value, 4);
     }
     // as many digits as the narrower half of the interval is worth, one more than that
     let half = (upper - value).min(value - lower).max(largest * 1e-6);
@@ -150,7 +144,7 @@ mod tests {
             (-9.887_886, "−9.888"),
             (123_456.0, "1.235·10⁵"),
         ] {
-            assert_eq!(four_digits(value), text);
+            assert_eq!(digits(value, 4), text);
         }
         assert_eq!(with_interval(1.2634e-4, 1.2461e-4, 1.2812e-4), "1.263 (1.246 to 1.281)·10⁻⁴");
         assert_eq!(with_interval(0.4397, 0.4351, 0.4443), "0.4397 (0.4351 to 0.4443)");

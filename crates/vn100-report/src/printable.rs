@@ -7,6 +7,15 @@ pub fn printable(text: &str) -> String {
     text.chars().map(|c| if steers_terminal(c) { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }
 
+/// The text, or as much of it as such a number of characters holds, with an ellipsis at its end.
+#[must_use]
+pub fn shortened(text: &str, width: usize) -> String {
+    if text.chars().count() <= width {
+        return text.to_owned();
+    }
+    text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
+}
+
 /// A JSON document and a line end. Characters that control a terminal are escaped, which does not
 /// change the content: serde_json leaves DEL, the control characters above ASCII and those that
 /// change the direction of text unescaped.

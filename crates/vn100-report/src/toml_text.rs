@@ -1,37 +1,22 @@
 //! TOML that users write: what is wrong in the text, and where, in one line.
 
-use std::fmt;
-
 use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 /// Why a text is no TOML, or does not have the expected form.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub struct TomlError {
-    /// Line and column of the error, both from 1; `None` if they are not known.
-    pub place: Option<(usize, usize)>,
-    /// The error, in one line.
-    pub message: String,
-}
-
-impl fmt::Display for TomlError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { place, message } = self;
-        match place {
-            Some((line, column)) => write!(f, "line {line}, column {column}: {message}"),
-            None => f.write_str(message),
-        }
-    }
-}
+#[error("{0}")]
+pub struct TomlError(String);
 
 /// Reads a TOML text that a user wrote.
 ///
 /// # Errors
 /// [`TomlError`] when the text is no TOML, or does not have the form of `T`.
 pub fn parse_toml<T: DeserializeOwned>(text: &str) -> Result<T, TomlError> {
-    toml::from_str(text).map_err(|error: toml::de::Error| TomlError {
-        place: error.span().map(|span| (line(text, span.start), column(text, span.start))),
-        message: error.message().replace('\n', ", "),
+    toml::from_str(text).map_err(|error: toml::de::Error| {
+        let message = error.message().replace('\n', ", ");
+        let at = |byte| format!("line {}, column {}: {message}", line(text, byte), column(text, byte));
+        TomlError(error.span().map_or_else(|| message.clone(), |span| at(span.start)))
     })
 }
 

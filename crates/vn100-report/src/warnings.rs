@@ -3,7 +3,7 @@
 //! [`WarningKind`].
 
 use vn100_analysis::noise::STANDARD_GRAVITY_M_S2;
-use vn100_analysis::protocol::{Quantity, stream::RejectedRowCounts};
+use vn100_analysis::protocol::Quantity;
 use vn100_analysis::timebase::Unevenness;
 use vn100_analysis::{
     Doubt, Doubtful, Event, Finding, Happening, Peak, Rejected, Remedy, RemedyWords, Setting, Warning, WarningKind,
@@ -379,7 +379,10 @@ fn rejected(what: &Rejected, count: u64, of: u64) -> String {
     let of_lines = || format!("{count} of {} rejected", counted(of, "line"));
     let of_packets = || format!("{count} of {} rejected", counted(of, "packet"));
     match what {
-        Rejected::Rows(rows) => format!("{} ({})", of_lines(), reasons(rows)),
+        Rejected::Rows(rows) => {
+            let reasons: Vec<_> = rows.iter().map(|(reason, count)| format!("{reason} {count}")).collect();
+            format!("{} ({})", of_lines(), reasons.join(", "))
+        }
         Rejected::Sentences => format!("{}: checksum mismatch or malformed", of_lines()),
         Rejected::Malformed => format!("{}: malformed", of_lines()),
         Rejected::Packets => format!("{}: checksum mismatch", of_packets()),
@@ -388,11 +391,6 @@ fn rejected(what: &Rejected, count: u64, of: u64) -> String {
         Rejected::NoChecksum => format!("{}: no checksum", of_lines()),
         Rejected::AcceptedUnchecked => format!("{count} of {} accepted without a checksum", counted(of, "line")),
     }
-}
-
-/// The reasons in the form `number 2, stamp 1`.
-fn reasons(rows: &RejectedRowCounts) -> String {
-    rows.iter().map(|(reason, count)| format!("{reason} {count}")).collect::<Vec<_>>().join(", ")
 }
 
 fn peak(Peak { frequency_hz, axes, .. }: &Peak) -> String {

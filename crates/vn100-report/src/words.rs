@@ -21,7 +21,8 @@ pub fn end(name: &str, end: &End, framed_bytes: u64, words: RemedyWords) -> Opti
         ", as after a restart that lost settings that were not saved; the result holds what came before. ";
     match end {
         End::NotStarted { text, names_source, cure, .. } => {
-            Some(not_started(name, text, *names_source, cure.as_ref(), words))
+            let text = format!("{text}{}", cure.as_ref().map_or_else(String::new, |cure| cure_words(cure, words)));
+            Some(if *names_source { text } else { about(name, &text) })
         }
         End::SourceFailed(error) => Some(match framed_bytes {
             // no sensor was found: nothing was cut short
@@ -101,28 +102,18 @@ fn seconds(duration: Duration) -> String {
     }
 }
 
-fn not_started(name: &str, text: &str, names_source: bool, cure: Option<&StartCure>, words: RemedyWords) -> String {
-    let text = format!("{text}{}", cure.map_or_else(String::new, |cure| cure_words(cure, words)));
-    if names_source { text } else { about(name, &text) }
-}
-
 /// What would make the source readable; on a line of its own after a list of topics.
 fn cure_words(cure: &StartCure, words: RemedyWords) -> String {
     let columns = || words(&Remedy::MapColumns(None));
+    let as_mapped = |map: &String| words(&Remedy::MapColumns(Some(map.clone())));
     let topic = || words(&Remedy::GiveTopic);
     match cure {
-        StartCure::Columns(Some(map)) => {
-            format!("; by names and magnitudes this fits: {}", words(&Remedy::MapColumns(Some(map.clone()))))
-        }
+        StartCure::Columns(Some(map)) => format!("; by names and magnitudes this fits: {}", as_mapped(map)),
         StartCure::Columns(None) | StartCure::ColumnsOfTopic => {
             format!("; if some are those of a sensor, {}", columns())
         }
-        StartCure::DateOrder(map) => {
-            format!("; name the order (dmy or mdy): {}", words(&Remedy::MapColumns(Some(map.clone()))))
-        }
-        StartCure::StampUnit(map) => {
-            format!("; name the unit (s, ms, us or ns): {}", words(&Remedy::MapColumns(Some(map.clone()))))
-        }
+        StartCure::DateOrder(map) => format!("; name the order (dmy or mdy): {}", as_mapped(map)),
+        StartCure::StampUnit(map) => format!("; name the unit (s, ms, us or ns): {}", as_mapped(map)),
         StartCure::Topic => format!("\nOne of them is to be chosen: {}", topic()),
         StartCure::TopicAndColumns => {
             format!("\nIf one of them has the numbers of a sensor, {}, and {}", topic(), columns())

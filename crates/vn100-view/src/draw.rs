@@ -15,7 +15,7 @@ use crate::{
     keys,
     panels::{allan, channels, health, overview, parameters, spectrum, waiting, warnings},
     scene::Scene,
-    state::{Panel, ShownPlot},
+    state::Panel,
 };
 
 pub(crate) const LEAST: (u16, u16) = (60, 16);
@@ -84,7 +84,7 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
 
 fn panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, panel: Panel, alone: bool) {
     match panel {
-        Panel::Allan if scene.state.plot == ShownPlot::Spectrum => spectrum::draw(frame, area, scene),
+        Panel::Allan if scene.state.shows_spectrum => spectrum::draw(frame, area, scene),
         Panel::Allan => allan::draw(frame, area, scene, alone),
         Panel::Parameters => parameters::draw(frame, area, scene),
         Panel::Statistics => channels::draw_statistics(frame, area, scene),

@@ -7,10 +7,11 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Block, Borders, Paragraph},
 };
+use vn100_report::shortened;
 use vn100_session::Playback;
 
 use crate::{
-    panels::{health::LEAST_NAME, warnings::shortened},
+    panels::health::LEAST_NAME,
     scene::Scene,
     state::{Panel, Question},
     theme::Theme,

@@ -31,30 +31,6 @@ impl Panel {
     }
 }
 
-/// What the panel of curves shows.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) enum ShownPlot {
-    #[default]
-    Deviation,
-    Spectrum,
-}
-
-impl ShownPlot {
-    fn other(self) -> Self {
-        match self {
-            Self::Deviation => Self::Spectrum,
-            Self::Spectrum => Self::Deviation,
-        }
-    }
-}
-
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) enum ShownAxes {
-    #[default]
-    All,
-    One(usize),
-}
-
 /// What the view asks of the program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum ViewRequest {
@@ -85,8 +61,10 @@ pub(crate) struct ViewState {
     pub(crate) expanded: bool,
     /// Place among the sensors of the source.
     pub(crate) sensor: usize,
-    pub(crate) axes: ShownAxes,
-    pub(crate) plot: ShownPlot,
+    /// The axis that is shown alone; `None` for all of them.
+    pub(crate) axis: Option<usize>,
+    /// Whether the panel of curves has the spectrum in place of the deviation.
+    pub(crate) shows_spectrum: bool,
     /// The octave that is read out; `None` for the last that has an interval.
     pub(crate) cursor: Option<usize>,
     /// The page of the help, if that is shown.
@@ -118,11 +96,7 @@ impl ViewState {
     /// The place of the one channel that is shown alone: the first where all axes are.
     pub(crate) fn channel(&self, source: &SourceView) -> Option<usize> {
         let group = self.group(source)?;
-        let axis = match self.axes {
-            ShownAxes::All => 0,
-            ShownAxes::One(axis) => axis.min(group.channels.len() - 1),
-        };
-        group.channels.get(axis).copied()
+        group.channels.get(self.axis.unwrap_or(0).min(group.channels.len() - 1)).copied()
     }
 
     /// The axes of a sensor whose curves are shown: their places among its axes, and their channels.
@@ -131,10 +105,7 @@ impl ViewState {
         source: &'a SourceView,
         group: &ChannelGroup,
     ) -> (Vec<usize>, Vec<&'a ChannelResult>) {
-        let is_shown = |axis: usize| match self.axes {
-            ShownAxes::All => true,
-            ShownAxes::One(one) => one == axis,
-        };
+        let is_shown = |axis: usize| self.axis.is_none_or(|one| one == axis);
         let shown = group.channels.iter().enumerate().filter(|(axis, _)| is_shown(*axis));
         shown.map(|(axis, place)| (axis, &source.result.channels[*place])).unzip()
     }
@@ -161,22 +132,17 @@ impl ViewState {
             return self.answer(question, key.code);
         }
         if let Some(page) = self.help.take() {
-            match key.code {
+            self.help = match key.code {
                 KeyCode::Right | KeyCode::Down | KeyCode::PageDown | KeyCode::Tab | KeyCode::Char('?' | ' ') => {
-                    self.help = Some(page + 1);
-                    return None;
+                    Some(page + 1)
                 }
-                KeyCode::Left | KeyCode::Up | KeyCode::PageUp | KeyCode::BackTab => {
-                    self.help = Some(page.saturating_sub(1));
-                    return None;
-                }
-                KeyCode::Home => {
-                    self.help = Some(0);
-                    return None;
-                }
-                // any other key closes it; the one that ends the program also does that
-                KeyCode::Char('q') => {}
-                _ => return None,
+                KeyCode::Left | KeyCode::Up | KeyCode::PageUp | KeyCode::BackTab => Some(page.saturating_sub(1)),
+                KeyCode::Home => Some(0),
+                _ => None,
+            };
+            // any other key closes it; the one that ends the program also does that
+            if key.code != KeyCode::Char('q') {
+                return None;
             }
         }
         match key.code {
@@ -233,9 +199,9 @@ impl ViewState {
                 Some(why) => self.message = Some(why.into()),
                 None => self.question = Some(Question::Mark(String::new())),
             },
-            KeyCode::Char('a') => self.axes = ShownAxes::All,
-            KeyCode::Char('v') => (self.plot, self.panel) = (self.plot.other(), Panel::Allan),
-            KeyCode::Char(axis @ 'x'..='z') => self.axes = ShownAxes::One(axis as usize - 'x' as usize),
+            KeyCode::Char('a') => self.axis = None,
+            KeyCode::Char('v') => (self.shows_spectrum, self.panel) = (!self.shows_spectrum, Panel::Allan),
+            KeyCode::Char(axis @ 'x'..='z') => self.axis = Some(axis as usize - 'x' as usize),
             KeyCode::Char(digit @ '1'..='9') => self.choose_sensor(digit as usize - '1' as usize, source),
             KeyCode::Up => self.step_down(false, source),
             KeyCode::Down => self.step_down(true, source),
@@ -272,18 +238,15 @@ impl ViewState {
         let axes: Vec<(usize, usize)> = (groups.iter().enumerate())
             .flat_map(|(sensor, group)| (0..group.channels.len()).map(move |axis| (sensor, axis)))
             .collect();
-        let here = match self.axes {
+        let here = axes.iter().position(|place| *place == (self.sensor, self.axis.unwrap_or(0)));
+        let next = match (here, self.axis) {
             // all axes of a sensor stand before its first
-            ShownAxes::All => axes.iter().position(|place| *place == (self.sensor, 0)),
-            ShownAxes::One(axis) => axes.iter().position(|place| *place == (self.sensor, axis)),
-        };
-        let next = match (here, self.axes) {
-            (Some(here), ShownAxes::All) if down => here,
+            (Some(here), None) if down => here,
             (Some(here), _) => step(here, down, axes.len()),
             (None, _) => 0,
         };
         if let Some((sensor, axis)) = axes.get(next) {
-            (self.sensor, self.axes) = (*sensor, ShownAxes::One(*axis));
+            (self.sensor, self.axis) = (*sensor, Some(*axis));
         }
     }
 

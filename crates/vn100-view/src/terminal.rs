@@ -84,13 +84,11 @@ impl Screen {
             give_back();
             report(panic);
         }));
-        enter().inspect_err(|_| {
+        let terminal = enter().and_then(|()| Terminal::new(CrosstermBackend::new(io::stdout())));
+        if terminal.is_err() {
             give_back();
-        })?;
-        let terminal = Terminal::new(CrosstermBackend::new(io::stdout())).inspect_err(|_| {
-            give_back();
-        })?;
-        Ok(Self { terminal: ManuallyDrop::new(terminal) })
+        }
+        Ok(Self { terminal: ManuallyDrop::new(terminal?) })
     }
 
     /// Whether no panic and no signal that ends the program has given the terminal back.

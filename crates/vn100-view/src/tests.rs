@@ -20,7 +20,7 @@ use crate::{
     draw::draw,
     scene::Scene,
     source::{SourcePhase, SourceView},
-    state::{Panel, Question, ShownAxes, ViewState},
+    state::{Panel, Question, ViewState},
     theme::{Colours, Theme},
 };
 use fixture::{damaged, link, linked, lost, measured, nothing};
@@ -265,7 +265,7 @@ fn several_sources_stand_in_a_list() {
 fn nothing_but_ascii_where_nothing_else_is_shown() {
     let theme = Theme { colours: Colours::None, ascii: true };
     let panels = Panel::ALL.map(|panel| ViewState { panel, expanded: true, ..one() });
-    let axis = ViewState { axes: ShownAxes::One(0), ..one() };
+    let axis = ViewState { axis: Some(0), ..one() };
     let others = [one(), axis, ViewState { overview: true, ..one() }, ViewState { help: Some(0), ..one() }];
     for state in panels.into_iter().chain(others) {
         for source in [measured(), damaged()] {
@@ -294,7 +294,7 @@ fn any_size_and_state_is_drawn() {
     for width in (1..220).step_by(13) {
         for height in (1..70).step_by(7) {
             for panel in Panel::ALL {
-                let state = ViewState { panel, overview: false, axes: ShownAxes::One(2), ..ViewState::new(3) };
+                let state = ViewState { panel, overview: false, axis: Some(2), ..ViewState::new(3) };
                 for source in 0..3 {
                     drawn(&ViewState { source, ..state.clone() }, &sources, PLAIN, (width, height));
                 }
@@ -306,7 +306,7 @@ fn any_size_and_state_is_drawn() {
 
 #[test]
 fn a_picture_has_all_that_the_screen_has() {
-    let state = ViewState { axes: ShownAxes::One(1), ..one() };
+    let state = ViewState { axis: Some(1), ..one() };
     let source = measured();
     let picture = |state: &ViewState| crate::save::picture(state, &source).unwrap().svg_file();
     let svg = picture(&state);

@@ -6,7 +6,7 @@ mod summary;
 use std::fmt;
 
 use imu_noise::{Sensor, Term};
-use vn100_analysis::SourceResult;
+use vn100_analysis::{SourceResult, letter};
 use vn100_report::{
     facts,
     names::{ParameterNames, parameter_names},
@@ -36,9 +36,9 @@ pub(crate) fn fill(text: &str, first_indent: &str, indent: &str) -> String {
 
 /// Name, short name and symbol: `Angle Random Walk (ARW) N`.
 pub(crate) fn parameter_name(sensor: Sensor, term: Term) -> String {
-    let ParameterNames { name, short, symbol, .. } = parameter_names(sensor, term);
+    let ParameterNames { name, short, .. } = parameter_names(sensor, term);
     let short = if short.is_empty() { String::new() } else { format!(" ({short})") };
-    format!("{name}{short} {symbol}")
+    format!("{name}{short} {}", letter(term))
 }
 
 /// The source with its rate, counts and losses, and its warnings. Ends with a line feed.

@@ -8,7 +8,7 @@ use serde::Serialize;
 use vn100_analysis::noise::{Parameter, Status, Term};
 use vn100_analysis::{ChannelResult, EndKind, Goal, LinkFacts, SourceResult, utc};
 
-use crate::schema::schema_of;
+use crate::{goals::widest, schema::schema_of};
 
 /// The JSON Schema (2020-12) of [`ProgressDocument`] and [`HeartbeatDocument`].
 #[must_use]
@@ -111,8 +111,7 @@ impl ProgressDocument {
         let mut warnings = BTreeMap::new();
         result.warnings.iter().for_each(|warning| *warnings.entry(warning.kind.name()).or_default() += 1);
         let progress = |goal: &Goal| {
-            let axes = result.half_widths(goal);
-            let widest = axes.iter().map(|(_, width)| *width).reduce(|a, b| Some(a?.max(b?))).flatten();
+            let widest = widest(result, goal);
             let met = widest.is_some_and(|widest| widest <= goal.relative_half_width);
             GoalProgress { goal: goal.to_string(), relative_half_width: widest.map(short), met }
         };

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use vn100_analysis::noise::{Claim, Term};
 use vn100_analysis::{ChannelResult, Completion, SourceResult};
 
+use super::tables::quoted;
 use crate::{codes::name_of, printable::json_line};
 
 /// A file of an archive, as it was when it was measured.
@@ -53,8 +54,9 @@ impl ArchiveRow {
     /// The row as a line of a table, under [`table_header`](Self::table_header).
     #[must_use]
     pub fn table_line(&self) -> String {
-        let cells: Vec<String> = self.cells.iter().map(|(_, cell)| cell_text(cell)).collect();
-        cells.join(",") + "\n"
+        // one line
+        let cell = |(_, cell): &(_, Value)| quoted(&text(cell).replace(['\n', '\r'], " "));
+        self.cells.iter().map(cell).collect::<Vec<_>>().join(",") + "\n"
     }
 
     /// The first line of a table.
@@ -183,12 +185,6 @@ fn text(value: &Value) -> String {
         Value::String(text) => text.clone(),
         other => other.to_string(),
     }
-}
-
-/// A cell of a table: one line, quoted if it has to be.
-fn cell_text(value: &Value) -> String {
-    let text = text(value).replace(['\n', '\r'], " ");
-    if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
 }
 
 /// The cells of a line of a table; `None` if a quoted cell does not end.

@@ -55,10 +55,16 @@ const DEGREES: f64 = 180.0 / PI;
 /// Milligals in one m/s².
 const MILLIGAL: f64 = 1e5;
 
-const N: Formula = Formula { text: "N", units: ("rad/s/sqrt(Hz)", "m/s^2/sqrt(Hz)"), typed: |_, value, _| value };
-const K: Formula = Formula { text: "K", units: ("rad/s^2/sqrt(Hz)", "m/s^3/sqrt(Hz)"), typed: |_, value, _| value };
+type Units = (&'static str, &'static str);
+
+const fn formula(text: &'static str, units: Units, typed: fn(Sensor, f64, f64) -> f64) -> Formula {
+    Formula { text, units, typed }
+}
+
+const N: Formula = formula("N", ("rad/s/sqrt(Hz)", "m/s^2/sqrt(Hz)"), |_, value, _| value);
+const K: Formula = formula("K", ("rad/s^2/sqrt(Hz)", "m/s^3/sqrt(Hz)"), |_, value, _| value);
 const VARIANCE_OF_A_SAMPLE: Formula =
-    Formula { text: "N^2 rate", units: ("(rad/s)^2", "(m/s^2)^2"), typed: |_, value, rate| value * value * rate };
+    formula("N^2 rate", ("(rad/s)^2", "(m/s^2)^2"), |_, value, rate| value * value * rate);
 
 impl Consumer {
     /// All of them.
@@ -89,12 +95,8 @@ impl Consumer {
             name: "gtsam",
             title: "GTSAM PreintegrationCombinedParams",
             ending: ".gtsam.py",
-            white: Formula { text: "N^2", units: ("(rad/s)^2/Hz", "(m/s^2)^2/Hz"), typed: |_, value, _| value * value },
-            walk: Some(Formula {
-                text: "K^2",
-                units: ("(rad/s^2)^2/Hz", "(m/s^3)^2/Hz"),
-                typed: |_, value, _| value * value,
-            }),
+            white: formula("N^2", ("(rad/s)^2/Hz", "(m/s^2)^2/Hz"), |_, value, _| value * value),
+            walk: Some(formula("K^2", ("(rad/s^2)^2/Hz", "(m/s^3)^2/Hz"), |_, value, _| value * value)),
             code: "borglab/gtsam 0ffe6c93, gtsam/navigation/CombinedImuFactor.cpp:164-178, ImuFactor.cpp:79",
             remark: "up to GTSAM 4.2 the default of biasAccOmegaInt adds white noise of density 1: it is set to 0",
             needs_rate: false,
@@ -115,16 +117,8 @@ impl Consumer {
             name: "vins",
             title: "VINS-Fusion, VINS-Mono",
             ending: ".vins.yaml",
-            white: Formula {
-                text: "N sqrt(2 rate)",
-                units: ("rad/s", "m/s^2"),
-                typed: |_, value, rate| value * (2.0 * rate).sqrt(),
-            },
-            walk: Some(Formula {
-                text: "K sqrt(rate)",
-                units: ("rad/s^2", "m/s^3"),
-                typed: |_, value, rate| value * rate.sqrt(),
-            }),
+            white: formula("N sqrt(2 rate)", ("rad/s", "m/s^2"), |_, value, rate| value * (2.0 * rate).sqrt()),
+            walk: Some(formula("K sqrt(rate)", ("rad/s^2", "m/s^3"), |_, value, rate| value * rate.sqrt())),
             code: "HKUST-Aerial-Robotics/VINS-Fusion be55a937, VINS-Mono 90dabb5e, vins_estimator/src/factor/integration_base.h:31, 122 (22, 113)",
             remark: "a midpoint of two samples, taken as independent; K/sqrt(rate) would make the walk too small by the rate",
             needs_rate: true,
@@ -135,11 +129,7 @@ impl Consumer {
             title: "FAST-LIO, FAST-LIO2",
             ending: ".fast-lio.yaml",
             white: VARIANCE_OF_A_SAMPLE,
-            walk: Some(Formula {
-                text: "K^2 rate",
-                units: ("(rad/s^2)^2", "(m/s^3)^2"),
-                typed: |_, value, rate| value * value * rate,
-            }),
+            walk: Some(formula("K^2 rate", ("(rad/s^2)^2", "(m/s^3)^2"), |_, value, rate| value * value * rate)),
             code: "hku-mars/FAST_LIO 7cc4175d, include/IKFoM_toolkit/esekfom/esekfom.hpp:381, src/IMU_Processing.hpp:280",
             remark: "right to 2.5 % at 200 Hz and 10 scans per second, since the end of a scan cuts a sample in two",
             needs_rate: true,
@@ -149,8 +139,8 @@ impl Consumer {
             name: "kf-gins",
             title: "KF-GINS",
             ending: ".kf-gins.yaml",
-            white: Formula { text: "N in its units", units: ("deg/sqrt(h)", "m/s/sqrt(h)"), typed: per_root_hour },
-            walk: Some(Formula { text: "K sqrt(corrtime/2)", units: ("deg/h", "mGal"), typed: gauss_markov }),
+            white: formula("N in its units", ("deg/sqrt(h)", "m/s/sqrt(h)"), per_root_hour),
+            walk: Some(formula("K sqrt(corrtime/2)", ("deg/h", "mGal"), gauss_markov)),
             code: "i2Nav-WHU/KF-GINS f39bc2e7, src/kf_gins.cpp:286, 342, src/kf-gins/gi_engine.cpp:47, 275-297",
             remark: "gbstd and abstd belong to a Gauss-Markov process, not to the bias instability; without initbgstd and initbastd it takes them for the bias at the start, which is far larger",
             needs_rate: false,
@@ -171,11 +161,7 @@ impl Consumer {
             name: "gazebo",
             title: "Gazebo SDF",
             ending: ".gazebo.sdf",
-            white: Formula {
-                text: "N sqrt(update_rate)",
-                units: ("rad/s", "m/s^2"),
-                typed: |_, value, rate| value * rate.sqrt(),
-            },
+            white: formula("N sqrt(update_rate)", ("rad/s", "m/s^2"), |_, value, rate| value * rate.sqrt()),
             walk: Some(K),
             code: "gazebosim/gz-sensors 9ba02f24, src/GaussianNoiseModel.cc:111-155",
             remark: "stddev belongs to this update_rate; without dynamic_bias_correlation_time there is no walk",

@@ -6,7 +6,7 @@ use vn100_analysis::noise::{Claim, Sensor, Status, Term};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
     ChannelResult, Datasheet, DatasheetFigure, LongTauValidity, Remedy, RemedyWords, Setting, SourceResult, axes_name,
-    letter, uncompensated_message,
+    letter, sensor_name, uncompensated_message,
 };
 
 use crate::{printable, units::si_unit};
@@ -34,12 +34,13 @@ pub struct FilterNoise {
     /// What is said at the head of a file.
     pub(super) remarks: Vec<String>,
     /// Of the accelerometer and the gyroscope, each N and K.
-    values: [[FilterValue; 2]; 2],
+    values: Vec<NamedValue>,
     was_moved: bool,
 }
 
 /// N or K of a sensor, or why it is not known.
 type FilterValue = Result<KnownValue, Missing>;
+type NamedValue = (Sensor, Term, FilterValue);
 
 /// A value in SI units.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,7 +103,7 @@ pub struct SheetStream {
 
 const QUANTITIES: [(Quantity, Sensor); 2] =
     [(Quantity::Acceleration, Sensor::Accelerometer), (Quantity::AngularRate, Sensor::Gyroscope)];
-const TERMS: [Term; 2] = [Term::White, Term::RateRandomWalk];
+pub(crate) const TERMS: [Term; 2] = [Term::White, Term::RateRandomWalk];
 
 impl FilterNoise {
     /// For each sensor the values of its noisiest axis: N, and as K the larger of K and 1.15
@@ -139,7 +140,7 @@ impl FilterNoise {
                 .map(|bag| bag.topic.clone()),
             scale_factor_ppm: None,
             remarks,
-            values: QUANTITIES.map(|(quantity, sensor)| measured(record, quantity, sensor, span_s)),
+            values: QUANTITIES.into_iter().flat_map(|of| measured(record, of, span_s)).collect(),
             was_moved: record.motion.is_some(),
         }
     }
@@ -154,6 +155,7 @@ impl FilterNoise {
             1.0 => "N as printed: nothing aliases".into(),
             factor => format!("N is {factor:.3} times the printed one, by aliasing in a stream of {rate_hz} Hz"),
         };
+        let of_sensor = |(_, sensor)| TERMS.map(|term| (sensor, term, printed(sheet, sensor, term, aliasing)));
         let mut remarks = vec![
             format!("from a data sheet: {}", printable(&sheet.name)),
             aliased,
@@ -165,7 +167,7 @@ impl FilterNoise {
             topic: None,
             scale_factor_ppm: None,
             remarks,
-            values: QUANTITIES.map(|(_, sensor)| TERMS.map(|term| printed(sheet, sensor, term, aliasing))),
+            values: QUANTITIES.into_iter().flat_map(of_sensor).collect(),
             was_moved: false,
         }
     }
@@ -173,14 +175,10 @@ impl FilterNoise {
     /// Takes from a data sheet what a record does not show.
     pub fn fill(&mut self, sheet: &Datasheet, aliasing: f64) {
         let mut filled = Vec::new();
-        for ((_, sensor), values) in QUANTITIES.iter().zip(&mut self.values) {
-            for (term, value) in TERMS.iter().zip(values) {
-                if value.is_err()
-                    && let Ok(known) = printed(sheet, *sensor, *term, aliasing)
-                {
-                    filled.push(name_of(*sensor, *term));
-                    *value = Ok(known);
-                }
+        for (sensor, term, value) in self.values.iter_mut().filter(|(.., value)| value.is_err()) {
+            if let Ok(known) = printed(sheet, *sensor, *term, aliasing) {
+                filled.push(name_of(*sensor, *term));
+                *value = Ok(known);
             }
         }
         if !filled.is_empty() {
@@ -189,16 +187,12 @@ impl FilterNoise {
         }
     }
 
-    /// N or K of a sensor; `None` for one that is no inertial sensor, and for another term.
-    pub(super) fn get(&self, sensor: Sensor, term: Term) -> Option<&FilterValue> {
-        let sensor = QUANTITIES.iter().position(|(_, of)| *of == sensor)?;
-        Some(&self.values[sensor][TERMS.iter().position(|of| *of == term)?])
-    }
-
-    /// The value of N and K, if it is known.
+    /// N or K of a sensor; `None` for one that is not known, for one that is no inertial sensor, and for
+    /// another term.
     #[must_use]
     pub fn value(&self, sensor: Sensor, term: Term) -> Option<f64> {
-        Some(self.get(sensor, term)?.as_ref().ok()?.value)
+        let (.., value) = self.values.iter().find(|(of, named, _)| (*of, *named) == (sensor, term))?;
+        Some(value.as_ref().ok()?.value)
     }
 
     /// The values of these terms that are missing.
@@ -206,35 +200,27 @@ impl FilterNoise {
         if self.was_moved {
             return Err(NotWritten::Moved);
         }
-        let values = QUANTITIES.iter().flat_map(|(_, sensor)| terms.iter().map(|term| (*sensor, *term)));
-        Ok(values.filter_map(|(sensor, term)| self.get(sensor, term)?.as_ref().err().cloned()).collect())
-    }
-
-    /// What each value of N and K is.
-    pub(crate) fn lines(&self) -> Vec<String> {
-        self.labels(&TERMS)
+        let values = self.values.iter().filter(|(_, term, _)| terms.contains(term));
+        Ok(values.filter_map(|(.., value)| value.as_ref().err().cloned()).collect())
     }
 
     /// Each value of these terms with its SI unit and what it is, as lines.
-    pub(super) fn labels(&self, terms: &[Term]) -> Vec<String> {
-        let values = QUANTITIES.iter().flat_map(|(_, sensor)| terms.iter().map(|term| (*sensor, *term)));
-        let label = |(sensor, term): (Sensor, Term)| {
-            let known = self.get(sensor, term)?.as_ref().ok()?;
-            let KnownValue { value, label, .. } = known;
-            Some(format!("{} = {value:.5e} {}: {label}", name_of(sensor, term), si_unit(sensor, term)))
+    pub(crate) fn labels(&self, terms: &[Term]) -> Vec<String> {
+        let label = |(sensor, term, value): &NamedValue| {
+            let KnownValue { value, label } = value.as_ref().ok()?;
+            Some(format!("{} = {value:.5e} {}: {label}", name_of(*sensor, *term), si_unit(*sensor, *term)))
         };
-        values.filter_map(label).collect()
+        self.values.iter().filter(|(_, term, _)| terms.contains(term)).filter_map(label).collect()
     }
 }
 
 /// Such as `K of the gyroscope`.
 fn name_of(sensor: Sensor, term: Term) -> String {
-    let sensor = if sensor == Sensor::Gyroscope { "gyroscope" } else { "accelerometer" };
-    format!("{} of the {sensor}", letter(term))
+    format!("{} of the {}", letter(term), sensor_name(sensor))
 }
 
 /// N and K of one sensor of a record.
-fn measured(record: &SourceResult, quantity: Quantity, sensor: Sensor, span_s: f64) -> [FilterValue; 2] {
+fn measured(record: &SourceResult, (quantity, sensor): (Quantity, Sensor), span_s: f64) -> [NamedValue; 2] {
     let axes: Vec<_> = record.streamed().filter(|channel| channel.quantity == quantity).collect();
     let missing = |term, why: &str, remedies: &[Remedy]| {
         let remedies = remedies.iter().cloned().chain([Remedy::FillFromDatasheet]).collect();
@@ -242,7 +228,7 @@ fn measured(record: &SourceResult, quantity: Quantity, sensor: Sensor, span_s: f
     };
     let Some(noise) = axes.first().and_then(|axis| axis.noise.as_ref()) else {
         let why = format!("the capture has no channel {}", axes_name(sensor));
-        return TERMS.map(|term| missing(term, &why, &[Remedy::MapColumns(None)]));
+        return TERMS.map(|term| (sensor, term, missing(term, &why, &[Remedy::MapColumns(None)])));
     };
     let uncompensated = uncompensated_message(record.source.message.as_deref().unwrap_or_default());
     let another_message = [Remedy::MeasureWith(Setting::Message(uncompensated))];
@@ -260,7 +246,7 @@ fn measured(record: &SourceResult, quantity: Quantity, sensor: Sensor, span_s: f
     let white = noisiest(&axes, density).map_or_else(|| missing(Term::White, too_short, &[Remedy::Plan]), Ok);
     let walk = noisiest(&axes, |axis| random_walk(axis, span_s)).filter(|_| no_walk.is_none());
     let walk = walk.map_or_else(|| missing(Term::RateRandomWalk, no_walk.unwrap_or(too_short), cure), Ok);
-    [white, walk]
+    [(sensor, Term::White, white), (sensor, Term::RateRandomWalk, walk)]
 }
 
 /// The largest value of the axes; an axis without a value is named.

@@ -60,14 +60,7 @@ struct Table(String);
 
 impl Table {
     fn row(&mut self, cells: &[&str]) {
-        let quoted = |cell: &&str| {
-            if cell.contains([',', '"', '\n', '\r']) {
-                format!("\"{}\"", cell.replace('"', "\"\""))
-            } else {
-                (*cell).into()
-            }
-        };
-        let row = cells.iter().map(quoted).collect::<Vec<String>>().join(",");
+        let row = cells.iter().map(|cell| quoted(cell)).collect::<Vec<String>>().join(",");
         // a String takes everything
         let _ = writeln!(self.0, "{row}");
     }
@@ -78,6 +71,12 @@ impl Table {
         let cells: Vec<&str> = [channel, unit].into_iter().chain(values.iter().map(String::as_str)).collect();
         self.row(&cells);
     }
+}
+
+/// A cell, between quotation marks if it has to be.
+pub(super) fn quoted(cell: &str) -> String {
+    let has_to_be = cell.contains([',', '"', '\n', '\r']);
+    if has_to_be { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.into() }
 }
 
 /// The shortest decimal that reads back as the same number.
@@ -130,7 +129,7 @@ fn parameters(table: &mut Table, record: &SourceResult) {
             in_units(table, &channel.name, "temperature_coefficient", Some(&found));
         }
         in_units(table, &channel.name, "curve_minimum", noise.curve_minimum.as_ref());
-        for (term, _) in GRAPHICAL {
+        for (term, ..) in GRAPHICAL {
             let read = noise.classical.of(term);
             let (name, status) =
                 (format!("graphical_{}", name_of(term)), read.map_or_else(name_of, |_| "graphical".into()));
@@ -196,7 +195,7 @@ fn warnings(table: &mut Table, record: &SourceResult, words: RemedyWords) {
 }
 
 /// The identity of a record, by name; empty if a part is not known.
-fn identity(record: &SourceResult) -> Vec<(&'static str, String)> {
+fn metadata(table: &mut Table, record: &SourceResult) {
     let (source, timing) = (&record.source, &record.timing);
     let device = |part: fn(&Device) -> &Option<String>| source.device.as_ref().and_then(|device| part(device).clone());
     let optional = [
@@ -217,13 +216,8 @@ fn identity(record: &SourceResult) -> Vec<(&'static str, String)> {
         ("complete", Some((record.completion == Completion::Complete).to_string())),
         ("error", source.error.clone()),
     ];
-    let mut cells = vec![("capture", source.name.clone())];
-    cells.extend(optional.map(|(name, value)| (name, value.unwrap_or_default())));
-    cells
-}
-
-fn metadata(table: &mut Table, record: &SourceResult) {
-    identity(record).iter().for_each(|(name, value)| table.row(&[name, value]));
+    table.row(&["capture", &source.name]);
+    optional.iter().for_each(|(name, value)| table.row(&[name, value.as_deref().unwrap_or_default()]));
 }
 
 fn spectrum(table: &mut Table, record: &SourceResult) {

@@ -9,12 +9,15 @@ use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelResult, FigureVerdict, Point};
 
 use super::{
-    Colour, Dash, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, Shape, Stroke,
+    Colour, Dash, Figure, LegendSample, PlotAxis, PlottedSeries, PlottedValue, Primitive, Shape, SlopedLine, Stroke,
     axes::Scale,
     fitted_model::{FLAT, FittedModel},
-    quiet, solid,
+    solid,
 };
-use crate::{names::deviation_name, units::pretty_unit};
+use crate::{names::deviation_name, shortened, units::pretty_unit};
+
+/// Letters of a name in a legend.
+const MOST_LETTERS: usize = 34;
 
 /// Each axis of a sensor, in the unit of data sheets: its curve, the fitted model, the lines of its
 /// terms, what the graphical rules read. All over the same range, to be compared by eye.
@@ -55,18 +58,16 @@ fn axis_in(channel: &ChannelResult, others: &[ChannelResult], factor: f64, devia
     }
     let id = format!("allan-{}", id_of(&channel.name));
     let title = format!("{}: {}", channel.name, deviation_name(deviation));
-    let mut plot = Plot::with_square_decades(id, title, x, y, &legend);
+    let mut plot = Figure::with_square_decades(id, title, x, y, &legend);
     if let Some(model) = &model {
-        let marks = model.below(&plot);
-        plot.draw(1, marks);
+        plot.draw(1, model.below(&plot));
     }
-    let marks = curve(&plot, 0, &channel.allan.points);
-    plot.draw(0, marks);
+    plot.draw(0, curve(&plot, 0, &channel.allan.points));
     if let Some(model) = &model {
         model.draw_above(&mut plot, channel.octaves());
     }
-    let units = units_of(channel, false);
-    Some(Figure { units, ..plot.done(vec![series(channel.name.clone(), &channel.allan.points)]) })
+    let series = vec![series(channel.name.clone(), &channel.allan.points)];
+    Some(Figure { series, units: units_of(channel, false), ..plot })
 }
 
 /// The axes of one sensor together, in the unit of data sheets, beside the figures of one.
@@ -89,22 +90,11 @@ pub(crate) fn allan_of_axes(
 
 /// A figure of the data sheet, as it shows in this stream.
 struct SheetLine {
-    /// At 1 s.
-    deviation: f64,
-    slope: f64,
+    line: SlopedLine,
     text: String,
 }
 
 impl SheetLine {
-    fn at(&self, tau_s: f64) -> f64 {
-        self.deviation * tau_s.powf(self.slope)
-    }
-
-    fn drawn(&self, plot: &Plot) -> Primitive {
-        let Scale { from, to, .. } = plot.place.x;
-        plot.line([from, to].map(|tau_s| (tau_s, self.at(tau_s))), quiet(1.0, Dash::Mixed))
-    }
-
     /// White noise falls with the root of the averaging time; what most sheets call bias
     /// instability is the minimum of the curve. Of a density of unknown sides both readings; none
     /// of a figure that this stream cannot show.
@@ -127,8 +117,7 @@ impl SheetLine {
         const ONE: f64 = 1.5;
         let (low, high) = verdict.expected;
         let line = |end: f64, which: &str| Self {
-            deviation: end * level * factor,
-            slope,
+            line: SlopedLine { tau_s: 1.0, deviation: end * level * factor, slope, dash: Dash::Mixed },
             text: format!("data sheet {name} {kind}{which}"),
         };
         match (is_limit, high > ONE * low) {
@@ -177,16 +166,17 @@ fn together(
         .map(|(index, ((name, _), model))| {
             let values = model.as_ref().map_or_else(Vec::new, FittedModel::values);
             let values = if values.is_empty() { String::new() } else { format!(": {}", values.join(", ")) };
-            (LegendSample::Both(connecting(index), Shape::of_series(index).filled()), short_name(name) + &values)
+            (
+                LegendSample::Both(connecting(index), Shape::of_series(index).filled()),
+                shortened(name, MOST_LETTERS) + &values,
+            )
         })
         .collect();
     let title = format!("{title}: {}", deviation_name(deviation));
-    let mut plot = Plot::with_square_decades(id, title, x, y, &legend);
-    let marks = sheet.iter().map(|line| line.drawn(&plot)).collect();
-    plot.draw(channels.len(), marks);
+    let mut plot = Figure::with_square_decades(id, title, x, y, &legend);
+    plot.draw(channels.len(), sheet.iter().map(|sheet| sheet.line.drawn(&plot, Colour::Quiet, 1.0)).collect());
     for (index, channel) in channels.iter().enumerate() {
-        let marks = curve(&plot, index, &channel.allan.points);
-        plot.draw(index, marks);
+        plot.draw(index, curve(&plot, index, &channel.allan.points));
     }
     for (index, (model, (name, _))) in models.iter().zip(&curves).enumerate() {
         if let Some(model) = model {
@@ -194,13 +184,12 @@ fn together(
         }
     }
     // level ones first, which have room at the left alone
-    let (level, sloped): (Vec<_>, Vec<_>) = sheet.iter().partition(|line| line.slope == 0.0);
-    for line in level.into_iter().chain(sloped) {
-        let places = plot.along(|tau_s| line.at(tau_s));
-        plot.label(channels.len(), &places, &line.text);
+    let (level, sloped): (Vec<_>, Vec<_>) = sheet.iter().partition(|sheet| sheet.line.slope == 0.0);
+    for SheetLine { line, text } in level.into_iter().chain(sloped) {
+        plot.label(channels.len(), &line.along(&plot), text);
     }
     let series = curves.iter().map(|(name, channel)| series(name.clone(), &channel.allan.points)).collect();
-    Some(Figure { units: units_of(channels[0], sheet.is_empty()), ..plot.done(series) })
+    Some(Figure { series, units: units_of(channels[0], sheet.is_empty()), ..plot })
 }
 
 /// The units to choose from where a curve is drawn in the first of them.
@@ -233,7 +222,7 @@ pub(super) fn axes(channels: &[&ChannelResult], more: &[f64], deviation: Deviati
 /// More points are lines: the deviation, and the ends of its intervals.
 const MOST_MARKED: usize = 100;
 
-pub(super) fn curve(plot: &Plot, index: usize, points: &[Point]) -> Vec<Primitive> {
+pub(super) fn curve(plot: &Figure, index: usize, points: &[Point]) -> Vec<Primitive> {
     const CAP: f64 = 3.0;
     let places = |is_known: bool| {
         let shown = points.iter().filter(move |point| point.is_known() == is_known);
@@ -251,16 +240,15 @@ pub(super) fn curve(plot: &Plot, index: usize, points: &[Point]) -> Vec<Primitiv
         return marks;
     }
     for (point, (lower, upper)) in points.iter().filter_map(|point| Some((point, interval(point)?))) {
-        let (x, low) = plot.place.of(point.tau_s, lower);
-        let (_, high) = plot.place.of(point.tau_s, upper);
+        let (x, low) = plot.place(point.tau_s, lower);
+        let (_, high) = plot.place(point.tau_s, upper);
         for points in
             [vec![(x, low), (x, high)], vec![(x - CAP, low), (x + CAP, low)], vec![(x - CAP, high), (x + CAP, high)]]
         {
             marks.push(Primitive::Line { points, stroke: solid(index, 1.1) });
         }
     }
-    let symbol = |(x, y): &(f64, f64)| plot.symbol(*x, *y, Shape::of_series(index).filled(), Colour::Series(index));
-    marks.extend(known.iter().map(symbol));
+    marks.extend(known.iter().map(|(x, y)| plot.symbol_of(index, *x, *y)));
     marks
 }
 
@@ -284,13 +272,4 @@ pub(super) fn series(name: String, points: &[Point]) -> PlottedSeries {
 #[must_use]
 pub fn id_of(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect()
-}
-
-fn short_name(name: &str) -> String {
-    const MOST: usize = 34;
-    if name.chars().count() <= MOST {
-        return name.to_owned();
-    }
-    let kept: String = name.chars().take(MOST - 1).collect();
-    kept + "…"
 }

@@ -1,6 +1,9 @@
 //! Scales, their ticks and labels, and the frame that they make around a plot.
 
-use super::drawing::{Anchor, At, Colour, Dash, LETTERS, Primitive, Rectangle, Stroke};
+use super::{
+    Figure,
+    drawing::{Anchor, At, Colour, Dash, LETTERS, Primitive, Rectangle, Stroke},
+};
 use crate::numbers::superscript;
 
 /// The range of an axis.
@@ -89,6 +92,7 @@ fn linear_ticks(from: f64, to: f64, exponent: i32) -> Vec<Tick> {
     let power = 10_f64.powf(raw.log10().floor());
     let step = power * [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().find(|nice| nice * power >= raw).unwrap_or(10.0);
     let unit = 10_f64.powi(exponent);
+    let is_whole = |value: f64| (value - value.round()).abs() < 1e-6;
     let decimals = (0..12).find(|d| is_whole(step / unit * 10_f64.powi(*d))).unwrap_or(12) as usize;
     let (first, last) = ((from / step).ceil() as i64, (to / step).floor() as i64);
     (first..=last)
@@ -98,10 +102,6 @@ fn linear_ticks(from: f64, to: f64, exponent: i32) -> Vec<Tick> {
             Tick { value, label: Some(text.replace('-', "−")) }
         })
         .collect()
-}
-
-fn is_whole(value: f64) -> bool {
-    (value - value.round()).abs() < 1e-6
 }
 
 fn log_ticks(from: f64, to: f64) -> Vec<Tick> {
@@ -163,24 +163,10 @@ impl PlotAxis {
     }
 }
 
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Place {
-    pub(crate) area: Rectangle,
-    pub(crate) x: Scale,
-    pub(crate) y: Scale,
-}
-
-impl Place {
-    pub(crate) fn of(&self, x: f64, y: f64) -> At {
-        // farther outside nothing is drawn
-        let far = |share: f64| share.clamp(-20.0, 21.0);
-        let Rectangle { left, top, width, height } = self.area;
-        (left + width * far(self.x.share(x)), top + height * (1.0 - far(self.y.share(y))))
-    }
-}
-
-pub(crate) fn frame(place: &Place, x: &PlotAxis, y: &PlotAxis) -> Vec<Primitive> {
-    let Rectangle { left, top, width, height } = place.area;
+/// Grid, edges, and the numbers and names of both axes.
+pub(crate) fn frame(figure: &Figure) -> Vec<Primitive> {
+    let Figure { x, y, .. } = figure;
+    let Rectangle { left, top, width, height } = figure.area;
     let (right, bottom) = (left + width, top + height);
     let stroke = |colour, width| Stroke { colour, width, dash: Dash::Solid };
     let line = |from: At, to: At, tick: &Tick| {
@@ -192,22 +178,22 @@ pub(crate) fn frame(place: &Place, x: &PlotAxis, y: &PlotAxis) -> Vec<Primitive>
     // the fine lines lie below the others
     for fine in [true, false] {
         for tick in along.iter().filter(|tick| tick.label.is_none() == fine) {
-            let x = place.of(tick.value, 0.0).0;
+            let x = figure.place(tick.value, 0.0).0;
             marks.push(line((x, top), (x, bottom), tick));
         }
         for tick in up.iter().filter(|tick| tick.label.is_none() == fine) {
-            let y = place.of(0.0, tick.value).1;
+            let y = figure.place(0.0, tick.value).1;
             marks.push(line((left, y), (right, y), tick));
         }
     }
     let corners = vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
     marks.push(Primitive::Line { points: corners, stroke: stroke(Colour::Axis, 1.0) });
     for tick in &along {
-        let at = (place.of(tick.value, 0.0).0, bottom + LETTERS + 4.0);
+        let at = (figure.place(tick.value, 0.0).0, bottom + LETTERS + 4.0);
         marks.extend(tick.label.clone().map(|label| Primitive::text(at, label, Anchor::Middle)));
     }
     for tick in &up {
-        let at = (left - 5.0, place.of(0.0, tick.value).1 + 0.36 * LETTERS);
+        let at = (left - 5.0, figure.place(0.0, tick.value).1 + 0.36 * LETTERS);
         marks.extend(tick.label.clone().map(|label| Primitive::text(at, label, Anchor::End)));
     }
     marks.push(Primitive::text((left + width / 2.0, bottom + 2.0 * LETTERS + 10.0), x.label(), Anchor::Middle));

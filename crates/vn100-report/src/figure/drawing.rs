@@ -3,20 +3,7 @@
 /// A place in a drawing: from the left and from the top.
 pub type At = (f64, f64);
 
-/// A drawing of a fixed size, in layers from the bottom up.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Drawing {
-    pub(crate) width: f64,
-    pub(crate) height: f64,
-    pub(crate) layers: Vec<Layer>,
-}
-
-#[derive(Debug, Clone)]
-pub(crate) struct Layer {
-    pub(crate) kind: LayerKind,
-    pub(crate) marks: Vec<Primitive>,
-}
-
+/// What a layer of a drawing holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum LayerKind {
     Frame,
@@ -127,6 +114,15 @@ impl Dash {
             Self::Mixed => &[7.0, 3.0, 1.5, 3.0],
         }
     }
+
+    pub(crate) const fn of_series(series: usize) -> Self {
+        match series % 4 {
+            0 => Self::Solid,
+            1 => Self::Dashed,
+            2 => Self::Mixed,
+            _ => Self::Dotted,
+        }
+    }
 }
 
 /// A symbol, distinct from others without colour, too.
@@ -176,35 +172,21 @@ pub enum Colour {
 }
 
 /// Distinct to the colour-blind: M. Okabe and K. Ito, "Color Universal Design" (2008).
-const SERIES: [(&str, [u8; 3]); 6] = [
-    ("c0", [0, 114, 178]),
-    ("c1", [213, 94, 0]),
-    ("c2", [0, 158, 115]),
-    ("c3", [204, 121, 167]),
-    ("c4", [230, 159, 0]),
-    ("c5", [86, 180, 233]),
-];
+const SERIES: [(&str, &str); 6] =
+    [("c0", "#0072b2"), ("c1", "#d55e00"), ("c2", "#009e73"), ("c3", "#cc79a7"), ("c4", "#e69f00"), ("c5", "#56b4e9")];
 
 impl Colour {
-    /// Class in a style sheet, and red, green and blue.
-    const fn look(self) -> (&'static str, [u8; 3]) {
+    /// Class in a style sheet, and red, green and blue in hexadecimal digits.
+    pub(crate) const fn look(self) -> (&'static str, &'static str) {
         match self {
-            Self::Ink => ("ink", [26, 26, 26]),
-            Self::Paper => ("paper", [255, 255, 255]),
-            Self::Axis => ("axis", [90, 90, 90]),
-            Self::Grid => ("grid", [200, 200, 200]),
-            Self::FineGrid => ("fine", [232, 232, 232]),
-            Self::Quiet => ("quiet", [110, 110, 110]),
+            Self::Ink => ("ink", "#1a1a1a"),
+            Self::Paper => ("paper", "#ffffff"),
+            Self::Axis => ("axis", "#5a5a5a"),
+            Self::Grid => ("grid", "#c8c8c8"),
+            Self::FineGrid => ("fine", "#e8e8e8"),
+            Self::Quiet => ("quiet", "#6e6e6e"),
             Self::Series(index) => SERIES[index % SERIES.len()],
         }
-    }
-
-    pub(crate) const fn rgb(self) -> [u8; 3] {
-        self.look().1
-    }
-
-    pub(crate) const fn class(self) -> &'static str {
-        self.look().0
     }
 }
 
@@ -237,15 +219,4 @@ impl Shape {
     }
 
     pub(crate) const RADIUS: f64 = 3.1;
-}
-
-impl Dash {
-    pub(crate) const fn of_series(series: usize) -> Self {
-        match series % 4 {
-            0 => Self::Solid,
-            1 => Self::Dashed,
-            2 => Self::Mixed,
-            _ => Self::Dotted,
-        }
-    }
 }

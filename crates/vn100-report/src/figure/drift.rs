@@ -2,7 +2,7 @@
 
 use vn100_analysis::{ChannelResult, angle_drift};
 
-use super::{Figure, LegendSample, Plot, PlotAxis, PlottedSeries, Shape, axes::Scale, solid};
+use super::{Figure, LegendSample, PlotAxis, PlottedSeries, Shape, axes::Scale, solid};
 
 /// Half the width of the interval of one drift, at the level of the curves, at each octave. `None` if no
 /// axis has a drift.
@@ -22,11 +22,10 @@ pub(crate) fn drift(axes: &[&ChannelResult]) -> Option<Figure> {
         })
         .collect();
     let title = format!("Drift of the angle while coasting, {} % of drifts", 100.0 * first.allan.confidence);
-    let mut plot = Plot::new("drift-gyro".into(), title, x, y, &legend);
+    let mut plot = Figure::new("drift-gyro".into(), title, x, y, &legend);
     for (index, (_, points)) in curves.iter().enumerate() {
-        let marks = plot.marked_line(index, points, solid(index, 1.1));
-        plot.draw(index, marks);
+        plot.draw(index, plot.marked_line(index, points, solid(index, 1.1)));
     }
-    let series = curves.iter().map(|(axis, points)| PlottedSeries::of(&axis.name, points));
-    Some(plot.done(series.collect()))
+    plot.series = curves.iter().map(|(axis, points)| PlottedSeries::of(&axis.name, points)).collect();
+    Some(plot)
 }

@@ -6,7 +6,7 @@ use vn100_analysis::noise::{
 };
 use vn100_analysis::{ChannelResult, NoiseResult, Point, letter};
 
-use super::{Colour, Dash, LegendSample, Plot, Primitive, Shape, Stroke, axes::Scale, quiet, solid};
+use super::{Colour, Dash, Figure, LegendSample, Marker, Primitive, Shape, SlopedLine, Stroke, axes::Scale, quiet};
 use crate::{
     numbers::digits,
     units::{parameter_unit, pretty_unit},
@@ -43,8 +43,8 @@ impl<'a> FittedModel<'a> {
         fitted.chain([Quantization, White, RateRandomWalk].into_iter().filter_map(|term| self.value(term))).collect()
     }
 
-    fn lines(&self, plot: &Plot) -> Vec<Reference> {
-        let Scale { from, to, .. } = plot.place.x;
+    fn lines(&self, plot: &Figure) -> Vec<Reference> {
+        let Scale { from, to, .. } = plot.x.scale;
         // the middle of the flat part: from where white noise falls below it, to where the random walk or the record ends it
         let flat = |flicker: f64| {
             let begins = self.value(White).map_or(from, |white| (white / (FLAT * flicker)).powi(2)).clamp(from, to);
@@ -53,7 +53,7 @@ impl<'a> FittedModel<'a> {
             (begins * ends.max(begins)).sqrt()
         };
         let at = |term, letter, tau_s, deviation, slope| {
-            Some(Reference { term, dash: dash(term)?, letter, tau_s, deviation, slope })
+            Some(Reference { term, letter, line: SlopedLine { tau_s, deviation, slope, dash: dash(term)? } })
         };
         let flat_part = |flicker| at(BiasInstability, "0.664 B", flat(flicker), FLAT * flicker, 0.0);
         [
@@ -75,29 +75,19 @@ impl<'a> FittedModel<'a> {
             legend.push((LegendSample::Symbol(Shape::Disc.hollow(), Colour::Ink), "graphical method".into()));
         }
         legend.extend(Term::ALL.into_iter().filter_map(|term| {
-            let Parameter { value, upper, .. } = self.noise.parameter(term)?;
-            let number = |value: f64| self.number(term, value);
-            Some(match (value, upper, dash(term)) {
-                (Some(value), _, Some(dash)) => {
-                    (LegendSample::Line(quiet(1.1, dash)), format!("{} {}", letter(term), number(value)))
-                }
-                (Some(value), _, None) => (LegendSample::Nothing, format!("{} {}", letter(term), number(value))),
-                // a bound is no line of the curve
-                (None, Some(upper), _) => (LegendSample::Nothing, format!("{} ≤ {}", letter(term), number(upper))),
-                (None, None, _) => return None,
-            })
+            // a bound is no line of the curve
+            let dash = dash(term).filter(|_| self.value(term).is_some());
+            let sample = dash.map_or(LegendSample::Nothing, |dash| LegendSample::Line(quiet(1.1, dash)));
+            Some((sample, self.text(term)?))
         }));
     }
 
-    pub(super) fn below(&self, plot: &Plot) -> Vec<Primitive> {
-        let Scale { from, to, .. } = plot.place.x;
-        let lines = self.lines(plot);
-        let line = |line: &Reference| plot.line([from, to].map(|tau_s| (tau_s, line.at(tau_s))), quiet(1.1, line.dash));
-        lines.iter().map(line).collect()
+    pub(super) fn below(&self, plot: &Figure) -> Vec<Primitive> {
+        self.lines(plot).iter().map(|Reference { line, .. }| line.drawn(plot, Colour::Quiet, 1.1)).collect()
     }
 
     /// Its curve, where its terms are read, and what the graphical rules read.
-    pub(super) fn draw_above(&self, plot: &mut Plot, points: &[Point]) {
+    pub(super) fn draw_above(&self, plot: &mut Figure, points: &[Point]) {
         let mut marks = Vec::new();
         let fitted: Vec<(f64, f64)> = points
             .iter()
@@ -107,8 +97,7 @@ impl<'a> FittedModel<'a> {
             marks.push(plot.line(fitted, MODEL));
         }
         let lines = self.lines(plot);
-        let read = |line: &Reference| plot.symbol(line.tau_s, line.deviation, Shape::Diamond.filled(), Colour::Ink);
-        marks.extend(lines.iter().map(read));
+        marks.extend(lines.iter().map(|line| line.symbol(plot, Shape::Diamond.filled())));
         let classical = &self.noise.classical;
         let read = [
             (Shape::Disc.hollow(), 1.0, classical.of(White)),
@@ -124,38 +113,35 @@ impl<'a> FittedModel<'a> {
         for line in &lines {
             let value = self.noise.parameter(line.term).and_then(|parameter| parameter.value);
             let value = value.map_or_else(String::new, |value| format!(": {}", self.number(line.term, value)));
-            let places: Vec<_> = [(line.tau_s, line.deviation)].into_iter().chain(line.places(plot)).collect();
-            plot.label(1, &places, &format!("{}{value}", line.letter));
+            line.line.label(plot, 1, &format!("{}{value}", line.letter));
         }
     }
 
     /// Of one axis among others: where its white noise is read, and the lines of its flicker floor
     /// and random walk, in the colour of `series`; each with its letter.
-    pub(super) fn draw_among(&self, plot: &mut Plot, series: usize, name: &str) {
+    pub(super) fn draw_among(&self, plot: &mut Figure, series: usize, name: &str) {
         let lines = self.lines(plot);
-        let Scale { from, to, .. } = plot.place.x;
         let mark = |line: &Reference| match line.term {
-            White => plot.symbol(line.tau_s, line.deviation, Shape::Diamond.hollow(), Colour::Ink),
-            _ => plot.line(
-                [from, to].map(|tau_s| (tau_s, line.at(tau_s))),
-                Stroke { dash: line.dash, ..solid(series, 0.8) },
-            ),
+            White => line.symbol(plot, Shape::Diamond.hollow()),
+            _ => line.line.drawn(plot, Colour::Series(series), 0.8),
         };
         let marks = lines.iter().map(mark).collect();
         plot.draw(series, marks);
         for line in lines.iter().filter(|line| line.term != White) {
-            plot.label(series, &line.places(plot), &format!("{} {name}", line.letter));
+            plot.label(series, &line.line.along(plot), &format!("{} {name}", line.letter));
         }
+    }
+
+    /// A parameter with its letter and unit, or its upper bound.
+    fn text(&self, term: Term) -> Option<String> {
+        let Parameter { value, upper, .. } = self.noise.parameter(term)?;
+        let (sign, number) = value.map(|value| ("", value)).or_else(|| Some(("≤ ", upper?)))?;
+        Some(format!("{} {sign}{}", letter(term), self.number(term, number)))
     }
 
     /// N, B and K with their units, or the upper bound of each.
     pub(super) fn values(&self) -> Vec<String> {
-        let value = |term| {
-            let Parameter { value, upper, .. } = self.noise.parameter(term)?;
-            let (sign, number) = value.map(|value| ("", value)).or_else(|| Some(("≤ ", upper?)))?;
-            Some(format!("{} {sign}{}", letter(term), self.number(term, number)))
-        };
-        [White, BiasInstability, RateRandomWalk].into_iter().filter_map(value).collect()
+        [White, BiasInstability, RateRandomWalk].into_iter().filter_map(|term| self.text(term)).collect()
     }
 }
 
@@ -172,21 +158,13 @@ fn dash(term: Term) -> Option<Dash> {
 /// The line of one term, through the deviation at the averaging time where its letter is read.
 struct Reference {
     term: Term,
-    dash: Dash,
     letter: &'static str,
-    tau_s: f64,
-    deviation: f64,
-    slope: f64,
+    line: SlopedLine,
 }
 
 impl Reference {
-    /// Places along it that are seen, from its left end.
-    fn places(&self, plot: &Plot) -> Vec<(f64, f64)> {
-        plot.along(|tau_s| self.at(tau_s))
-    }
-
-    fn at(&self, tau_s: f64) -> f64 {
-        self.deviation * (tau_s / self.tau_s).powf(self.slope)
+    fn symbol(&self, plot: &Figure, shape: Marker) -> Primitive {
+        plot.symbol(self.line.tau_s, self.line.deviation, shape, Colour::Ink)
     }
 }
 

@@ -6,7 +6,7 @@ use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelResult, NoiseResult, letter};
 
 use super::{
-    Colour, Dash, Figure, LegendSample, Plot, Shape,
+    Colour, Dash, Figure, LegendSample, Shape, SlopedLine,
     allan::{axes, curve, id_of, series},
     fitted_model::FLAT,
     quiet, solid,
@@ -14,7 +14,7 @@ use super::{
 use crate::{
     graphical::{GRAPHICAL, not_read},
     names::deviation_name,
-    numbers::four_digits,
+    numbers::digits,
     units::{laboratory_unit, pretty_unit},
 };
 
@@ -28,42 +28,37 @@ pub(crate) fn graphical(channel: &ChannelResult, deviation: Deviation) -> Option
     let noise = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan)?;
     let channel = channel.in_unit(unit, factor);
     let lines: Vec<Result<Line, (Term, NotRead)>> = (GRAPHICAL.iter())
-        .map(|(term, _)| match noise.classical.of(*term) {
+        .map(|(term, ..)| match noise.classical.of(*term) {
             Ok(line) => Ok(Line::new(*term, line, factor)),
             Err(why) => Err((*term, why)),
         })
         .collect();
     // with room for the text below
-    let reaches: Vec<f64> = lines.iter().flatten().flat_map(|line| [line.deviation, 0.4 * line.deviation]).collect();
+    let reaches: Vec<f64> =
+        lines.iter().flatten().flat_map(|Line { line, .. }| [line.deviation, 0.4 * line.deviation]).collect();
     let (x, y) = axes(&[&channel], &reaches, deviation)?;
     let mut legend = vec![(LegendSample::Both(solid(0, 1.0), Shape::Disc.filled()), "measured".to_owned())];
     legend.extend(lines.iter().map(|line| match line {
-        Ok(line) => (LegendSample::Line(quiet(1.3, line.dash)), line.text(noise)),
+        Ok(line) => (LegendSample::Line(quiet(1.3, line.line.dash)), line.text(noise)),
         Err((term, why)) => (LegendSample::Nothing, format!("{} {}", letter(*term), not_read(*term, *why))),
     }));
     let id = format!("graphical-{}", id_of(&channel.name));
     let title = format!("{}: {}, graphical slope method", channel.name, deviation_name(deviation));
-    let mut plot = Plot::with_square_decades(id, title, x, y, &legend);
-    let (from, to) = (plot.place.x.from, plot.place.x.to);
-    let marks = lines.iter().flatten();
-    let marks = marks.map(|line| plot.line([from, to].map(|tau_s| (tau_s, line.at(tau_s))), quiet(1.3, line.dash)));
-    let marks = marks.collect();
-    plot.draw(1, marks);
-    let marks = curve(&plot, 0, &channel.allan.points);
-    plot.draw(0, marks);
-    let read = |line: &Line| plot.symbol(line.tau_s, line.deviation, Shape::Diamond.filled(), Colour::Ink);
-    let marks = lines.iter().flatten().map(read).collect();
-    plot.draw(1, marks);
+    let mut plot = Figure::with_square_decades(id, title, x, y, &legend);
+    let straight = || lines.iter().flatten().map(|Line { line, .. }| line);
+    plot.draw(1, straight().map(|line| line.drawn(&plot, Colour::Quiet, 1.3)).collect());
+    plot.draw(0, curve(&plot, 0, &channel.allan.points));
+    let read = |line: &SlopedLine| plot.symbol(line.tau_s, line.deviation, Shape::Diamond.filled(), Colour::Ink);
+    plot.draw(1, straight().map(read).collect());
     for line in lines.iter().flatten() {
         let text = match line.term {
             Term::BiasInstability => format!("0.664 B: {}", line.text(noise)),
             _ => line.text(noise),
         };
-        let along = plot.along(|tau_s| line.at(tau_s));
-        let places: Vec<_> = [(line.tau_s, line.deviation)].into_iter().chain(along).collect();
-        plot.label(1, &places, &text);
+        line.line.label(&mut plot, 1, &text);
     }
-    Some(plot.done(vec![series(channel.name.clone(), &channel.allan.points)]))
+    plot.series = vec![series(channel.name.clone(), &channel.allan.points)];
+    Some(plot)
 }
 
 /// A straight line through the place at which its parameter is read.
@@ -71,11 +66,8 @@ struct Line {
     term: Term,
     /// In the unit of the parameter.
     value: f64,
-    tau_s: f64,
-    /// There, in the unit of the plot.
-    deviation: f64,
-    slope: f64,
-    dash: Dash,
+    /// In the unit of the plot.
+    line: SlopedLine,
 }
 
 impl Line {
@@ -87,18 +79,14 @@ impl Line {
                 (ClassicalReading::WHITE_TAU_S, 1.0, -0.5, Dash::Dashed)
             }
         };
-        Self { term, value, tau_s, deviation: value * level * factor, slope, dash }
-    }
-
-    fn at(&self, tau_s: f64) -> f64 {
-        self.deviation * (tau_s / self.tau_s).powf(self.slope)
+        Self { term, value, line: SlopedLine { tau_s, deviation: value * level * factor, slope, dash } }
     }
 
     /// As `N 0.3617 °/√h`.
     fn text(&self, noise: &NoiseResult) -> String {
         let unit = laboratory_unit(noise.sensor, self.term);
         unit.map_or_else(String::new, |(unit, factor)| {
-            format!("{} {} {}", letter(self.term), four_digits(self.value * factor), pretty_unit(unit))
+            format!("{} {} {}", letter(self.term), digits(self.value * factor, 4), pretty_unit(unit))
         })
     }
 }
@@ -109,7 +97,7 @@ mod tests {
 
     #[test]
     fn a_line_goes_through_the_place_where_it_is_read() {
-        let line = |term| Line::new(term, SlopeLine { value: 2.0, tau_s: 500.0 }, 10.0);
+        let line = |term| Line::new(term, SlopeLine { value: 2.0, tau_s: 500.0 }, 10.0).line;
         assert_eq!(line(Term::White).at(1.0), 20.0);
         assert!((line(Term::White).at(4.0) - 10.0).abs() < 1e-12);
         assert!(

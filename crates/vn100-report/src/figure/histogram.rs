@@ -4,8 +4,7 @@ use std::f64::consts::TAU;
 use vn100_analysis::{ChannelResult, HistogramBars};
 
 use super::{
-    Colour, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, allan::id_of, axes::Scale,
-    solid,
+    Colour, Figure, LegendSample, PlotAxis, PlottedSeries, PlottedValue, Primitive, allan::id_of, axes::Scale, solid,
 };
 use crate::units::pretty_unit;
 
@@ -34,28 +33,27 @@ pub(crate) fn histogram(channel: &ChannelResult) -> Option<Figure> {
         legend.push((LegendSample::Line(solid(1, 1.8)), "Gaussian, same mean and std".to_owned()));
     }
     let id = format!("histogram-{}", id_of(&channel.name));
-    let mut plot = Plot::new(id, format!("{}: histogram", channel.name), x, y, &legend);
+    let mut plot = Figure::new(id, format!("{}: histogram", channel.name), x, y, &legend);
     let bars = counts.iter().enumerate().filter(|(_, count)| **count > 0);
     let corners =
         |bar: usize, count: f64| [(edge(bar), 0.0), (edge(bar), count), (edge(bar + 1), count), (edge(bar + 1), 0.0)];
     let marks = bars.map(|(bar, count)| Primitive::Area {
-        points: corners(bar, *count as f64).iter().map(|(x, y)| plot.place.of(*x, *y)).collect(),
+        points: corners(bar, *count as f64).iter().map(|(x, y)| plot.place(*x, *y)).collect(),
         colour: Colour::Series(0),
         opacity: 0.5,
     });
-    let marks = marks.collect();
-    plot.draw(0, marks);
+    plot.draw(0, marks.collect());
     if normal.is_some() {
         const STEPS: usize = 120;
-        let Scale { from, to, .. } = plot.place.x;
+        let Scale { from, to, .. } = plot.x.scale;
         let places = (0..=STEPS).map(|step| from + (to - from) * step as f64 / STEPS as f64);
-        let curve = plot.line(places.filter_map(|x| Some((x, expected(x)?))), solid(1, 1.8));
-        plot.draw(1, vec![curve]);
+        plot.draw(1, vec![plot.line(places.filter_map(|x| Some((x, expected(x)?))), solid(1, 1.8))]);
     }
     let values = counts.iter().enumerate().map(|(bar, count)| PlottedValue {
         x: edge(bar) + width / 2.0,
         y: *count as f64,
         reach: None,
     });
-    Some(plot.done(vec![PlottedSeries { name: "samples".into(), values: values.collect() }]))
+    plot.series = vec![PlottedSeries { name: "samples".into(), values: values.collect() }];
+    Some(plot)
 }

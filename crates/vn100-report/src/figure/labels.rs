@@ -1,6 +1,6 @@
 //! Labels keep clear of what is drawn: of lines, symbols and other labels.
 
-use super::drawing::{Anchor, At, Drawing, LETTERS, LayerKind, Primitive, Rectangle, Shape};
+use super::drawing::{Anchor, At, LETTERS, Primitive, Rectangle, Shape};
 
 /// Letters are as high as this share of their size above their baseline, and reach below it.
 const ABOVE: f64 = 0.8;
@@ -39,17 +39,15 @@ fn room((x, baseline): At, anchor: Anchor, width: f64) -> Rectangle {
 }
 
 /// The first place beside one of `beside` at which a text of that width lies within `area` and
-/// touches nothing of the data layers, or else the one at which it touches least; `None` if it
-/// fits nowhere within the area. `width_of`: of the texts that are drawn.
+/// touches none of these marks, or else the one at which it touches least; `None` if it fits
+/// nowhere within the area. `width_of`: of the texts that are drawn.
 pub(super) fn free_place(
-    drawing: &Drawing,
+    marks: &[&Primitive],
     area: &Rectangle,
     beside: &[At],
     width: f64,
     width_of: impl Fn(&str) -> f64,
 ) -> Option<(At, Anchor)> {
-    let data = drawing.layers.iter().filter(|layer| matches!(layer.kind, LayerKind::Data(_)));
-    let marks: Vec<&Primitive> = data.flat_map(|layer| &layer.marks).collect();
     let is_inside = |(at, anchor): &(At, Anchor)| {
         let room = room(*at, *anchor, width);
         room.left >= area.left
@@ -104,15 +102,23 @@ fn crosses(part: &Rectangle, (x, y): At, (to_x, to_y): At) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::drawing::{Colour, Dash, Layer, Stroke};
+    use crate::figure::drawing::{Colour, Dash, Stroke};
 
     const AREA: Rectangle = Rectangle { left: 0.0, top: 0.0, width: 300.0, height: 200.0 };
 
-    fn drawing_of(lines: &[[At; 2]]) -> Drawing {
+    fn drawing_of(lines: &[[At; 2]]) -> Vec<Primitive> {
         let stroke = Stroke { colour: Colour::Ink, width: 1.0, dash: Dash::Solid };
-        let marks = lines.iter().map(|ends| Primitive::Line { points: ends.to_vec(), stroke }).collect();
-        let layers = vec![Layer { kind: LayerKind::Data(0), marks }];
-        Drawing { width: 300.0, height: 200.0, layers }
+        lines.iter().map(|ends| Primitive::Line { points: ends.to_vec(), stroke }).collect()
+    }
+
+    fn free_place_in(
+        marks: &[Primitive],
+        area: &Rectangle,
+        beside: &[At],
+        width: f64,
+        width_of: impl Fn(&str) -> f64,
+    ) -> Option<(At, Anchor)> {
+        free_place(&marks.iter().collect::<Vec<_>>(), area, beside, width, width_of)
     }
 
     #[test]
@@ -137,19 +143,19 @@ mod tests {
         let beside: Vec<At> = (1..10).map(|n| (30.0 * f64::from(n), 20.0 * f64::from(n))).collect();
         let width = |text: &str| 7.0 * text.len() as f64;
         for _ in 0..3 {
-            let (at, anchor) = free_place(&drawing, &AREA, &beside, width("a label"), width).unwrap();
+            let (at, anchor) = free_place_in(&drawing, &AREA, &beside, width("a label"), width).unwrap();
             let room = room(at, anchor, width("a label"));
-            assert!(!drawing.layers[0].marks.iter().any(|mark| touches(mark, &room, &width)), "{at:?}");
-            drawing.layers[0].marks.push(Primitive::text(at, "a label", anchor));
+            assert!(!drawing.iter().any(|mark| touches(mark, &room, &width)), "{at:?}");
+            drawing.push(Primitive::text(at, "a label", anchor));
         }
-        assert_eq!(free_place(&drawing, &AREA, &beside, 400.0, width), None);
-        assert_eq!(free_place(&drawing, &AREA, &[], 10.0, width), None);
+        assert_eq!(free_place_in(&drawing, &AREA, &beside, 400.0, width), None);
+        assert_eq!(free_place_in(&drawing, &AREA, &[], 10.0, width), None);
     }
 
     #[test]
     fn without_free_room_a_label_stands_where_it_touches_least() {
         let lines: Vec<[At; 2]> = (0..40).map(|n| 5.0 * f64::from(n)).map(|y| [(0.0, y), (300.0, y)]).collect();
-        assert!(free_place(&drawing_of(&lines), &AREA, &[(100.0, 100.0)], 50.0, |_| 50.0).is_some());
+        assert!(free_place_in(&drawing_of(&lines), &AREA, &[(100.0, 100.0)], 50.0, |_| 50.0).is_some());
     }
 
     #[test]
@@ -159,9 +165,9 @@ mod tests {
         let (mut drawing, area) = (drawing_of(&lines), Rectangle { left: 95.0, ..AREA });
         let mut rooms = Vec::new();
         for _ in 0..2 {
-            let (at, anchor) = free_place(&drawing, &area, &[(100.0, 100.0)], 50.0, |_| 50.0).unwrap();
+            let (at, anchor) = free_place_in(&drawing, &area, &[(100.0, 100.0)], 50.0, |_| 50.0).unwrap();
             rooms.push(room(at, anchor, 50.0));
-            drawing.layers[0].marks.push(Primitive::text(at, "a label", anchor));
+            drawing.push(Primitive::text(at, "a label", anchor));
         }
         assert!(!rooms[0].overlaps(&rooms[1]), "{rooms:?}");
     }

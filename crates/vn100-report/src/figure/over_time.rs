@@ -2,8 +2,8 @@
 //! deviation on either side; and the standard deviation alone of all axes of a sensor.
 
 use super::{
-    Colour, Dash, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, PlottedValue, Primitive, Shape, Stroke,
-    allan::id_of, axes::Scale, solid,
+    Colour, Dash, Figure, LegendSample, PlotAxis, PlottedSeries, PlottedValue, Primitive, Shape, Stroke, allan::id_of,
+    axes::Scale, solid,
 };
 use crate::units::pretty_unit;
 use vn100_analysis::{BlockValues, ChannelResult, History, HistoryColumn};
@@ -58,11 +58,11 @@ fn bands(
         legend.push((LegendSample::Area(Colour::Series(0), 0.6), "mean ± std".to_owned()));
     }
     legend.push((LegendSample::Line(solid(1, 1.6)), "mean".to_owned()));
-    let mut plot = Plot::new(id, title, x, y, &legend);
+    let mut plot = Figure::new(id, title, x, y, &legend);
     let band = |run: &[BlockValues], opacity, range: &dyn Fn(&BlockValues) -> (f64, f64)| {
         let upper = run.iter().flat_map(|block| [start(block), end(block)].map(|x| (x, range(block).1)));
         let lower = run.iter().rev().flat_map(|block| [end(block), start(block)].map(|x| (x, range(block).0)));
-        let points = upper.chain(lower).map(|(x, y)| plot.place.of(x, y)).collect();
+        let points = upper.chain(lower).map(|(x, y)| plot.place(x, y)).collect();
         Primitive::Area { points, colour: Colour::Series(0), opacity }
     };
     let mut marks = Vec::new();
@@ -81,7 +81,8 @@ fn bands(
         y: block.mean,
         reach: Some((block.min, block.max)),
     };
-    plot.done(vec![PlottedSeries { name: "mean, min to max".into(), values: blocks.iter().map(value).collect() }])
+    plot.series = vec![PlottedSeries { name: "mean, min to max".into(), values: blocks.iter().map(value).collect() }];
+    plot
 }
 
 /// The runs of blocks without a gap: nothing is drawn across one.
@@ -100,9 +101,8 @@ fn time_unit(length_s: f64) -> (&'static str, f64) {
 
 /// `None` without segments of two samples.
 pub(crate) fn segments(id: &str, title: &str, channels: &[&ChannelResult]) -> Option<Figure> {
-    let blocks = |channel: &&ChannelResult| channel.blocks().to_vec();
-    let of_channels: Vec<Vec<BlockValues>> = channels.iter().map(blocks).collect();
-    let end_s = of_channels.iter().flatten().map(|block| block.start_s + block.duration_s).fold(0.0, f64::max);
+    let of_channels: Vec<&[BlockValues]> = channels.iter().map(|channel| channel.blocks()).collect();
+    let end_s = of_channels.iter().copied().flatten().map(|block| block.start_s + block.duration_s).fold(0.0, f64::max);
     let (unit, unit_s) = time_unit(end_s);
     let middle = |block: &BlockValues| (block.start_s + block.duration_s / 2.0) / unit_s;
     let points =
@@ -122,11 +122,12 @@ pub(crate) fn segments(id: &str, title: &str, channels: &[&ChannelResult]) -> Op
             (LegendSample::Both(stroke(index), Shape::of_series(index).filled()), channel.name.clone())
         })
         .collect();
-    let mut plot = Plot::new(format!("segments-{id}"), format!("{title}: deviation per segment"), x, y, &legend);
+    let mut plot = Figure::new(format!("segments-{id}"), format!("{title}: deviation per segment"), x, y, &legend);
     for (index, blocks) in of_channels.iter().enumerate() {
-        let marks = without_gaps(blocks).flat_map(|run| plot.marked_line(index, &points(run), stroke(index))).collect();
-        plot.draw(index, marks);
+        let lines = without_gaps(blocks).flat_map(|run| plot.marked_line(index, &points(run), stroke(index)));
+        plot.draw(index, lines.collect());
     }
     let series = channels.iter().zip(&curves).map(|(channel, points)| PlottedSeries::of(&channel.name, points));
-    Some(plot.done(series.collect()))
+    plot.series = series.collect();
+    Some(plot)
 }

@@ -1,15 +1,13 @@
-//! A plot while it is drawn: its frame and legend, and what every plot places in it.
+//! A figure while it is drawn: its frame and legend, and what every plot places in it.
 
 use super::{
-    Figure, PlotAxis, PlottedSeries,
-    axes::{Place, frame, square_decades},
-    drawing::{
-        self, Anchor, Colour, Dash, Drawing, LETTERS, Layer, LayerKind, Marker, Primitive, Rectangle, Shape, Stroke,
-    },
+    Figure, PlotAxis,
+    axes::{Scale, frame, square_decades},
+    drawing::{Anchor, At, Colour, Dash, LETTERS, LayerKind, Marker, Primitive, Rectangle, Shape, Stroke},
     labels::free_place,
 };
 
-const WIDTH: f64 = 480.0;
+pub(super) const WIDTH: f64 = 480.0;
 const HEIGHT: f64 = 330.0;
 
 #[derive(Debug, Clone, Copy)]
@@ -22,17 +20,11 @@ pub(super) enum LegendSample {
     Nothing,
 }
 
-/// A figure that is being drawn.
-pub(super) struct Plot {
-    figure: Figure,
-    pub(super) place: Place,
-}
-
 /// Of the rectangle in which a plot draws.
 const AREA_HEIGHT: f64 = HEIGHT - 26.0 - 44.0;
 const AREA_RIGHT: f64 = WIDTH - 18.0;
 
-impl Plot {
+impl Figure {
     /// With decades as high as they are wide, so that a slope of −½ looks like one: the shorter
     /// side is continued.
     pub(super) fn with_square_decades(
@@ -74,75 +66,91 @@ impl Plot {
             x_next += entry;
         }
         let top = if legend.is_empty() { 26.0 } else { y_next + 8.0 };
-        let bottom = HEIGHT + top - 26.0;
-        let area = Rectangle { left, top, width: AREA_RIGHT - left, height: AREA_HEIGHT };
-        let place = Place { area, x: x.scale, y: y.scale };
-        let layers = vec![
-            Layer { kind: LayerKind::Frame, marks: frame(&place, &x, &y) },
-            Layer { kind: LayerKind::Legend, marks },
-        ];
-        let drawing = Drawing { width: WIDTH, height: bottom, layers };
         let texts: Vec<&str> = legend.iter().map(|(_, text)| text.as_str()).collect();
         let description = format!("{} over {}: {}", y.label(), x.label(), texts.join("; "));
-        Self {
-            figure: Figure {
-                id,
-                prefix: 0,
-                title,
-                description,
-                x,
-                y,
-                area,
-                series: Vec::new(),
-                units: Vec::new(),
-                drawing,
-            },
-            place,
-        }
+        let mut figure = Self {
+            id,
+            title,
+            description,
+            x,
+            y,
+            area: Rectangle { left, top, width: AREA_RIGHT - left, height: AREA_HEIGHT },
+            series: Vec::new(),
+            units: Vec::new(),
+            height: HEIGHT + top - 26.0,
+            layers: Vec::new(),
+        };
+        figure.layers = vec![(LayerKind::Frame, frame(&figure)), (LayerKind::Legend, marks)];
+        figure
     }
 
     /// Draws in a layer of its own that belongs to `series`.
     pub(super) fn draw(&mut self, series: usize, marks: Vec<Primitive>) {
-        self.figure.drawing.layers.push(Layer { kind: LayerKind::Data(series), marks });
+        self.layers.push((LayerKind::Data(series), marks));
     }
 
     pub(super) fn line(&self, values: impl IntoIterator<Item = (f64, f64)>, stroke: Stroke) -> Primitive {
-        Primitive::Line { points: values.into_iter().map(|(x, y)| self.place.of(x, y)).collect(), stroke }
+        Primitive::Line { points: values.into_iter().map(|(x, y)| self.place(x, y)).collect(), stroke }
     }
 
     /// A line through these places, with the symbol of the series at each.
     pub(super) fn marked_line(&self, series: usize, values: &[(f64, f64)], stroke: Stroke) -> Vec<Primitive> {
-        let symbol =
-            |(x, y): &(f64, f64)| self.symbol(*x, *y, Shape::of_series(series).filled(), Colour::Series(series));
+        let symbol = |(x, y): &(f64, f64)| self.symbol_of(series, *x, *y);
         let line = self.line(values.iter().copied(), stroke);
         [line].into_iter().chain(values.iter().map(symbol)).collect()
     }
 
-    pub(super) fn symbol(&self, x: f64, y: f64, shape: Marker, colour: Colour) -> Primitive {
-        Primitive::Symbol { at: self.place.of(x, y), shape, colour }
+    /// The symbol of a series.
+    pub(super) fn symbol_of(&self, series: usize, x: f64, y: f64) -> Primitive {
+        self.symbol(x, y, Shape::of_series(series).filled(), Colour::Series(series))
     }
 
-    /// Places along a curve that lie in the plot, from its left end.
-    pub(super) fn along(&self, curve: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
-        const PLACES: usize = 48;
-        let (x, y) = (self.place.x, self.place.y);
-        let places = (1..PLACES).map(|place| x.from * (x.to / x.from).powf(place as f64 / PLACES as f64));
-        places.map(|x| (x, curve(x))).filter(|(_, value)| (y.from..=y.to).contains(value)).collect()
+    pub(super) fn symbol(&self, x: f64, y: f64, shape: Marker, colour: Colour) -> Primitive {
+        Primitive::Symbol { at: self.place(x, y), shape, colour }
     }
 
     /// Writes a short text beside the first of these places where it keeps clear of all that is
     /// drawn so far, in a layer of `series`; nothing if it does not fit into the plot.
     pub(super) fn label(&mut self, series: usize, beside: &[(f64, f64)], text: &str) {
-        let places: Vec<_> = beside.iter().map(|(x, y)| self.place.of(*x, *y)).collect();
-        if let Some((at, anchor)) =
-            free_place(&self.figure.drawing, &self.place.area, &places, width_of(text), width_of)
-        {
+        let places: Vec<_> = beside.iter().map(|(x, y)| self.place(*x, *y)).collect();
+        let drawn: Vec<&Primitive> = self.marks().map(|(_, mark)| mark).collect();
+        if let Some((at, anchor)) = free_place(&drawn, &self.area, &places, width_of(text), width_of) {
             self.draw(series, vec![Primitive::text(at, text, anchor)]);
         }
     }
+}
 
-    pub(super) fn done(self, series: Vec<PlottedSeries>) -> Figure {
-        Figure { series, ..self.figure }
+/// A straight line on logarithmic scales, through the deviation at an averaging time.
+pub(super) struct SlopedLine {
+    pub(super) tau_s: f64,
+    pub(super) deviation: f64,
+    pub(super) slope: f64,
+    pub(super) dash: Dash,
+}
+
+impl SlopedLine {
+    pub(super) fn at(&self, tau_s: f64) -> f64 {
+        self.deviation * (tau_s / self.tau_s).powf(self.slope)
+    }
+
+    /// From one side of the plot to the other.
+    pub(super) fn drawn(&self, plot: &Figure, colour: Colour, width: f64) -> Primitive {
+        let Scale { from, to, .. } = plot.x.scale;
+        plot.line([from, to].map(|tau_s| (tau_s, self.at(tau_s))), Stroke { colour, width, dash: self.dash })
+    }
+
+    /// Places along it that lie in the plot, from its left end.
+    pub(super) fn along(&self, plot: &Figure) -> Vec<(f64, f64)> {
+        const PLACES: usize = 48;
+        let (x, y) = (plot.x.scale, plot.y.scale);
+        let places = (1..PLACES).map(|place| x.from * (x.to / x.from).powf(place as f64 / PLACES as f64));
+        places.map(|x| (x, self.at(x))).filter(|(_, value)| (y.from..=y.to).contains(value)).collect()
+    }
+
+    /// Writes a text at the deviation that it goes through, or else along it.
+    pub(super) fn label(&self, plot: &mut Figure, series: usize, text: &str) {
+        let places: Vec<_> = [(self.tau_s, self.deviation)].into_iter().chain(self.along(plot)).collect();
+        plot.label(series, &places, text);
     }
 }
 
@@ -163,7 +171,7 @@ fn width_of(text: &str) -> f64 {
 }
 
 impl LegendSample {
-    fn draw(self, (x, y): drawing::At, marks: &mut Vec<Primitive>) {
+    fn draw(self, (x, y): At, marks: &mut Vec<Primitive>) {
         let line = |stroke| Primitive::Line { points: vec![(x, y), (x + 22.0, y)], stroke };
         let symbol = |shape, colour| Primitive::Symbol { at: (x + 11.0, y), shape, colour };
         match self {

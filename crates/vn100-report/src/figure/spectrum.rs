@@ -1,6 +1,6 @@
 //! The amplitude spectral density of the axes of one sensor, and its peaks.
 
-use super::{Colour, Figure, LegendSample, Plot, PlotAxis, PlottedSeries, Shape, axes::Scale, solid};
+use super::{Figure, LegendSample, PlotAxis, PlottedSeries, axes::Scale, solid};
 use crate::units::pretty_unit;
 use vn100_analysis::ChannelResult;
 
@@ -33,18 +33,15 @@ pub fn spectrum(id: &str, title: &str, channels: &[&ChannelResult]) -> Option<Fi
     let legend: Vec<_> = (curves.iter().enumerate())
         .map(|(index, (channel, _))| (LegendSample::Line(solid(index, 1.1)), channel.name.clone()))
         .collect();
-    let mut plot = Plot::new(format!("spectrum-{id}"), format!("{title}: spectrum, one-sided"), x, y, &legend);
+    let mut plot = Figure::new(format!("spectrum-{id}"), format!("{title}: spectrum, one-sided"), x, y, &legend);
     let mut peaks: Vec<Peak> =
         curves.iter().enumerate().flat_map(|(series, (channel, points))| peaks_of(series, channel, points)).collect();
     peaks.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
     for (index, (_, points)) in curves.iter().enumerate() {
         let of_curve = peaks.iter().filter(|peak| peak.series == index);
-        let symbol = |peak: &Peak| {
-            plot.symbol(peak.frequency, peak.amplitude, Shape::of_series(index).filled(), Colour::Series(index))
-        };
-        let marks =
-            [plot.line(points.iter().copied(), solid(index, 1.1))].into_iter().chain(of_curve.map(symbol)).collect();
-        plot.draw(index, marks);
+        let symbol = |peak: &Peak| plot.symbol_of(index, peak.frequency, peak.amplitude);
+        let line = plot.line(points.iter().copied(), solid(index, 1.1));
+        plot.draw(index, [line].into_iter().chain(of_curve.map(symbol)).collect());
     }
     let mut labelled: Vec<f64> = Vec::new();
     for peak in &peaks {
@@ -55,8 +52,8 @@ pub fn spectrum(id: &str, title: &str, channels: &[&ChannelResult]) -> Option<Fi
             plot.label(peak.series, &[(peak.frequency, peak.amplitude)], &format!("{:.1} Hz", peak.hz));
         }
     }
-    let series = curves.iter().map(|(channel, points)| PlottedSeries::of(&channel.name, points));
-    Some(plot.done(series.collect()))
+    plot.series = curves.iter().map(|(channel, points)| PlottedSeries::of(&channel.name, points)).collect();
+    Some(plot)
 }
 
 struct Peak {

@@ -2,50 +2,60 @@
 
 use std::fmt::{self, Write};
 
-use super::Figure;
-use super::drawing::{Anchor, At, Colour, Drawing, Layer, LayerKind, Marker, Primitive, Rectangle, Shape};
+use super::drawing::{Anchor, At, Colour, LayerKind, Marker, Primitive, Rectangle, Shape};
+use super::{Figure, plot::WIDTH};
 
-/// As an element of a page. The title and the description are read aloud.
-pub(crate) fn element(figure: &Figure, attributes: &str) -> String {
+impl Figure {
+    /// The figure as an element `svg` of an HTML page, with a title and a description for screen
+    /// readers. A style sheet may give other colours to its classes.
+    #[must_use]
+    pub fn svg_element(&self) -> String {
+        svg(self, "")
+    }
+
+    /// The figure as an SVG file of its own.
+    #[must_use]
+    pub fn svg_file(&self) -> String {
+        let more = format!(
+            " xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{}\" font-family=\"DejaVu Sans, Verdana, sans-serif\"",
+            self.height
+        );
+        svg(self, &more)
+    }
+}
+
+fn svg(figure: &Figure, attributes: &str) -> String {
     let mut out = String::new();
     // a String takes everything
     let _ = write_figure(&mut out, figure, attributes);
     out
 }
 
-pub(crate) fn file(figure: &Figure) -> String {
-    let Drawing { width, height, .. } = figure.drawing;
-    let more = format!(
-        " xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" font-family=\"DejaVu Sans, Verdana, sans-serif\""
-    );
-    element(figure, &more)
-}
-
 fn write_figure(out: &mut String, figure: &Figure, attributes: &str) -> fmt::Result {
-    let Figure { id, title, description, area, drawing: Drawing { width, height, layers }, .. } = figure;
-    write!(out, "<svg{attributes} class=\"figure\" viewBox=\"0 0 {width} {height}\" role=\"img\">")?;
+    let Figure { id, title, description, area, height, layers, .. } = figure;
+    write!(out, "<svg{attributes} class=\"figure\" viewBox=\"0 0 {WIDTH} {height}\" role=\"img\">")?;
     write!(out, "<title>{}</title><desc>{}</desc>", escaped(title), escaped(description))?;
     let Rectangle { left, top, width, height } = area;
     write!(
         out,
         "<clipPath id=\"clip-{id}\"><rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/></clipPath>"
     )?;
-    write!(out, "<rect width=\"100%\" height=\"100%\" class=\"paper\" fill=\"{}\"/>", hex(Colour::Paper))?;
-    for layer in layers {
-        write_layer(out, layer, id)?;
+    write!(out, "<rect width=\"100%\" height=\"100%\" class=\"paper\" fill=\"{}\"/>", Colour::Paper.look().1)?;
+    for (kind, marks) in layers {
+        write_layer(out, *kind, marks, id)?;
     }
     out.write_str("</svg>")
 }
 
-fn write_layer(out: &mut String, layer: &Layer, id: &str) -> fmt::Result {
-    match layer.kind {
+fn write_layer(out: &mut String, kind: LayerKind, marks: &[Primitive], id: &str) -> fmt::Result {
+    match kind {
         LayerKind::Frame => out.write_str("<g class=\"frame\">")?,
         LayerKind::Legend => out.write_str("<g class=\"legend\">")?,
         LayerKind::Data(series) => {
             write!(out, "<g class=\"data series s{series}\" clip-path=\"url(#clip-{id})\">")?;
         }
     }
-    for mark in &layer.marks {
+    for mark in marks {
         write_mark(out, mark)?;
     }
     out.write_str("</g>")
@@ -54,11 +64,10 @@ fn write_layer(out: &mut String, layer: &Layer, id: &str) -> fmt::Result {
 fn write_mark(out: &mut String, mark: &Primitive) -> fmt::Result {
     match mark {
         Primitive::Line { points, stroke } => {
+            let (class, colour) = stroke.colour.look();
             write!(
                 out,
-                "<path fill=\"none\" class=\"l {}\" stroke=\"{}\" stroke-width=\"{}\"",
-                stroke.colour.class(),
-                hex(stroke.colour),
+                "<path fill=\"none\" class=\"l {class}\" stroke=\"{colour}\" stroke-width=\"{}\"",
                 stroke.width
             )?;
             if !stroke.dash.lengths().is_empty() {
@@ -68,35 +77,26 @@ fn write_mark(out: &mut String, mark: &Primitive) -> fmt::Result {
             write!(out, " d=\"{}\"/>", path(points))
         }
         Primitive::Area { points, colour, opacity } => {
-            let class = colour.class();
-            write!(
-                out,
-                "<path class=\"a {class}\" fill=\"{}\" fill-opacity=\"{opacity}\" d=\"{}Z\"/>",
-                hex(*colour),
-                path(points)
-            )
+            let (class, colour) = colour.look();
+            let path = path(points);
+            write!(out, "<path class=\"a {class}\" fill=\"{colour}\" fill-opacity=\"{opacity}\" d=\"{path}Z\"/>")
         }
         Primitive::Symbol { at, shape, colour } => write_symbol(out, *at, *shape, *colour),
         Primitive::Text { at, text, size, anchor, upwards } => {
-            write!(
-                out,
-                "<text transform=\"translate({} {}){}\"",
-                short(at.0),
-                short(at.1),
-                if *upwards { "rotate(-90)" } else { "" }
-            )?;
-            match anchor {
-                Anchor::Start => {}
-                Anchor::Middle => out.write_str(" text-anchor=\"middle\"")?,
-                Anchor::End => out.write_str(" text-anchor=\"end\"")?,
-            }
-            write!(out, " font-size=\"{size}\" fill=\"{}\">{}</text>", hex(Colour::Ink), escaped(text))
+            let turned = if *upwards { "rotate(-90)" } else { "" };
+            let anchor = match anchor {
+                Anchor::Start => "",
+                Anchor::Middle => " text-anchor=\"middle\"",
+                Anchor::End => " text-anchor=\"end\"",
+            };
+            write!(out, "<text transform=\"translate({} {}){turned}\"{anchor}", short(at.0), short(at.1))?;
+            write!(out, " font-size=\"{size}\" fill=\"{}\">{}</text>", Colour::Ink.look().1, escaped(text))
         }
     }
 }
 
 fn write_symbol(out: &mut String, at: At, shape: Marker, colour: Colour) -> fmt::Result {
-    let (class, rgb) = (colour.class(), hex(colour));
+    let (class, rgb) = colour.look();
     let paint = if shape.is_hollow {
         format!("class=\"h {class}\" fill=\"none\" stroke=\"{rgb}\" stroke-width=\"1.4\"")
     } else {
@@ -127,11 +127,6 @@ fn short(value: f64) -> String {
         Some(whole) => whole.into(),
         None => text,
     }
-}
-
-fn hex(colour: Colour) -> String {
-    let [r, g, b] = colour.rgb();
-    format!("#{r:02x}{g:02x}{b:02x}")
 }
 
 fn escaped(text: &str) -> String {

@@ -1,7 +1,7 @@
 //! The parameters of the noise, and the terms that their results are given in.
 
-use vn100_analysis::Remedy;
 use vn100_analysis::noise::{Sensor, Term};
+use vn100_analysis::{Remedy, letter};
 
 use super::{Entry, Explanation, entry};
 use crate::names::{ParameterNames, parameter_names};
@@ -67,7 +67,7 @@ fn of_term(term: Term, names: [ParameterNames; 3]) -> Explanation {
     shorts.dedup();
     Explanation {
         group: PARAMETERS,
-        code: gyro.symbol.into(),
+        code: letter(term).into(),
         aliases,
         title: format!("{} ({}), slope {}", titles.join(" / "), shorts.join(" / "), gyro.slope),
         meaning: meaning.into(),

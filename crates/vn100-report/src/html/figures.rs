@@ -14,10 +14,7 @@ use crate::html::caption::Captions;
 /// The curves of each sensor, the first one large.
 pub(crate) fn together(record: &SourceResult, figures: &Figures, captions: &Captions) -> Markup {
     let level = trimmed(100.0 * record.confidence, 2);
-    let (first, others) = match &figures.allan_sensors[..] {
-        [first, others @ ..] => (std::slice::from_ref(first), others),
-        [] => (&[][..], &[][..]),
-    };
+    let (first, others) = figures.allan_sensors.split_at(figures.allan_sensors.len().min(1));
     html! {
         @if first.is_empty() && figures.allan_axes.is_empty() { p.absent { "The record is too short for an Allan deviation." } }
         @for figure in first { div.large { (one(figure, captions)) } }

@@ -1,13 +1,14 @@
 //! What the noise costs while a sensor coasts, and what a filter is given.
 
 use maud::{Markup, html};
+use vn100_analysis::SourceResult;
 use vn100_analysis::noise::Status;
-use vn100_analysis::{Drifting, SourceResult};
 
 use crate::{
     Consumer, FilterNoise, NotWritten,
-    codes::word_of,
+    codes::{name_of, word_of},
     drift::ASSUMPTIONS,
+    export::filter_noise::TERMS,
     figure::Figures,
     html::{caption::Captions, figures},
     numbers::{NOTHING, digits, duration},
@@ -27,7 +28,7 @@ pub(super) fn drift(record: &SourceResult, figures: &Figures, captions: &Caption
             thead { tr { th scope="col" { "axis" } th scope="col" { "drift of the" } th scope="col" { "coast" } th scope="col" { "within" } th scope="col" { "standard deviation" } th scope="col" { "its interval" } th scope="col" { "accelerometer alone" } th scope="col" { "unit" } } }
             tbody { @for found in &record.drift {
                 tr {
-                    th scope="row" { (found.axis) } td { (kind_name(found.of)) } td { (duration(found.coast_s)) }
+                    th scope="row" { (found.axis) } td { (name_of(found.of)) } td { (duration(found.coast_s)) }
                     @if found.status == Status::Estimated {
                         td { (number(found.within)) } td { (number(found.std)) } td { (number(found.lower)) " to " (number(found.upper)) }
                         td { @if found.of_accelerometer.is_some() { (number(found.of_accelerometer)) } } td { (pretty_unit(found.unit)) }
@@ -35,14 +36,6 @@ pub(super) fn drift(record: &SourceResult, figures: &Figures, captions: &Caption
                 }
             } }
         } }
-    }
-}
-
-const fn kind_name(of: Drifting) -> &'static str {
-    match of {
-        Drifting::Angle => "angle",
-        Drifting::Velocity => "velocity",
-        Drifting::Position => "position",
     }
 }
 
@@ -79,7 +72,7 @@ pub(super) fn filters(record: &SourceResult, span_s: f64) -> Markup {
              Programs type N and K differently, since their recursions do: continuous densities [8], variances of a sample, rates of change. \
              None has a place for the bias instability: K stands for it."
         }
-        ul { @for label in noise.lines() { li { (label) } } }
+        ul { @for label in noise.labels(&TERMS) { li { (label) } } }
         div.scroll { table aria-label="Values by program" {
             thead { tr { th scope="col" { "program" } th scope="col" { "N as" } th scope="col" { "gyroscope" } th scope="col" { "accelerometer" } th scope="col" { "K as" } th scope="col" { "gyroscope" } th scope="col" { "accelerometer" } } }
             tbody { @for consumer in &Consumer::ALL {

@@ -52,10 +52,7 @@ pub(crate) fn lab(record: &SourceResult, figures: &Figures, captions: &Captions)
 fn grades(record: &SourceResult) -> Markup {
     let graded = record.channels.iter().filter_map(|channel| {
         let (noise, graded) = (channel.noise.as_ref()?, channel.grade.as_ref()?);
-        let why = match graded.reason {
-            None => format!(" ({})", deciding(noise)),
-            Some(_) => String::new(),
-        };
+        let why = if graded.reason.is_none() { format!(" ({})", deciding(noise)) } else { String::new() };
         Some(format!("{}: {}{why}", channel.name, grade_text(graded)))
     });
     let graded: Vec<String> = graded.collect();

@@ -4,9 +4,9 @@
 use crate::html::glance;
 use crate::{
     codes::word_of,
-    names::{QUANTITIES, TERMS, budget_rows, decided_by, motion_text, names_of, parameter_names, verdict_name},
+    names::{QUANTITIES, budget_rows, decided_by, motion_text, names_of, parameter_names, verdict_name},
     numbers::{
-        NOTHING, digits, duration, four_digits, p_value,
+        NOTHING, digits, duration, p_value,
         plain::{digits_trimmed, short},
         trimmed, with_interval,
     },
@@ -56,7 +56,7 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, caption: &Markup) -> Mar
                         @for (channel, _) in axes { th scope="col" { (channel.name) } }
                     }
                 }
-                @for term in TERMS {
+                @for term in Term::ALL {
                     @if given(term) {
                         tbody {
                             (in_units(axes, conventions(sensor, term), html! { (parameter_names(sensor, term).name) " " b { (letter(term)) } }, |noise| noise.parameter(term)))
@@ -191,11 +191,11 @@ fn cell(parameter: Option<Parameter>, factor: f64, first: bool) -> String {
         (Some(value), Some(lower), Some(upper)) if first => {
             with_interval(value * factor, lower * factor, upper * factor)
         }
-        (Some(value), ..) => four_digits(value * factor),
+        (Some(value), ..) => digits(value * factor, 4),
         (None, Some(lower), Some(upper)) => {
-            format!("{} to {}", four_digits(lower * factor), four_digits(upper * factor))
+            format!("{} to {}", digits(lower * factor, 4), digits(upper * factor, 4))
         }
-        (None, _, Some(upper)) => format!("≤ {}", four_digits(upper * factor)),
+        (None, _, Some(upper)) => format!("≤ {}", digits(upper * factor, 4)),
         (None, ..) if first => word_of("status", parameter.status),
         (None, ..) => NOTHING.into(),
     }

@@ -124,10 +124,7 @@ fn nothing(record: &SourceResult, is_live: bool) -> Markup {
 /// The parts of a record in their places; `prefix` makes their ids unique. A live page has a place for
 /// each part that may come.
 pub(super) fn arranged<'a>(part: impl Fn(&str) -> Option<&'a str>, prefix: &str) -> Markup {
-    let place = |id: &str| {
-        let content = part(id);
-        html! { @if let Some(content) = content { section id={ (prefix) (id) } { (PreEscaped(content)) } } }
-    };
+    let place = |id: &str| html! { @if let Some(content) = part(id) { section id={ (prefix) (id) } { (PreEscaped(content)) } } };
     let has_content = |section: &&Section| part(section.id).is_some_and(|content| !content.is_empty());
     html! {
         div.top { @for column in TOP { div { @for id in column { (place(id)) } } } }

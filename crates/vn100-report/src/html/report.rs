@@ -45,10 +45,15 @@ pub fn report_page(records: &[SourceResult], figures: &ReportFigures, options: P
     Page { title: &title, style: &running_head(records), version: None, head: html! {}, main }.text()
 }
 
-/// The style of what each sheet of paper names at its foot.
+/// The style of what each sheet of paper names at its foot: captures and serial numbers.
 fn running_head(records: &[SourceResult]) -> String {
-    let text: String = running(records)
-        .chars()
+    let named = |record: &SourceResult| {
+        let serial = record.source.device.as_ref().and_then(|device| device.serial_number.as_ref());
+        let serial = serial.map_or(String::new(), |serial| format!(" (s/n {serial})"));
+        format!("{}{serial}", record.source.name)
+    };
+    let named: Vec<String> = records.iter().map(named).collect();
+    let text: String = (named.join(", ").chars())
         .map(|c| match c {
             // neither the end of the string nor that of the element
             '"' | '\\' | '<' | '>' | '&' => format!("\\{:x} ", u32::from(c)),
@@ -57,16 +62,6 @@ fn running_head(records: &[SourceResult]) -> String {
         })
         .collect();
     format!("@page {{ @bottom-left {{ content: \"{text}\"; }} }}\n")
-}
-
-/// Captures and serial numbers.
-fn running(records: &[SourceResult]) -> String {
-    let of = |record: &SourceResult| {
-        let serial = record.source.device.as_ref().and_then(|device| device.serial_number.as_ref());
-        let serial = serial.map_or(String::new(), |serial| format!(" (s/n {serial})"));
-        format!("{}{serial}", record.source.name)
-    };
-    records.iter().map(of).collect::<Vec<_>>().join(", ")
 }
 
 /// Everything of one record.

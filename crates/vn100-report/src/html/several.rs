@@ -4,7 +4,7 @@ use crate::{
     caveats::caveat_in_words,
     figure::Figures,
     names::{folding, names_of},
-    numbers::{NOTHING, digits, duration, four_digits, grouped, trimmed, with_interval},
+    numbers::{NOTHING, digits, duration, grouped, trimmed, with_interval},
     run_name,
     units::pretty_unit,
     warnings::in_words,
@@ -69,7 +69,7 @@ fn rankings(comparison: &Comparison, captions: &Captions) -> Markup {
             @let caption = format!("Noise density N of the {} in {}, quietest first", names_of(ranking.quantity).quantity, pretty_unit(ranking.unit));
             @let rows = html! {
                 @for ranked in &ranking.records {
-                    @let axes: Vec<_> = ranked.axes.iter().map(|axis| format!("{} {}", axis.name, four_digits(axis.white))).collect();
+                    @let axes: Vec<_> = ranked.axes.iter().map(|axis| format!("{} {}", axis.name, digits(axis.white, 4))).collect();
                     (row(run_name(ranked.record), [with_interval(ranked.white, ranked.lower, ranked.upper), axes.join(", ")]))
                 }
             };
@@ -149,7 +149,7 @@ fn mean(channel: &ChannelMeans) -> Markup {
             td {
                 @for (index, mean) in channel.means.iter().enumerate() {
                     @if index > 0 { br; }
-                    (run_name(mean.record)) ": " (four_digits(mean.mean))
+                    (run_name(mean.record)) ": " (digits(mean.mean, 4))
                 }
             }
             td { (channel.spread.as_ref().map_or_else(|| NOTHING.into(), spread)) }
@@ -160,7 +160,7 @@ fn mean(channel: &ChannelMeans) -> Markup {
 fn spread(spread: &Spread) -> String {
     match spread.lower.zip(spread.upper) {
         Some((lower, upper)) => with_interval(spread.deviation, lower, upper),
-        None => four_digits(spread.deviation),
+        None => digits(spread.deviation, 4),
     }
 }
 

@@ -4,7 +4,7 @@ use crate::html::glance;
 use crate::{
     figure::{Figure, Figures, id_of},
     names::{NEUTRAL_SERIES, QUANTITIES, names_of},
-    numbers::{NOTHING, digits, four_digits, grouped, signed},
+    numbers::{NOTHING, digits, grouped, signed},
     units::pretty_unit,
 };
 use maud::{Markup, html};
@@ -111,7 +111,7 @@ fn sentences(quantity: Quantity, channels: &[&ChannelResult], norm: Option<&Norm
             format!(
                 "Magnitude of the mean rate: {} rad/s ({} °/h); Earth rate: 7.292·10⁻⁵ rad/s (15.04 °/h). The mean of a resting gyroscope is its bias plus the \
                  Earth rate{}.",
-                four_digits(rate),
+                digits(rate, 4),
                 digits(rate.to_degrees() * 3600.0, 3),
                 if rate < EARTH_RATE_RAD_S { ": here it is below the Earth rate, so that the bias or a filter has removed part of it" } else { "" }
             )

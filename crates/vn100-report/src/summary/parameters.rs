@@ -4,14 +4,14 @@
 use vn100_analysis::noise::{Claim, Parameter, Sensor, Status, Term, Verdict};
 use vn100_analysis::{
     ChannelResult, DecidedBy, FigureVerdict, LongTauValidity, NoiseResult, Onboard, Remedy, Setting, SourceResult,
-    sensor_of,
+    letter, sensor_of,
 };
 
 use super::{AXES, Notes, ParameterRow, SensorTable, VerdictWord};
 use crate::{
     codes::word_of,
     graphical::GRAPHICAL,
-    names::{ParameterNames, QUANTITIES, TERMS, decided_by, names_of, parameter_names, short_verdict},
+    names::{ParameterNames, QUANTITIES, decided_by, names_of, parameter_names, short_verdict},
     numbers::plain::digits_trimmed,
     units::parameter_unit,
 };
@@ -61,7 +61,7 @@ fn table(axes: &[Axis<'_>], notes: &mut Notes) -> Option<SensorTable> {
     let sensor = sensor_of(quantity)?;
     let has_datasheet = axes.iter().any(|axis| !axis.channel.verdicts().is_empty());
     // N, B and K first
-    let terms = TERMS.into_iter().skip(1).chain([Term::Quantization]).filter(|term| is_shown(sensor, *term, axes));
+    let terms = Term::ALL.into_iter().skip(1).chain([Term::Quantization]).filter(|term| is_shown(sensor, *term, axes));
     let rows = terms.flat_map(|term| parameter_rows(sensor, term, axes)).collect();
     let mut places = Vec::new();
     if has_datasheet {
@@ -120,7 +120,7 @@ fn alias_note(axes: &[Axis<'_>], notes: &mut Notes) -> Option<usize> {
 }
 
 fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>]) -> Vec<ParameterRow> {
-    let ParameterNames { name, symbol, .. } = parameter_names(sensor, term);
+    let ParameterNames { name, label, .. } = parameter_names(sensor, term);
     let (unit, factor) = parameter_unit(sensor, term);
     let detail = |label: &str, short_label, cells| ParameterRow {
         label: label.into(),
@@ -145,7 +145,7 @@ fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>]) -> Vec<Paramete
         }
         _ => cells(&parameters),
     };
-    let value = detail(&format!("{name} {symbol}"), short_label(sensor, term), value_cells);
+    let value = detail(&format!("{name} {}", letter(term)), label, value_cells);
     let mut rows = vec![ParameterRow { unit, is_detail: false, ..value }];
     // the row that the data sheet is compared with
     let mut compared = 0;
@@ -161,12 +161,12 @@ fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>]) -> Vec<Paramete
         compared = rows.len();
         rows.push(detail("minimum of the curve", "  curve minimum", cells(&minima)));
     }
-    if let Some((_, rule)) = GRAPHICAL.iter().find(|(graphical, _)| *graphical == term) {
+    if let Some((_, rule, short_rule)) = GRAPHICAL.iter().find(|(graphical, ..)| *graphical == term) {
         let is_of_sensor = |axis: &Axis<'_>| term == Term::White || axis.noise.long_taus == LongTauValidity::Sensor;
         let read = |axis: &Axis<'_>| axis.noise.classical.of(term).ok().filter(|_| is_of_sensor(axis));
         if axes.iter().any(|axis| read(axis).is_some()) {
             let cell = |axis: &Axis<'_>| read(axis).map_or("-".into(), |line| number(line.value * factor));
-            rows.push(detail(&format!("graphical: {rule}"), short_rule(term), axes.iter().map(cell).collect()));
+            rows.push(detail(&format!("graphical: {rule}"), short_rule, axes.iter().map(cell).collect()));
         }
     }
     // each further figure has a row without values: those of the next row are not compared with it
@@ -178,29 +178,6 @@ fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>]) -> Vec<Paramete
     });
     rows.splice(compared + 1..compared + 1, further);
     rows
-}
-
-/// In at most 12 characters, with the symbol.
-fn short_label(sensor: Sensor, term: Term) -> &'static str {
-    match (term, sensor) {
-        (Term::White, Sensor::Gyroscope) => "ARW N",
-        (Term::White, Sensor::Accelerometer) => "VRW N",
-        (Term::White, Sensor::Magnetometer) => "Density N",
-        (Term::BiasInstability, _) => "Instab. B",
-        (Term::RateRandomWalk, Sensor::Gyroscope) => "RRW K",
-        (Term::RateRandomWalk, _) => "Walk K",
-        (Term::RateRamp, _) => "Ramp R",
-        (Term::Quantization, _) => "Quantiz. Q",
-    }
-}
-
-/// The rule of the graphical slope method, in few characters.
-fn short_rule(term: Term) -> &'static str {
-    match term {
-        Term::BiasInstability => "  minimum / 0.664",
-        Term::RateRandomWalk => "  slope +½ at 3 s",
-        _ => "  slope −½ at 1 s",
-    }
 }
 
 /// A value with the larger half of its interval, `0.350 ±3%`; a bound, `≤ 0.16`.

@@ -13,10 +13,11 @@ use vn100_report::{
     health::next_octave,
     names::{deviation_name, names_of},
     numbers::plain::{digits, tau},
+    shortened,
 };
 
 use crate::{
-    panels::{parameters, plot::Plot, warnings::shortened},
+    panels::{parameters, plot::Plot},
     scene::{Scene, framed},
     state::Panel,
     theme::SIGNS,

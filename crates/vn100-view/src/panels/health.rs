@@ -17,12 +17,12 @@ use vn100_report::{
     health::{self, rate_from_word},
     names::{missing_text, outages, pending_text, rejected_lines},
     numbers::plain::{clock, digits, digits_trimmed, grouped, ppm, time},
-    printable,
+    printable, shortened,
 };
 use vn100_session::{Playback, Speed};
 
 use crate::{
-    panels::warnings::{in_gaps, shortened},
+    panels::warnings::in_gaps,
     scene::Scene,
     source::{SourcePhase, SourceView},
     theme::Theme,
@@ -60,10 +60,10 @@ pub(crate) fn draw_header(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
 /// What the measurement is to reach and how long that takes, on as many lines as it needs.
 pub(crate) fn goal_lines(scene: Scene<'_>, width: u16) -> Vec<Line<'static>> {
     let source = scene.source;
-    if source.goals.is_none() {
+    let goals = source.goals.texts(&source.result, source.now);
+    if goals.is_empty() {
         return Vec::new();
     }
-    let goals = source.goals.texts(&source.result, source.now);
     let width = usize::from(width);
     let goals: Vec<String> = goals.into_iter().map(|goal| scene.theme.spelled(goal)).collect();
     let together = format!(" goal: {}", goals.join("   "));
@@ -185,9 +185,9 @@ fn second(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     }
     if let Some(load) = health::line_load(&source.result) {
         let style = if load > Plan::MOST_LOAD { theme.warning() } else { Style::new() };
-        let text = if detail <= Detail::Little { "baud" } else { "of the baud rate" };
-        let load = 100.0 * load;
-        let text = if detail <= Detail::Little { format!("{text} {load:.0} %") } else { format!("{load:.0} % {text}") };
+        let percent = format!("{:.0} %", 100.0 * load);
+        let is_short = detail <= Detail::Little;
+        let text = if is_short { format!("baud {percent}") } else { format!("{percent} of the baud rate") };
         parts.add(text, style);
     }
     parts.line()

@@ -12,14 +12,12 @@ use vn100_analysis::{Severity, SourceResult, sensor_of};
 use vn100_protocol::Quantity;
 use vn100_report::{
     numbers::plain::{digits, grouped},
+    shortened,
     units::parameter_unit,
 };
 
 use crate::{
-    panels::{
-        health::{LEAST_NAME, state_word},
-        warnings::shortened,
-    },
+    panels::health::{LEAST_NAME, state_word},
     scene::Scene,
     source::{SourcePhase, SourceView},
 };

@@ -13,13 +13,13 @@ use vn100_protocol::Quantity;
 use vn100_report::{
     names::names_of,
     remedies::remedy_words,
-    summary::{ParameterRow, SensorTable, Summary, VerdictWord},
+    summary::{ParameterRow, Summary, VerdictWord},
 };
 
 use crate::{
     scene::{Scene, framed},
     source::{ChannelGroup, SourceView},
-    state::{Panel, ShownAxes},
+    state::Panel,
     theme::{SIGNS, Theme},
 };
 
@@ -71,18 +71,18 @@ fn most_needed(lines: Vec<(Need, Line<'static>)>, height: usize) -> (Vec<Line<'s
     (kept.map(|(_, (_, line))| line).collect(), hidden)
 }
 
-/// The tables of a sensor; none for what has no noise parameters.
-fn tables(source: &SourceView, quantity: Quantity) -> (Vec<SensorTable>, Summary) {
+/// The summary with the tables of a sensor alone; none for what has no noise parameters.
+fn summary_of(source: &SourceView, quantity: Quantity) -> Summary {
     let mut summary = Summary::new(&source.result, remedy_words);
-    let all = std::mem::take(&mut summary.sensors).into_iter();
-    (all.filter(|table| table.title == names_of(quantity).title).collect(), summary)
+    summary.sensors.retain(|table| table.title == names_of(quantity).title);
+    summary
 }
 
 /// N of all axes with its unit, for a screen that has no room for the panel.
 pub(crate) fn summary(scene: Scene<'_>, group: &ChannelGroup) -> Option<Line<'static>> {
     let theme = scene.theme;
-    let (tables, _) = tables(scene.source, group.quantity);
-    let row = tables.first()?.rows.first()?;
+    let summary = summary_of(scene.source, group.quantity);
+    let row = summary.sensors.first()?.rows.first()?;
     let mut spans = vec![Span::styled(" N", Style::new().bold())];
     spans.extend(row.cells.iter().enumerate().map(|(axis, cell)| {
         let sign = if row.cells.len() > 1 { SIGNS.get(axis).unwrap_or(&"●") } else { &"" };
@@ -94,14 +94,14 @@ pub(crate) fn summary(scene: Scene<'_>, group: &ChannelGroup) -> Option<Line<'st
 
 fn lines(scene: Scene<'_>, group: &ChannelGroup, width: usize) -> Vec<(Need, Line<'static>)> {
     let Scene { source, theme, .. } = scene;
-    let (tables, summary) = tables(source, group.quantity);
+    let summary = summary_of(source, group.quantity);
     let text = |need, text: &str, style| {
         let options = textwrap::Options::new(width.max(1)).initial_indent(" ").subsequent_indent("   ");
         let spelled = theme.spelled(text);
         let parts = textwrap::wrap(&spelled, options).into_iter();
         parts.map(|part| (need, Line::styled(part.into_owned(), style))).collect::<Vec<_>>()
     };
-    if tables.is_empty() {
+    if summary.sensors.is_empty() {
         let why = match &source.result.motion {
             Some(_) => "The sensor was moved: what its deviation shows is the motion, not its noise.",
             None => {
@@ -112,7 +112,7 @@ fn lines(scene: Scene<'_>, group: &ChannelGroup, width: usize) -> Vec<(Need, Lin
     }
     let affected = affected_by(source, group);
     let mut lines = if affected.is_empty() { Vec::new() } else { text(Need::Judgement, &affected, theme.warning()) };
-    for table in &tables {
+    for table in &summary.sensors {
         let mut spans = vec![Span::raw(" ".repeat(LABEL))];
         spans.extend(table.axes.iter().enumerate().map(|(axis, name)| cell(scene, axis, name)));
         lines.push((Need::Value, Line::from(spans)));
@@ -165,10 +165,8 @@ fn values(scene: Scene<'_>, row: &ParameterRow, axes: usize) -> Line<'static> {
 }
 
 fn cell(scene: Scene<'_>, axis: usize, text: &str) -> Span<'static> {
-    let style = match scene.state.axes {
-        ShownAxes::One(chosen) if chosen == axis => scene.theme.axis(axis).patch(Style::new().bold()),
-        _ => scene.theme.axis(axis),
-    };
+    let style = scene.theme.axis(axis);
+    let style = if scene.state.axis == Some(axis) { style.patch(Style::new().bold()) } else { style };
     Span::styled(format!("{text:>COLUMN$}"), style)
 }
 

@@ -49,17 +49,15 @@ fn status(source: &SourceView) -> Option<LinkStatus> {
 /// What comes next, and why it may not come.
 fn waiting_for(source: &SourceView) -> (String, Vec<String>) {
     let (what, why) = situation(source);
-    let cure = match (&source.phase, status(source)) {
+    let cause = match (&source.phase, status(source)) {
         (SourcePhase::Measuring, Some(LinkStatus::Connected)) if !source.result.timing.awaits_rate() => {
-            Some(("The sensor may send another message: ", Remedy::Configure(Setting::Message("VNYMR"))))
+            Some("The sensor may send another message")
         }
-        (SourcePhase::Measuring, Some(LinkStatus::Silent)) => {
-            Some(("Its output may have been switched off: ", Remedy::Configure(Setting::Message("VNYMR"))))
-        }
+        (SourcePhase::Measuring, Some(LinkStatus::Silent)) => Some("Its output may have been switched off"),
         _ => None,
     };
-    let cure = cure.map(|(why, remedy)| format!("{why}{}.", remedy_words(&remedy)));
-    (what, why.into_iter().map(str::to_owned).chain(cure).collect())
+    let cure = remedy_words(&Remedy::Configure(Setting::Message("VNYMR")));
+    (what, why.into_iter().map(str::to_owned).chain(cause.map(|cause| format!("{cause}: {cure}."))).collect())
 }
 
 fn situation(source: &SourceView) -> (String, Vec<&str>) {

@@ -20,7 +20,7 @@ use crate::{
     state::Panel,
     theme::Theme,
 };
-use vn100_report::{remedies::remedy_words, warnings};
+use vn100_report::{remedies::remedy_words, shortened, warnings};
 
 /// The lines at the top of the screen, as far as there is room.
 pub(crate) struct TopLines {
@@ -210,11 +210,4 @@ pub(crate) fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
         text.push(Line::styled(format!(" {hidden} more lines: {where_else}"), scene.theme.warning()));
     }
     frame.render_widget(Paragraph::new(text), below);
-}
-
-pub(crate) fn shortened(text: &str, width: usize) -> String {
-    if text.chars().count() <= width {
-        return text.to_owned();
-    }
-    text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
 }

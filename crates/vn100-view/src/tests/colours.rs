@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     source::SourceView,
-    state::{Panel, ShownAxes, ViewState},
+    state::{Panel, ViewState},
     theme::{Colours, Theme},
 };
 
@@ -125,7 +125,7 @@ fn curves_on_each_other_hide_no_sign() {
 #[test]
 fn terminals_get_no_colours_they_do_not_have() {
     for panel in Panel::ALL {
-        let state = ViewState { panel, axes: ShownAxes::One(0), ..one() };
+        let state = ViewState { panel, axis: Some(0), ..one() };
         for (colours, allowed) in [
             (Colours::Sixteen, (|color| !matches!(color, Color::Rgb(..) | Color::Indexed(_))) as fn(Color) -> bool),
             (Colours::None, |color| color == Color::Reset),

@@ -7,7 +7,7 @@ use super::{PLAIN, SIZES, damaged, drawn, measured, nothing, one, text};
 use crate::{
     source::SourceView,
     state::Question,
-    state::{Panel, ShownAxes, ShownPlot, ViewRequest, ViewState},
+    state::{Panel, ViewRequest, ViewState},
 };
 
 fn press(state: &mut ViewState, sources: &[SourceView], keys: &str) -> Option<ViewRequest> {
@@ -99,23 +99,19 @@ fn panels_sensors_and_axes_are_chosen() {
     let sources = [measured()];
     assert_eq!(pressed("\t\t", &sources).0.panel, Panel::Statistics);
     assert_eq!(pressed("\t\t\t\t\t", &sources).0.panel, Panel::Allan);
-    assert_eq!(pressed("2y", &sources).0, ViewState { sensor: 1, axes: ShownAxes::One(1), ..one() });
+    assert_eq!(pressed("2y", &sources).0, ViewState { sensor: 1, axis: Some(1), ..one() });
     assert_eq!(pressed("2ya", &sources).0, ViewState { sensor: 1, ..one() });
     assert_eq!(pressed("9", &sources).0, one(), "there is no ninth sensor");
-    assert_eq!(pressed("↓", &sources).0.axes, ShownAxes::One(0));
-    assert_eq!(
-        pressed("↓↓↓↓", &sources).0,
-        ViewState { sensor: 1, axes: ShownAxes::One(0), ..one() },
-        "on to the next sensor"
-    );
-    assert_eq!(pressed("↓↓↓↓↑", &sources).0.axes, ShownAxes::One(2));
+    assert_eq!(pressed("↓", &sources).0.axis, Some(0));
+    assert_eq!(pressed("↓↓↓↓", &sources).0, ViewState { sensor: 1, axis: Some(0), ..one() }, "on to the next sensor");
+    assert_eq!(pressed("↓↓↓↓↑", &sources).0.axis, Some(2));
     assert!(pressed("e", &sources).0.expanded && !pressed("e\x1b", &sources).0.expanded);
 }
 
 #[test]
 fn the_plot_is_chosen() {
-    let plot = |keys| pressed(keys, &[measured()]).0.plot;
-    assert_eq!([plot("v"), plot("vv")], [ShownPlot::Spectrum, ShownPlot::Deviation]);
+    let plot = |keys| pressed(keys, &[measured()]).0.shows_spectrum;
+    assert_eq!([plot("v"), plot("vv")], [true, false]);
 }
 
 #[test]

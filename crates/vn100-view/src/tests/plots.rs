@@ -3,19 +3,15 @@
 use std::sync::Arc;
 
 use super::{PLAIN, SIZES, check, damaged, drawn, measured, nothing, one, text};
-use crate::{
-    reference::Reference,
-    source::SourceView,
-    state::{ShownAxes, ShownPlot, ViewState},
-};
+use crate::{reference::Reference, source::SourceView, state::ViewState};
 
 #[test]
 fn the_spectrum_in_place_of_the_deviation() {
-    let state = ViewState { plot: ShownPlot::Spectrum, ..one() };
+    let state = ViewState { shows_spectrum: true, ..one() };
     check("plot-spectrum", &state, &[measured()]);
     for source in [nothing(), damaged()] {
         for size in SIZES {
-            let state = ViewState { axes: ShownAxes::One(2), ..state.clone() };
+            let state = ViewState { axis: Some(2), ..state.clone() };
             drawn(&state, std::slice::from_ref(&source), PLAIN, size);
         }
     }

@@ -20,7 +20,7 @@ use vn100_sim::{Generator, Message, Profile, capture::write_next};
 use super::{drawn, nothing, one};
 use crate::{
     source::{SourcePhase, SourceView},
-    state::{ShownAxes, ViewState},
+    state::ViewState,
     theme::{Colours, Theme},
 };
 
@@ -36,7 +36,7 @@ fn a_measurement_from_its_beginning() {
     const MINUTES: [f64; 12] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 90.0, 120.0];
     let frames = MINUTES.map(|minutes| {
         let source = replayed((minutes * 60.0 * f64::from(RATE_HZ)) as u64);
-        let state = ViewState { axes: ShownAxes::One(1), ..one() };
+        let state = ViewState { axis: Some(1), ..one() };
         drawn(&state, &[source], THEME, (120, 34))
     });
     compare("live", &animated(&frames), 500_000);

@@ -3,9 +3,10 @@
 
 use std::fmt::{self, Write};
 
+use imu_noise::Term;
 use vn100_analysis::Population;
 use vn100_report::{
-    names::{TERMS, no_prediction},
+    names::no_prediction,
     numbers::plain::{four_digits, short},
     printable,
     units::si_unit,
@@ -31,7 +32,7 @@ pub(crate) fn write_populations(out: &mut String, populations: &[Population], co
     let mut sensors: Vec<_> = populations.iter().map(|population| population.sensor).collect();
     sensors.dedup();
     for sensor in sensors {
-        for term in TERMS {
+        for term in Term::ALL {
             let axes: Vec<&Population> = populations
                 .iter()
                 .filter(|population| (population.sensor, population.term) == (sensor, term))
