@@ -96,7 +96,6 @@ pub struct OctaveAssessment {
 impl Assessment {
     /// Assesses a snapshot at the level `confidence`, 0 < p < 1; outside that range there are no
     /// intervals and no parameters. A snapshot without samples has no channels.
-    #[must_use]
     pub fn new(snapshot: &Snapshot, confidence: f64) -> Self {
         let motion = Motion::of(snapshot);
         let curve = |(channel, results)| OctaveVariances::new(channel, results, snapshot.shape_of(results));

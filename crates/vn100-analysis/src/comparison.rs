@@ -94,7 +94,6 @@ impl Chance {
 impl Comparison {
     /// Compares records assessed at the level `confidence`, 0 < p < 1; outside that range no
     /// difference is significant and nothing is ranked. `units` names the sensor of each record.
-    #[must_use]
     pub fn of(records: &[SourceResult], units: &[String], confidence: f64) -> Self {
         let same_samples = same_samples(records);
         let rankings = ranking::rankings(records, &same_samples, confidence);

@@ -176,7 +176,6 @@ impl Datasheet {
     /// do not depend on the time scale; all other figures need a sample rate that is not assumed. If
     /// the sensor was moved, no channel has verdicts. By channel of the layout; empty for channels
     /// without figures.
-    #[must_use]
     pub fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<Vec<FigureVerdict>> {
         let is_rate_assumed = snapshot.timing.rate_from == RateFrom::Assumed;
         let of_channel = |channel: &ChannelAssessment| {
@@ -197,7 +196,6 @@ impl Datasheet {
     /// The terms that the sheet gives for a sensor, in SI units (magnetic field in gauss), with B
     /// as the noise model defines it: the lower end of a typical range, or the limit if the
     /// sheet gives no typical value.
-    #[must_use]
     pub fn typical_noise(&self, sensor: Sensor) -> Vec<(Term, f64)> {
         self.typical_figures(sensor).map(|figure| (figure.term, figure.parameter())).collect()
     }
@@ -251,7 +249,6 @@ impl DatasheetFigure {
 
     /// Whether the figure is the minimum of the deviation, rather than a parameter of the noise
     /// model.
-    #[must_use]
     pub fn is_curve_minimum(&self) -> bool {
         self.is_minimum && self.term == Term::BiasInstability
     }

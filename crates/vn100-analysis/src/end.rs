@@ -58,7 +58,6 @@ pub enum End {
 
 impl End {
     /// The reason as a code, without its details.
-    #[must_use]
     pub const fn kind(&self) -> EndKind {
         match self {
             Self::NotStarted { .. } => EndKind::NotStarted,

@@ -20,7 +20,6 @@ pub struct Goal {
 
 impl Goal {
     /// Whether the parameter is estimated with that precision on every axis of the goal.
-    #[must_use]
     pub fn is_met(&self, snapshot: &Snapshot, assessment: &Assessment) -> bool {
         let axes = self.relative_half_widths(snapshot, assessment);
         !axes.is_empty() && axes.iter().all(|(_, width)| width.is_some_and(|width| width <= self.relative_half_width))
@@ -28,14 +27,12 @@ impl Goal {
 
     /// Why no record of this message, however long, shows the parameter; `None` if one may, and
     /// while there is no message.
-    #[must_use]
     pub fn out_of_reach(&self, snapshot: &Snapshot) -> Option<String> {
         self.figure.absent_from(snapshot.layout.as_ref()?)
     }
 
     /// Half the width of the interval divided by the value, by axis; `None` if the parameter is
     /// not estimated. Empty if the message has no such channel.
-    #[must_use]
     pub fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
         (snapshot.layout_channels().iter().zip(&assessment.channels))
             .filter(|(channel, _)| self.figure.concerns(&channel.name, channel.quantity))
@@ -69,7 +66,6 @@ pub enum WhyUnmet {
 
 impl UnmetGoal {
     /// Those of the `goals` that are not met.
-    #[must_use]
     pub fn of(goals: &[Goal], snapshot: &Snapshot, assessment: &Assessment) -> Vec<Self> {
         let why = |goal: &Goal| match goal.out_of_reach(snapshot) {
             Some(reason) => WhyUnmet::OutOfReach(reason),

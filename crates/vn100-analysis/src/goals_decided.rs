@@ -7,7 +7,6 @@ use crate::{accumulate::analysis::Analysis, assessment::Assessment};
 impl Analysis {
     /// Whether all goals of the settings are met, or one is out of reach; `false` without goals. The
     /// answer is that of [`Goal::is_met`](crate::Goal::is_met) with the assessment of this moment.
-    #[must_use]
     pub fn goals_are_decided(&self) -> bool {
         let (goals, confidence) = (&self.settings().until, self.settings().confidence);
         let (Some(layout), false) = (self.layout(), goals.is_empty()) else { return false };

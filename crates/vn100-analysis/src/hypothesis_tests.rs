@@ -6,7 +6,6 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal};
 /// The probability that two estimates of the same variance, each with its degrees of freedom, lie
 /// at least as far apart as these, either way: the two-sided F-test (Fisher, 1924; Snedecor, 1934).
 /// `None` if one of the four is not positive and finite.
-#[must_use]
 pub(crate) fn f_test(a: (f64, f64), b: (f64, f64)) -> Option<f64> {
     let ((variance_a, edf_a), (variance_b, edf_b)) = (a, b);
     let usable = [variance_a, edf_a, variance_b, edf_b].iter().all(|value| value.is_finite() && *value > 0.0);
@@ -34,7 +33,6 @@ fn nearly_normal(ratio: f64, edf_a: f64, edf_b: f64) -> Option<f64> {
 /// alarm stays that of a single test (Holm, "A simple sequentially rejective multiple test
 /// procedure", Scandinavian Journal of Statistics 6, 1979). It holds however the tests depend on
 /// each other, and errs on the side of no alarm. None is below the one it comes from, none above 1.
-#[must_use]
 pub fn holm(probabilities: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..probabilities.len()).collect();
     order.sort_by(|&a, &b| probabilities[a].total_cmp(&probabilities[b]));
@@ -61,7 +59,6 @@ impl VarianceEstimate {
     /// The square of an amplitude with the two-sided interval `lower` to `upper` at the level
     /// `confidence`, with the degrees of freedom with which ln χ² spreads as much, ½ (2z /
     /// ln(upper/lower))², exact for narrow intervals. `None` unless 0 < `lower` < `upper`.
-    #[must_use]
     pub(crate) fn of_interval(value: f64, lower: f64, upper: f64, confidence: f64) -> Option<Self> {
         let width = (upper / lower).ln();
         let z =
@@ -70,7 +67,6 @@ impl VarianceEstimate {
     }
 
     /// Of independent estimates, each with a factor (Satterthwaite, 1946; Welch, 1947).
-    #[must_use]
     pub(crate) fn sum(parts: impl IntoIterator<Item = (f64, Self)>) -> Option<Self> {
         let (mut variance, mut error) = (0.0, 0.0);
         for (factor, part) in parts {

@@ -25,7 +25,6 @@ const TERMS: [Term; 3] = [Term::White, Term::BiasInstability, Term::RateRandomWa
 
 impl NoiseFigure {
     /// Whether the channel of this name and quantity is one of the channels of the figure.
-    #[must_use]
     pub fn concerns(&self, name: &str, quantity: Quantity) -> bool {
         name == self.channels || self.channels == axes_name(self.sensor) && sensor_of(quantity) == Some(self.sensor)
     }

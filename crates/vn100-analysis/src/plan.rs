@@ -53,14 +53,12 @@ impl PlannedMessage {
 
     /// The planned message with this name, in upper or lower case: one of packets, or `VNIMU`;
     /// `None` for any other.
-    #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let is_sentence = Self::Sentences.name().eq_ignore_ascii_case(name);
         PacketMessage::named(name).map(Self::Packets).or(is_sentence.then_some(Self::Sentences))
     }
 
     /// The name by which the sensor is set to the message.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Packets(packets) => packets.name,
@@ -77,7 +75,6 @@ impl PlannedMessage {
     }
 
     /// Whether the message has axes of this sensor.
-    #[must_use]
     pub fn holds(self, sensor: Sensor) -> bool {
         let is_of = |channel: &Channel| sensor_of(channel.quantity) == Some(sensor);
         self.layout().is_some_and(|layout| layout.channels.iter().any(is_of))

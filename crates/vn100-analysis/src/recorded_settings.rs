@@ -20,13 +20,11 @@ const SENTENCES: &str = "sentences";
 const PACKETS: &str = "packets";
 
 /// Whether a name is the program's own, rather than one of the user's conditions.
-#[must_use]
 pub fn is_reserved(name: &str) -> bool {
     [DURATION, UNTIL, MEASURED].contains(&name)
 }
 
 /// The metadata of a recording: the conditions of the user, and the measurement.
-#[must_use]
 pub fn metadata(
     conditions: &BTreeMap<String, String>,
     settings: &Settings,
@@ -49,7 +47,6 @@ pub fn metadata(
 }
 
 /// The conditions of the user in the metadata of a recording; `None` if there are none.
-#[must_use]
 pub fn conditions(metadata: &BTreeMap<String, String>) -> Option<BTreeMap<String, String>> {
     let users = metadata.iter().filter(|(name, _)| !is_reserved(name));
     let users: BTreeMap<_, _> = users.map(|(name, value)| (name.clone(), value.clone())).collect();
@@ -58,7 +55,6 @@ pub fn conditions(metadata: &BTreeMap<String, String>) -> Option<BTreeMap<String
 
 /// Whether sentences or packets of a recording are measured: as chosen now, else as in the recorded
 /// measurement.
-#[must_use]
 pub fn frames(asked: MeasuredFrames, metadata: &BTreeMap<String, String>) -> MeasuredFrames {
     match (asked, metadata.get(MEASURED).map(String::as_str)) {
         (MeasuredFrames::First, Some(SENTENCES)) => MeasuredFrames::Sentences,
@@ -68,7 +64,6 @@ pub fn frames(asked: MeasuredFrames, metadata: &BTreeMap<String, String>) -> Mea
 }
 
 /// The settings with the end of the recorded measurement, if they name none.
-#[must_use]
 pub fn with_end(mut settings: Settings, metadata: &BTreeMap<String, String>) -> Settings {
     let duration = || humantime::parse_duration(metadata.get(DURATION)?).ok();
     settings.duration = settings.duration.or_else(duration);

@@ -123,7 +123,6 @@ impl SourceResult {
     /// The result of a source as if it ended now. The assessment may be that of an earlier snapshot
     /// of the same measurement: its intervals are taken for those of this one. Without a sample
     /// there are no channels.
-    #[must_use]
     pub fn new(facts: SourceFacts, snapshot: Arc<Snapshot>, assessment: Arc<Assessment>, parts: Parts) -> Self {
         let source = with_stream(facts, &snapshot);
         let unread = unread::warnings(&source);
@@ -153,7 +152,6 @@ impl SourceResult {
     }
 
     /// The result of the same samples, assessed anew: without the intervals of an earlier snapshot.
-    #[must_use]
     pub fn exact(&self) -> Self {
         let snapshot = Arc::clone(&self.basis.snapshot);
         let assessment = Arc::new(Assessment::new(&snapshot, self.confidence));
@@ -193,7 +191,6 @@ impl SourceResult {
     /// all pass. Typical figures without a verdict do not count. `None` stands for a channel without
     /// a figure, and, under the name of the figure, for a record without such a channel or for no
     /// data sheet.
-    #[must_use]
     pub fn not_passed(&self, figure: &NoiseFigure) -> Vec<(String, Option<&FigureVerdict>)> {
         if self.datasheet.is_none() || !self.has_channel_of(figure) {
             return vec![(figure.to_string(), None)];
@@ -215,26 +212,22 @@ impl SourceResult {
     }
 
     /// Whether the stream has a channel of this figure.
-    #[must_use]
     pub fn has_channel_of(&self, figure: &NoiseFigure) -> bool {
         let channels = self.basis.snapshot.layout_channels();
         channels.iter().any(|channel| figure.concerns(&channel.name, channel.quantity))
     }
 
     /// Why no record of this message shows the parameter of the goal; see [`Goal::out_of_reach`].
-    #[must_use]
     pub fn out_of_reach(&self, goal: &Goal) -> Option<String> {
         goal.out_of_reach(&self.basis.snapshot)
     }
 
     /// How well the parameter of a goal is known by axis; see [`Goal::relative_half_widths`].
-    #[must_use]
     pub fn half_widths(&self, goal: &Goal) -> Vec<(String, Option<f64>)> {
         goal.relative_half_widths(&self.basis.snapshot, &self.basis.assessment)
     }
 
     /// The channels of that quantity, in their order.
-    #[must_use]
     pub fn of(&self, quantity: Quantity) -> Vec<&ChannelResult> {
         self.channels.iter().filter(|channel| channel.quantity == quantity).collect()
     }
@@ -245,31 +238,26 @@ impl SourceResult {
     }
 
     /// The deviation that all curves are of.
-    #[must_use]
     pub fn deviation(&self) -> Deviation {
         self.basis.snapshot.deviation
     }
 
     /// Length, interval and kind of the octaves of a channel with a sample in every row.
-    #[must_use]
     pub fn shape(&self) -> RecordShape {
         self.basis.snapshot.shape()
     }
 
     /// The windows that enter all curves.
-    #[must_use]
     pub fn estimator(&self) -> Estimator {
         self.basis.snapshot.estimator
     }
 
     /// The latest samples of the channel at this place.
-    #[must_use]
     pub fn history(&self, channel: usize, columns: usize, most_slots: usize) -> Option<History> {
         History::of(&self.basis.snapshot, channel, columns, most_slots)
     }
 
     /// The latest temperature that was read from a register, in °C; `None` without a reading.
-    #[must_use]
     pub fn polled_temperature_c(&self) -> Option<f64> {
         self.basis.snapshot.polled_temperature_c()
     }

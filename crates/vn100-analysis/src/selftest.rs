@@ -31,14 +31,12 @@ pub struct SelfTestCheck {
 
 impl SelfTestCheck {
     /// (computed - reference) / reference; `None` without a computed value.
-    #[must_use]
     pub fn relative_difference(&self) -> Option<f64> {
         let reference: f64 = self.reference.parse().ok()?;
         Some(self.ours? / reference - 1.0)
     }
 
     /// Whether the two values agree to within `tolerance`; `false` without a computed value.
-    #[must_use]
     pub fn passes(&self) -> bool {
         self.relative_difference().is_some_and(|difference| difference.abs() <= self.tolerance)
     }
@@ -96,7 +94,6 @@ const BOUNDS_EXACT: [(f64, f64, &str, &str); 4] = [
 ];
 
 /// Computes all suites, which takes some milliseconds.
-#[must_use]
 pub fn self_test() -> Vec<SelfTestSuite> {
     let deviations = |published: &[(Estimator, Deviation, u64, &'static str)], counts: &[i32], decimals, tolerance| {
         let check = |(estimator, deviation, m, reference): &(Estimator, Deviation, u64, &'static str)| SelfTestCheck {

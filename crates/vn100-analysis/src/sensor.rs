@@ -11,13 +11,11 @@ pub const SENSORS: [(Quantity, Sensor); 3] = [
 ];
 
 /// The sensor of a quantity; `None` for a quantity without noise parameters.
-#[must_use]
 pub fn sensor_of(quantity: Quantity) -> Option<Sensor> {
     SENSORS.into_iter().find(|(measured, _)| *measured == quantity).map(|(_, sensor)| sensor)
 }
 
 /// The name of a sensor in a sentence, such as `gyroscope`.
-#[must_use]
 pub fn sensor_name(sensor: Sensor) -> &'static str {
     match sensor {
         Sensor::Gyroscope => "gyroscope",
@@ -28,7 +26,6 @@ pub fn sensor_name(sensor: Sensor) -> &'static str {
 
 /// The name of all axes of a sensor together, `gyro`, `accel` or `mag`: the names of its channels
 /// begin with it.
-#[must_use]
 pub fn axes_name(sensor: Sensor) -> &'static str {
     match sensor {
         Sensor::Gyroscope => "gyro",
@@ -38,7 +35,6 @@ pub fn axes_name(sensor: Sensor) -> &'static str {
 }
 
 /// The letter of a parameter: N, B, K, R or Q.
-#[must_use]
 pub fn letter(term: Term) -> &'static str {
     match term {
         Term::White => "N",
@@ -51,7 +47,6 @@ pub fn letter(term: Term) -> &'static str {
 
 /// The message of a VN-100 with uncompensated rates that can replace this one: packets for packets,
 /// the sentence `VNIMU` for any other.
-#[must_use]
 pub fn uncompensated_message(message: &str) -> &'static str {
     if message == BINARY { BINARY } else { "VNIMU" }
 }

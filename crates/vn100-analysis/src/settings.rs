@@ -47,7 +47,6 @@ pub struct Settings {
 impl Settings {
     /// Whether the measurement may end between two reads. Its lines are then taken one by one, so
     /// that the result does not depend on the division of the bytes into reads.
-    #[must_use]
     pub fn ends_between_reads(&self) -> bool {
         self.duration.is_some() || !self.until.is_empty()
     }

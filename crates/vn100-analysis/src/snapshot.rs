@@ -112,7 +112,6 @@ pub struct PlaceMark {
 
 impl Snapshot {
     /// The channels of the layout; empty without a layout.
-    #[must_use]
     pub fn layout_channels(&self) -> &[Channel] {
         self.layout.as_ref().map_or(&[], |layout| &layout.channels)
     }
@@ -132,7 +131,6 @@ impl Snapshot {
     }
 
     /// The latest polled temperature (register 54), in °C; `None` without a reading.
-    #[must_use]
     pub fn polled_temperature_c(&self) -> Option<f64> {
         let sample = Sample::from_contents(&self.contents(Register::IMU)?, &VNIMU).ok()?;
         let mut values = sample.layout.channels.iter().zip(sample.values());
@@ -150,7 +148,6 @@ impl Snapshot {
     }
 
     /// Length, interval and kind of the octaves of a channel.
-    #[must_use]
     pub fn shape_of(&self, results: &ChannelSnapshot) -> RecordShape {
         let rows = self.shape();
         RecordShape {
@@ -161,13 +158,11 @@ impl Snapshot {
     }
 
     /// The sample rate of a channel, in hertz: that of the rows over the stride of the channel.
-    #[must_use]
     pub fn rate_of(&self, results: &ChannelSnapshot) -> f64 {
         self.timing.rate_hz / results.stride as f64
     }
 
     /// Length, interval and kind of the octaves of a channel with a sample in every row.
-    #[must_use]
     pub fn shape(&self) -> RecordShape {
         RecordShape {
             samples: self.timing.samples + self.timing.missing,
@@ -226,7 +221,6 @@ impl Outages {
 
     /// Time without the link in seconds, to a millisecond; `None` where it is not known, as during
     /// an outage.
-    #[must_use]
     pub fn seconds(&self) -> Option<f64> {
         let down_ns = match (self.since_ns, self.closed_ns) {
             (Some(_), Some(closed_ns)) => self.down_until(closed_ns),
@@ -271,7 +265,6 @@ pub struct Timing {
 
 impl Timing {
     /// Data time of the samples in the statistics, in seconds: (samples + missing) / rate.
-    #[must_use]
     pub fn duration_s(&self) -> f64 {
         (self.samples + self.missing) as f64 / self.rate_hz
     }
@@ -348,7 +341,6 @@ pub struct ChannelSnapshot {
 impl ChannelSnapshot {
     /// The step between neighbouring values, in the unit of `channel`: the actual step where the
     /// values show it, else that of the last printed digit.
-    #[must_use]
     pub fn step(&self, channel: &Channel) -> f64 {
         channel.in_unit(self.histogram.step_counts().unwrap_or(0.0).max(self.printed_step_counts))
     }

@@ -71,7 +71,6 @@ pub struct SourceFacts {
 impl SourceFacts {
     /// The facts of a source that ended so, with what the file says of its content. Its times are
     /// those of the rows or messages if it is no recording.
-    #[must_use]
     pub fn at_end(self, report: Option<FileReport>, end: EndKind) -> Self {
         let facts = Self { ended: true, end: Some(end), ..self };
         match report {
@@ -211,13 +210,11 @@ impl RecordingFacts {
 
     /// When the recording began, in UTC to the millisecond (RFC 3339); `None` if it does not say, or
     /// by a clock that was not set.
-    #[must_use]
     pub fn started(&self) -> Option<String> {
         self.started_ns.and_then(utc)
     }
 
     /// When the recording ended, in the same form; also `None` before it was read to its end.
-    #[must_use]
     pub fn ended(&self) -> Option<String> {
         self.end.as_ref()?.ended_ns.and_then(utc)
     }
@@ -225,7 +222,6 @@ impl RecordingFacts {
 
 /// A time in nanoseconds since 1970 in UTC, to the millisecond, as the clock of a host is not better
 /// than that; `None` for a time before 1971: it is that of a clock that was not set, or of no clock.
-#[must_use]
 pub fn utc(at_ns: i64) -> Option<String> {
     const YEAR: Duration = Duration::from_secs(365 * 24 * 3600);
     let since_1970 = Duration::from_nanos(at_ns.try_into().ok()?);
@@ -239,7 +235,6 @@ fn as_utc<S: Serializer>(at_ns: &Option<i64>, serializer: S) -> Result<S::Ok, S:
 impl RecordingEndFacts {
     /// The warning of a recording that was cut, as by a loss of power, or where a copy of the file
     /// is not whole; `None` for one that was finished.
-    #[must_use]
     pub fn warning(&self) -> Option<Warning> {
         let found = Warning::new(WarningKind::Incomplete, Finding::RecordingCut);
         (!self.complete).then(|| found.as_severe_as(Severity::Caution))
@@ -283,7 +278,6 @@ pub enum LinkStatus {
 
 impl LinkStatus {
     /// The code of the status in results.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Opening => "opening",

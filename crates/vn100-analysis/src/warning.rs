@@ -114,19 +114,16 @@ impl WarningKind {
     };
 
     /// The code of the kind: lower case, words joined by hyphens.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         KINDS[self as usize].1
     }
 
     /// What warnings of this kind concern.
-    #[must_use]
     pub const fn aspect(self) -> Aspect {
         KINDS[self as usize].2
     }
 
     /// What most findings of this kind mean for the result.
-    #[must_use]
     pub const fn severity(self) -> Severity {
         KINDS[self as usize].3
     }
@@ -152,7 +149,6 @@ impl Aspect {
     pub const ALL: [Self; 5] = [Self::Data, Self::Time, Self::AtRest, Self::Message, Self::Values];
 
     /// The name of the aspect.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Data => "data",
@@ -177,7 +173,6 @@ pub enum Severity {
 
 impl Severity {
     /// The code of the severity.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Problem => "problem",
@@ -205,7 +200,6 @@ pub struct Warning {
 impl Warning {
     /// A warning that concerns all channels, with the severity of most findings of its kind and
     /// without a remedy of its own.
-    #[must_use]
     pub fn new(kind: WarningKind, finding: Finding) -> Self {
         Self { kind, severity: kind.severity(), channels: Vec::new(), finding, remedies: Vec::new() }
     }
@@ -216,19 +210,16 @@ impl Warning {
     }
 
     /// The same, of these channels.
-    #[must_use]
     pub fn of(self, channels: impl IntoIterator<Item = String>) -> Self {
         Self { channels: channels.into_iter().collect(), ..self }
     }
 
     /// The same, with another severity.
-    #[must_use]
     pub fn as_severe_as(self, severity: Severity) -> Self {
         Self { severity, ..self }
     }
 
     /// The same, with one more remedy.
-    #[must_use]
     pub fn cured_by(mut self, remedy: Remedy) -> Self {
         self.remedies.push(remedy);
         self

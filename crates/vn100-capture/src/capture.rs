@@ -126,7 +126,6 @@ impl Capture {
     /// The streams of a file, by the names that [`topic`](CaptureOptions::topic) takes: the
     /// measured topics of a bag, or the columns of a table with the same rate. A single `None` for
     /// a file with one stream, and for a file that cannot be opened.
-    #[must_use]
     pub fn streams(path: impl AsRef<Path>, options: &CaptureOptions) -> Vec<Option<String>> {
         let path = path.as_ref();
         let names = || match fs::metadata(path).ok()? {
@@ -141,7 +140,6 @@ impl Capture {
     }
 
     /// The same of a file wherever its bytes are.
-    #[must_use]
     pub fn streams_of_file(file: Box<dyn StoredFile>, name: &str, options: &CaptureOptions) -> Vec<Option<String>> {
         one_or_several(stream_names(file, Path::new(name), options), options)
     }

@@ -21,7 +21,6 @@ pub(crate) fn is_message(ending: &str) -> bool {
 /// All captures below `path`, sorted by name: files by their endings, and the folders of ROS 2 bags;
 /// hidden files and folders are skipped. A `path` that is a file is always in the list, under any
 /// name. A folder that cannot be listed is in the list as well, so that opening it gives the reason.
-#[must_use]
 pub fn captures_below(path: &Path) -> Vec<PathBuf> {
     let mut captures = Vec::new();
     add(path, true, &mut Vec::new(), &mut captures);

@@ -88,7 +88,6 @@ impl Format {
     ];
 
     /// The code of the format in results.
-    #[must_use]
     pub const fn code(self) -> &'static str {
         match self {
             Self::Text => "text",

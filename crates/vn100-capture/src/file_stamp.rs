@@ -9,7 +9,6 @@ use std::{
 /// The size in bytes and the latest time of change, in nanoseconds since 1970-01-01 UTC, of the
 /// files of a capture together: its parts, their timing sidecars, and the files of a bag that is a
 /// folder. Both are 0 if no file exists.
-#[must_use]
 pub fn file_stamp(files: &[PathBuf]) -> (u64, i64) {
     let metadata = files.iter().flat_map(|file| with_companions(file)).filter_map(|file| fs::metadata(file).ok());
     metadata.filter(fs::Metadata::is_file).fold((0, 0), |(bytes, latest_ns), found| {

@@ -78,7 +78,6 @@ impl Unusable {
     }
 
     /// What the user can add so that the file can be read; `None` if nothing helps.
-    #[must_use]
     pub const fn hint(&self) -> Option<&OpenHint> {
         self.hint.as_ref()
     }

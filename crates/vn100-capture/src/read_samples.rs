@@ -57,7 +57,6 @@ pub struct End {
 ///
 /// # Panics
 /// If called outside a tokio runtime.
-#[must_use]
 pub fn read_samples(source: impl Source, options: ReadOptions, stop: CancellationToken) -> mpsc::Receiver<Event> {
     let (events, inbox) = mpsc::channel(WAITING_BATCHES);
     // ends with the source, with `stop`, or when the inbox is dropped

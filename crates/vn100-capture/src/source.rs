@@ -96,7 +96,6 @@ pub struct Clock {
 
 impl Clock {
     /// A clock that agrees with the wall clock at this moment.
-    #[must_use]
     pub fn start() -> Self {
         // a machine whose clock is not set may have a time before 1970; its stamps then count from 1970
         let wall_at_start = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
@@ -104,7 +103,6 @@ impl Clock {
     }
 
     /// Nanoseconds since 1970-01-01 00:00 UTC.
-    #[must_use]
     pub fn now_ns(&self) -> i64 {
         nanoseconds(self.wall_at_start.saturating_add(steady().saturating_sub(self.start)))
     }

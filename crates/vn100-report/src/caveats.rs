@@ -8,7 +8,6 @@ use vn100_analysis::{
 use crate::numbers::plain::short;
 
 /// A caveat of a comparison of `all`, with its consequence and its remedy.
-#[must_use]
 pub fn caveat_in_words(caveat: &Caveat, all: &[SourceResult], comparison: &Comparison, words: RemedyWords) -> String {
     let records: Vec<&SourceResult> = caveat.records.iter().filter_map(|record| all.get(*record)).collect();
     let name = |record: &SourceResult| record.source.name.clone();

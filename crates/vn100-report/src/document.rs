@@ -48,7 +48,6 @@ struct WarningDocument {
 
 impl<'a> Document<'a> {
     /// The document of a result; remedies are put into `words`.
-    #[must_use]
     pub fn new(result: &'a SourceResult, words: RemedyWords) -> Self {
         let warnings = result.warnings.iter().map(|warning| WarningDocument {
             kind: warning.kind.name(),
@@ -62,7 +61,6 @@ impl<'a> Document<'a> {
 }
 
 /// The JSON Schema (2020-12) of [`Document`], with a description of every field.
-#[must_use]
 pub fn analysis_schema() -> Schema {
     schema_of::<Document<'_>>()
 }

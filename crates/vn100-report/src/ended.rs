@@ -24,7 +24,6 @@ pub struct Ended<'a> {
 
 impl Ended<'_> {
     /// Puts into the result why it is not complete, if it is not.
-    #[must_use]
     pub fn complete(self, mut result: SourceResult) -> SourceResult {
         let Self { end, shortfall, unmet, is_live, words } = self;
         let early = words::ended_early(end, shortfall, !unmet.is_empty(), result.timing.duration_s);
@@ -89,7 +88,6 @@ pub fn note_interrupted(result: &mut SourceResult) {
 }
 
 /// Why a source that ended without a sample gave none, in words.
-#[must_use]
 pub fn no_sample(result: &SourceResult) -> String {
     let name = &result.source.name;
     match result.timing.excluded {

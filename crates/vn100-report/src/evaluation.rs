@@ -48,7 +48,6 @@ impl Evaluation {
 
     /// The same for results of which nobody reads what record would decide a verdict: that takes most of the
     /// time of a short record.
-    #[must_use]
     pub fn verdicts_only(self) -> Self {
         Self { has_verdicts_only: true, ..self }
     }
@@ -68,7 +67,6 @@ impl Evaluation {
 
     /// Completes a result with verdicts; a parameter that must pass and does not is added to
     /// `unmet`.
-    #[must_use]
     pub fn complete(&self, mut result: SourceResult) -> SourceResult {
         self.judge(&mut result);
         // a source that gave nothing has failed worse

@@ -26,7 +26,6 @@ pub(crate) fn or_not_recorded(name: &str, value: Option<String>) -> Row {
 }
 
 /// Rate, counts and losses.
-#[must_use]
 pub fn timing(result: &SourceResult) -> Vec<Row> {
     let SourceResult { timing, link, .. } = result;
     let from = timing.rate_from.map_or_else(|| "unknown".into(), |from| word_of("rate_from", from));

@@ -71,7 +71,6 @@ pub struct ReportFigures {
 
 impl ReportFigures {
     /// The figures of these records.
-    #[must_use]
     pub fn of(records: &[SourceResult]) -> Self {
         if let [record] = records {
             return Self { records: vec![Figures::of(record, "")], together: Figures::default() };
@@ -107,7 +106,6 @@ impl Figures {
 
     /// The figures that say something while the record is measured: deviations, spectra, segments and
     /// the last minutes.
-    #[must_use]
     pub fn live(record: &SourceResult) -> Self {
         let mut all = Self::of_deviation_and_spectrum(record);
         for (place, channel) in record.streamed().enumerate() {
@@ -175,7 +173,6 @@ impl Figures {
 
 /// The deviations of these channels of one sensor: of a single one with its model, of several with the
 /// figures of the data sheet. `None` without a deviation.
-#[must_use]
 pub fn deviations(record: &SourceResult, channels: &[&ChannelResult]) -> Option<Figure> {
     let deviation = record.deviation();
     let axes: Vec<ChannelResult> = channels.iter().map(|channel| shown_with(channel, record)).collect();
@@ -249,7 +246,6 @@ pub struct PlottedValue {
 
 impl Figure {
     /// The place of these values of both axes, in the coordinates of the drawing.
-    #[must_use]
     pub fn place(&self, x: f64, y: f64) -> At {
         // farther outside nothing is drawn
         let far = |share: f64| share.clamp(-20.0, 21.0);

@@ -37,7 +37,6 @@ pub struct Explanation {
 
 impl Explanation {
     /// What to do, with the remedies in the words of a face.
-    #[must_use]
     pub fn advice(&self, words: RemedyWords) -> String {
         let advice = (!self.advice.is_empty()).then(|| self.advice.to_owned());
         advice.into_iter().chain(actions(self.remedies, words)).collect::<Vec<_>>().join(" ")
@@ -46,7 +45,6 @@ impl Explanation {
 
 /// All entries: parameters, warnings, the codes of documents, the words and messages of the summary,
 /// then programs that take N and K, and data sheets.
-#[must_use]
 pub fn glossary() -> Vec<Explanation> {
     let mut all = parameters::explanations();
     all.extend(WarningKind::ALL.into_iter().zip(meanings_of::<WarningKind>()).map(of_warning));
@@ -58,7 +56,6 @@ pub fn glossary() -> Vec<Explanation> {
 
 /// The entries for a code or a name, in any letter case. A code of several groups has several
 /// entries; an unknown one has none.
-#[must_use]
 pub fn explain(code: &str) -> Vec<Explanation> {
     let wanted = plain(code);
     let mut found = glossary();

@@ -20,14 +20,12 @@ pub struct Goals {
 
 impl Goals {
     /// The goals in these settings, and this limit by the clock.
-    #[must_use]
     pub fn of(settings: &Settings, wall: Option<Duration>) -> Self {
         Self { duration: settings.duration, wall, until: settings.until.clone() }
     }
 
     /// One text for each goal, the times first; `elapsed` is the time by the clock. While nothing is
     /// received from the link of the source, no text foretells how much more data time a goal takes.
-    #[must_use]
     pub fn texts(&self, result: &SourceResult, elapsed: Duration) -> Vec<String> {
         let link = result.source.link.as_ref();
         let is_receiving = link.is_none_or(|link| link.status == LinkStatus::Connected);
@@ -39,7 +37,6 @@ impl Goals {
 }
 
 /// How far the warm-up is, if all data so far lie in it: `17 s of 20 s`; else `None`.
-#[must_use]
 pub fn warm_up(timing: &TimeBase) -> Option<String> {
     let skip_s = timing.skipped_s;
     timing.is_in_warm_up().then(|| format!("{} of {}", time(data_time_s(timing).min(skip_s)), span(skip_s, " ")))

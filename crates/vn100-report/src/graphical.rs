@@ -11,7 +11,6 @@ pub const GRAPHICAL: [(Term, &str, &str); 3] = [
 ];
 
 /// Why the graphical slope method gives no value of that parameter, in words.
-#[must_use]
 pub fn not_read(term: Term, why: NotRead) -> &'static str {
     match (why, term) {
         (NotRead::NoSlope, Term::White) => "not read: no slope −½ region",

@@ -14,7 +14,6 @@ use crate::{numbers::plain::time, printable::printable};
 /// let up = LinkFacts { status: LinkStatus::Connected, baud: Some(115_200), ..LinkFacts::default() };
 /// assert_eq!(vn100_report::health::link_word(&up), "115200 baud");
 /// ```
-#[must_use]
 pub fn link_word(link: &LinkFacts) -> String {
     match (link.status, link.baud) {
         (LinkStatus::Opening, _) => "opening".into(),
@@ -30,7 +29,6 @@ pub fn link_word(link: &LinkFacts) -> String {
 }
 
 /// What a source does, in a word, and how grave that is: `None` if samples arrive.
-#[must_use]
 pub fn state(facts: &SourceFacts, is_preparing: bool) -> (String, Option<Severity>) {
     match &facts.link {
         _ if is_preparing => ("preparing".into(), Some(Severity::Note)),
@@ -72,7 +70,6 @@ pub enum FaultKind {
 
 impl FaultKind {
     /// The name of the fault, in capitals.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Disconnected { .. } => "DISCONNECTED",
@@ -82,7 +79,6 @@ impl FaultKind {
     }
 
     /// What the fault means, and what to do.
-    #[must_use]
     pub const fn details(self) -> &'static str {
         match self {
             Self::Disconnected { .. } => {
@@ -98,7 +94,6 @@ impl FaultKind {
     }
 
     /// The present faults, each with its cause.
-    #[must_use]
     pub fn of(facts: &SourceFacts) -> Vec<(Self, String)> {
         let cause = |link: &LinkFacts| link.cause.clone().unwrap_or_default();
         let link = facts.link.as_ref().and_then(|link| match link.status {
@@ -117,7 +112,6 @@ impl FaultKind {
 }
 
 /// The source of the nominal rate, in words that follow the rate.
-#[must_use]
 pub const fn rate_from_word(from: RateFrom) -> &'static str {
     match from {
         RateFrom::Option => "as given",
@@ -130,7 +124,6 @@ pub const fn rate_from_word(from: RateFrom) -> &'static str {
 
 /// The part of the baud rate in use, 0 to 1 and above, at ten bits per byte; `None` without a baud
 /// rate or without a sentence.
-#[must_use]
 pub fn line_load(result: &SourceResult) -> Option<f64> {
     let link = result.source.link.as_ref();
     let baud = link.filter(|link| matches!(link.status, LinkStatus::Connected | LinkStatus::Silent))?.baud?;
@@ -156,7 +149,6 @@ pub struct NextOctave {
 
 impl NextOctave {
     /// The wait in words.
-    #[must_use]
     pub fn when(&self) -> String {
         let wait = time(self.wait_s.ceil());
         if self.broken { format!("needs {wait} without a gap") } else { format!("in {wait}") }
@@ -164,7 +156,6 @@ impl NextOctave {
 }
 
 /// The next octave that the record will show; `None` before the first sample.
-#[must_use]
 pub fn next_octave(result: &SourceResult) -> Option<NextOctave> {
     let timing = &result.timing;
     let interval_s = 1.0 / timing.rate_hz.filter(|_| timing.samples > 0)?;

@@ -37,7 +37,6 @@ pub struct QuantityNames {
 }
 
 /// The names of a quantity.
-#[must_use]
 pub fn names_of(quantity: Quantity) -> QuantityNames {
     let (short, quantity, title) = match quantity {
         Quantity::AngularRate => ("gyro", "angular rate", "Gyroscope"),
@@ -57,7 +56,6 @@ pub const NEUTRAL_SERIES: &str = "The deviation is that of the numbers as rate d
                                   phase or angle is to be differenced first. Nothing about a sensor is concluded from them.";
 
 /// The name of a deviation, as the title of a plot.
-#[must_use]
 pub fn deviation_name(deviation: Deviation) -> &'static str {
     match deviation {
         Deviation::Allan => "Allan deviation",
@@ -79,7 +77,6 @@ pub struct ParameterNames {
 }
 
 /// The names of a parameter of a sensor.
-#[must_use]
 pub fn parameter_names(sensor: Sensor, term: Term) -> ParameterNames {
     let of = |name, short, label, slope| ParameterNames { name, short, label, slope };
     match (term, sensor) {
@@ -97,7 +94,6 @@ pub fn parameter_names(sensor: Sensor, term: Term) -> ParameterNames {
 }
 
 /// The rows of the budget of N that all axes of a sensor share: the name and the amount of each.
-#[must_use]
 pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, String); 3] {
     let rate = match (budget.rate.relative, budget.rate.from) {
         (Some(relative), _) => {
@@ -134,7 +130,6 @@ pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, Str
 }
 
 /// How many sentences were rejected, and for which reasons.
-#[must_use]
 pub fn rejected_lines(link: &LinkCounts) -> String {
     let present = rejected_kinds(link).into_iter().filter(|(_, count)| *count > 0);
     let present: Vec<_> = present.map(|(kind, count)| format!("{count} {}", kind.replace('-', " "))).collect();
@@ -155,7 +150,6 @@ pub(crate) fn rejected_kinds(link: &LinkCounts) -> [(&'static str, u64); 6] {
 }
 
 /// How many packets fail their checksum, after the rejected lines; empty for none.
-#[must_use]
 pub fn damaged_packets(link: &LinkCounts) -> String {
     match link.damaged_packets {
         0 => String::new(),
@@ -164,13 +158,11 @@ pub fn damaged_packets(link: &LinkCounts) -> String {
 }
 
 /// The outages of a link; `None` for none.
-#[must_use]
 pub fn outages(link: &LinkCounts) -> Option<String> {
     (link.outages.times > 0).then(|| link.outages.to_string())
 }
 
 /// The samples known to be missing, or that they are not known.
-#[must_use]
 pub fn missing_text(timing: &TimeBase) -> String {
     match (timing.missing, timing.missing_at_least) {
         (Some(missing), _) => grouped(missing),
@@ -181,13 +173,11 @@ pub fn missing_text(timing: &TimeBase) -> String {
 
 /// How many samples are pending, which may still show that others were dropped: `, 3 pending`; empty
 /// for none.
-#[must_use]
 pub fn pending_text(timing: &TimeBase) -> String {
     if timing.pending == 0 { String::new() } else { format!(", {} pending", grouped(timing.pending)) }
 }
 
 /// The verdict in words, or how a typical figure compares: `pass`, `1.05 x typical`.
-#[must_use]
 pub fn verdict_name(judged: &FigureVerdict) -> String {
     match judged.verdict {
         Some(verdict) => word_of("verdict", verdict),
@@ -196,7 +186,6 @@ pub fn verdict_name(judged: &FigureVerdict) -> String {
 }
 
 /// The same in a narrow column: `pass`, `1.05 x typ`, `0.49-2.70 x`.
-#[must_use]
 pub fn short_verdict(judged: &FigureVerdict) -> String {
     match (judged.verdict, ratio(&judged.ratio)) {
         (Some(Verdict::Fail), _) => "FAIL".into(),
@@ -210,7 +199,6 @@ pub fn short_verdict(judged: &FigureVerdict) -> String {
 
 /// What would decide an open verdict, as a noun; empty for any other. Only a final result knows how
 /// long a record must be.
-#[must_use]
 pub fn decided_by(verdict: &FigureVerdict) -> String {
     match (verdict.decided_by, verdict.deciding_record_s) {
         (Some(DecidedBy::LongerRecord), Some(length_s)) => format!("a record of about {}", rough_duration(length_s)),
@@ -248,7 +236,6 @@ fn no_grade(reason: NoGrade) -> &'static str {
 }
 
 /// The grades that a gyroscope may have, or why no grade can be given.
-#[must_use]
 pub fn grade_text(graded: &Graded) -> String {
     match (graded.best, graded.worst, graded.reason) {
         (_, _, Some(reason)) => format!("none, {}", no_grade(reason)),
@@ -259,7 +246,6 @@ pub fn grade_text(graded: &Graded) -> String {
 }
 
 /// How grades are defined, in words.
-#[must_use]
 pub fn grade_scheme() -> String {
     let edges = Grade::ALL.into_iter().filter(|grade| grade.limit_deg_h().is_finite()).map(|grade| {
         format!("{} below {} deg/h and {} deg/sqrt(h)", name_of(grade), grade.limit_deg_h(), grade.limit_deg_sqrt_h())
@@ -272,7 +258,6 @@ pub fn grade_scheme() -> String {
 
 /// The measured value, and the value expected in this stream of a sensor at the figure, in a
 /// sentence.
-#[must_use]
 pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     let figure = &verdict.figure;
     let (unit, factor) = parameter_unit(sensor, figure.term);
@@ -307,19 +292,16 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
 }
 
 /// The name of a record among several, by its place from 0: `run 1` for the first.
-#[must_use]
 pub fn run_name(number: usize) -> String {
     format!("run {}", number + 1)
 }
 
 /// The prefix of the figures of a record, by its place from 0: `run1-` for the first.
-#[must_use]
 pub fn run_prefix(number: usize) -> String {
     format!("run{}-", number + 1)
 }
 
 /// Why there is no prediction of the next sensor or recording.
-#[must_use]
 pub fn no_prediction(why: NoPrediction) -> &'static str {
     match why {
         NoPrediction::Bound => "a recording only bounds it: record longer",
@@ -335,7 +317,6 @@ pub(crate) fn motion_text(Motion { channel, std, limit, unit, .. }: &Motion) -> 
 }
 
 /// Why N is not compared if white noise aliases differently.
-#[must_use]
 pub fn folding(ranking: &Ranking) -> String {
     let own: Vec<String> = (ranking.records.iter())
         .map(|ranked| match ranked.white_factor {

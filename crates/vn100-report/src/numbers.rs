@@ -8,7 +8,6 @@ pub const NOTHING: &str = "–";
 
 /// The value to `count` significant digits, with a power of ten below a hundredth and from a
 /// hundred thousand on: `0.01235`, `1.263·10⁻⁴`; [`NOTHING`] for a value that is not finite.
-#[must_use]
 pub fn digits(value: f64, count: usize) -> String {
     if value.is_finite() { with_powers(&plain::digits(value, count)).replace('-', "−") } else { NOTHING.into() }
 }
@@ -26,7 +25,6 @@ pub(crate) fn superscript(number: i32) -> String {
 }
 
 /// The text of a terminal with its powers of ten as on a page: `5.92e-4` as `5.92·10⁻⁴`.
-#[must_use]
 pub fn with_powers(text: &str) -> String {
     let mut written = String::with_capacity(text.len());
     let mut rest = text;
@@ -45,19 +43,16 @@ pub fn with_powers(text: &str) -> String {
 }
 
 /// The value with its sign and `decimals` decimals; `+0.0` where it rounds to 0.
-#[must_use]
 pub fn signed(value: f64, decimals: usize) -> String {
     plain::signed(value, decimals).replace('-', "−")
 }
 
 /// A probability to two digits; below 10⁻⁹, which is too small to matter, as a bound.
-#[must_use]
 pub fn p_value(p: f64) -> String {
     if p < 1e-9 { "< 10⁻⁹".into() } else { digits(p, 2) }
 }
 
 /// A value with its interval, all to the same digit: `1.263·10⁻⁴ (1.246 to 1.281)`.
-#[must_use]
 pub fn with_interval(value: f64, lower: f64, upper: f64) -> String {
     let largest = value.abs().max(lower.abs()).max(upper.abs());
     if largest == 0.0 || !largest.is_finite() {
@@ -77,7 +72,6 @@ pub fn with_interval(value: f64, lower: f64, upper: f64) -> String {
 }
 
 /// A length of time, to three digits: `330.6 s`, `25 min`, `5.01 h`.
-#[must_use]
 pub fn duration(seconds: f64) -> String {
     match seconds {
         ..10.0 => format!("{} s", trimmed(seconds, 3)),
@@ -89,7 +83,6 @@ pub fn duration(seconds: f64) -> String {
 }
 
 /// The value with at most so many decimals, without trailing zeros, and without a sign before 0.
-#[must_use]
 pub fn trimmed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
@@ -97,7 +90,6 @@ pub fn trimmed(value: f64, decimals: usize) -> String {
 }
 
 /// A whole number in groups of three, with a narrow space between them that no line is broken at.
-#[must_use]
 pub fn grouped(count: u64) -> String {
     in_threes(count, '\u{202f}')
 }

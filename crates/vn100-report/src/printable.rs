@@ -2,13 +2,11 @@
 //! characters.
 
 /// The text in one line, with a replacement mark for each character that controls a terminal.
-#[must_use]
 pub fn printable(text: &str) -> String {
     text.chars().map(|c| if steers_terminal(c) { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }
 
 /// The text, or as much of it as such a number of characters holds, with an ellipsis at its end.
-#[must_use]
 pub fn shortened(text: &str, width: usize) -> String {
     if text.chars().count() <= width {
         return text.to_owned();
@@ -19,7 +17,6 @@ pub fn shortened(text: &str, width: usize) -> String {
 /// A JSON document and a line end. Characters that control a terminal are escaped, which does not
 /// change the content: serde_json leaves DEL, the control characters above ASCII and those that
 /// change the direction of text unescaped.
-#[must_use]
 pub fn json_line(json: &str) -> String {
     let mut text = String::with_capacity(json.len() + 1);
     for c in json.chars() {
@@ -38,7 +35,6 @@ pub fn json_line(json: &str) -> String {
 /// Whether a character controls a terminal or the direction of text: control characters, ends of
 /// lines and paragraphs, and Unicode's property Bidi_Control. With these a name can look like
 /// another.
-#[must_use]
 pub fn steers_terminal(c: char) -> bool {
     c.is_control()
         || matches!(

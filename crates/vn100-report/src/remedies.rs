@@ -149,14 +149,12 @@ fn map_option(map: &str) -> String {
 }
 
 /// For a user at a command line: what to do, with the option or the command in quotes of code.
-#[must_use]
 pub fn remedy_words(remedy: &Remedy) -> String {
     let Row { what, command, .. } = row(remedy);
     if command.starts_with("--columns '") { format!("set {command}") } else { format!("{what}: `{command}`") }
 }
 
 /// For a user of the Python package: what to do, with the argument if there is one.
-#[must_use]
 pub fn python_words(remedy: &Remedy) -> String {
     match row(remedy) {
         Row { what, python: None, .. } => what,
@@ -165,13 +163,11 @@ pub fn python_words(remedy: &Remedy) -> String {
 }
 
 /// For a reader of a page, who may have no program: what to do.
-#[must_use]
 pub fn page_words(remedy: &Remedy) -> String {
     row(remedy).what
 }
 
 /// The option or command alone, as a command line takes it.
-#[must_use]
 pub fn command(remedy: &Remedy) -> String {
     row(remedy).command
 }

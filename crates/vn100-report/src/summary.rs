@@ -117,7 +117,6 @@ pub struct StatisticsRow {
 
 impl Summary {
     /// The summary of a result, with remedies in the words of a face.
-    #[must_use]
     pub fn new(result: &SourceResult, words: RemedyWords) -> Self {
         let mut notes = Notes { words, texts: Vec::new() };
         // what to do about the record before what the data sheet cannot decide
@@ -177,7 +176,6 @@ fn identity(result: &SourceResult) -> Vec<String> {
 }
 
 /// The nominal rate, as `40 Hz`, `40 Hz (assumed)` or `rate unknown`.
-#[must_use]
 pub fn rate_text(timing: &TimeBase) -> String {
     let assumed = if timing.is_rate_assumed() { " (assumed)" } else { "" };
     timing.rate_hz.map_or_else(|| "rate unknown".into(), |hz| format!("{} Hz{assumed}", short(hz)))

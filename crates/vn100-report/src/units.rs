@@ -3,14 +3,12 @@
 use vn100_analysis::noise::{Sensor, Term, conventions};
 
 /// The SI unit of a noise parameter.
-#[must_use]
 pub fn si_unit(sensor: Sensor, term: Term) -> &'static str {
     conventions(sensor, term).first().map_or("", |si| si.unit)
 }
 
 /// A unit as people write it: `rad/s/sqrt(Hz)` as `rad/s/√Hz`, `m/s^2` as `m/s²`, `deg/h^1.5` as
 /// `°/h/√h`.
-#[must_use]
 pub fn pretty_unit(unit: &str) -> String {
     let unit = match unit.strip_prefix('u') {
         Some(rest) if rest.starts_with("g/") || rest == "g" || rest == "rad" => format!("µ{rest}"),
@@ -30,7 +28,6 @@ pub fn pretty_unit(unit: &str) -> String {
 
 /// The unit with this name of a parameter of a sensor, and how many of these units are one SI unit;
 /// the SI unit and 1 if the parameter is not given in such a unit.
-#[must_use]
 pub fn in_unit(sensor: Sensor, term: Term, unit: &str) -> (&'static str, f64) {
     let all = conventions(sensor, term);
     let convention = all.iter().find(|convention| convention.unit == unit).or(all.first());
@@ -39,7 +36,6 @@ pub fn in_unit(sensor: Sensor, term: Term, unit: &str) -> (&'static str, f64) {
 
 /// The unit of a parameter in summaries, close to that of data sheets, and how many of these units
 /// are one SI unit.
-#[must_use]
 pub fn parameter_unit(sensor: Sensor, term: Term) -> (&'static str, f64) {
     const DEG: f64 = 180.0 / std::f64::consts::PI;
     const MG: f64 = 1e3 / vn100_analysis::noise::STANDARD_GRAVITY_M_S2;
@@ -64,7 +60,6 @@ pub fn parameter_unit(sensor: Sensor, term: Term) -> (&'static str, f64) {
 
 /// The unit in which laboratories report what they read off a curve, and how many of these units
 /// are one SI unit; `None` for what they do not report.
-#[must_use]
 pub fn laboratory_unit(sensor: Sensor, term: Term) -> Option<(&'static str, f64)> {
     let unit = match (sensor, term) {
         (Sensor::Gyroscope, Term::White) => "deg/sqrt(h)",

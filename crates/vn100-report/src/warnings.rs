@@ -28,7 +28,6 @@ pub struct WarningWords {
 }
 
 /// The words of a kind.
-#[must_use]
 pub fn warning_words(kind: WarningKind) -> WarningWords {
     let (_, why, advice, remedies, source) = WORDS[kind as usize];
     WarningWords { why, advice, remedies, source }
@@ -219,7 +218,6 @@ const WORDS: [(WarningKind, &str, &str, &[Remedy], &str); WarningKind::ALL.len()
 ];
 
 /// What was found, in a few words without a full stop.
-#[must_use]
 pub fn headline(warning: &Warning) -> String {
     let on = warning.channels.join(" ");
     match &warning.finding {
@@ -492,13 +490,11 @@ fn clock(seconds: f64) -> String {
 }
 
 /// Code and headline, in one line.
-#[must_use]
 pub fn title(warning: &Warning) -> String {
     format!("{}: {}", warning.kind.name(), headline(warning))
 }
 
 /// The places, the consequence, the advice and the remedies of a warning, in sentences.
-#[must_use]
 pub fn details(warning: &Warning, words: RemedyWords) -> String {
     let WarningWords { why, advice, .. } = warning_words(warning.kind);
     let sentences = [places(&warning.finding), why.into(), advice.into()].into_iter().filter(|text| !text.is_empty());
@@ -506,7 +502,6 @@ pub fn details(warning: &Warning, words: RemedyWords) -> String {
 }
 
 /// What was found, and the [`details`].
-#[must_use]
 pub fn in_words(warning: &Warning, words: RemedyWords) -> String {
     let headline = headline(warning);
     let stop = if headline.ends_with('?') { "" } else { "." };
@@ -520,7 +515,6 @@ pub(crate) fn capitalised(text: &str) -> String {
 }
 
 /// A sentence for each remedy.
-#[must_use]
 pub fn actions(remedies: &[Remedy], words: RemedyWords) -> Vec<String> {
     remedies.iter().map(|remedy| capitalised(&words(remedy)) + ".").collect()
 }

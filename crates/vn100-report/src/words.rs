@@ -7,7 +7,6 @@ use vn100_analysis::{End, RateChange, Remedy, RemedyWords, Shortfall, StartCure}
 use crate::numbers::plain::{tau, time};
 
 /// The text, with the source it is about before it unless it names that itself.
-#[must_use]
 pub fn about(name: &str, text: &str) -> String {
     let mut words = text.split_whitespace().map(|word| word.trim_end_matches([':', ';', ',']));
     if words.any(|word| word == name) { text.to_owned() } else { format!("{name}: {text}") }
@@ -15,7 +14,6 @@ pub fn about(name: &str, text: &str) -> String {
 
 /// Why the result of that source is not complete, after so many bytes of sentences and packets, with
 /// remedies in the words of a face; `None` if it is.
-#[must_use]
 pub fn end(name: &str, end: &End, framed_bytes: u64, words: RemedyWords) -> Option<String> {
     const LOST: &str =
         ", as after a restart that lost settings that were not saved; the result holds what came before. ";
@@ -51,7 +49,6 @@ pub fn end(name: &str, end: &End, framed_bytes: u64, words: RemedyWords) -> Opti
 
 /// How much shorter a result is than was asked for, and what was wrong with the link; `None` if
 /// it is not.
-#[must_use]
 pub fn ended_early(
     end: &End,
     shortfall: Option<&Shortfall>,

@@ -52,7 +52,6 @@ impl MessageQueue {
     }
 
     /// All that are kept, the oldest first; none is left.
-    #[must_use]
     pub fn take(&self) -> Vec<String> {
         let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
         messages.unseen = 0;

@@ -31,7 +31,6 @@ impl Reference {
     }
 
     /// Measures a file by these settings, to its own end.
-    #[must_use]
     pub fn measure(path: PathBuf, settings: Settings, stop: &CancellationToken) -> PendingReference {
         let settings = Settings { duration: None, until: Vec::new(), recent: false, ..settings };
         let spec = ReplaySpec { settings, stop: stop.child_token(), ..ReplaySpec::of(path) };

@@ -70,7 +70,6 @@ pub(crate) struct Screen {
 }
 
 /// Whether standard input and output are a terminal that can be drawn on.
-#[must_use]
 pub fn is_there() -> bool {
     let dumb = std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb");
     io::stdin().is_terminal() && io::stdout().is_terminal() && !dumb

@@ -41,7 +41,6 @@ enum Content {
 
 impl Tab {
     /// All forms of the records: the page first, then those of each record.
-    #[must_use]
     pub fn outputs(&self) -> Vec<Output> {
         let output = |group, label: &str, file: String, content| Output {
             group,
@@ -74,7 +73,6 @@ impl Tab {
     }
 
     /// The content of the file with this name; `None` if there is none.
-    #[must_use]
     pub fn output(&self, file: &str) -> Option<String> {
         let output = self.outputs().into_iter().find(|output| output.file == file)?;
         match output.content {
@@ -89,7 +87,6 @@ impl Tab {
     }
 
     /// The report of all records; `None` if nothing was read of any.
-    #[must_use]
     pub fn page(&self) -> Option<String> {
         if self.records.iter().all(|record| record.link.bytes == 0) {
             return None;

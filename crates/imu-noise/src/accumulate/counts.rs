@@ -47,7 +47,6 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// ```
 /// assert_eq!(imu_noise::counts_to_unit(-9813.0, 3), -9.813);
 /// ```
-#[must_use]
 pub fn counts_to_unit(counts: f64, decimals: u8) -> f64 {
     counts / 10_f64.powi(decimals.into())
 }

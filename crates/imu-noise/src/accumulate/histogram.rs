@@ -42,7 +42,6 @@ pub struct Bars {
 
 impl Histogram {
     /// A histogram without samples: no bins.
-    #[must_use]
     pub const fn new() -> Self {
         Self { width_log2: 0, first: 0, places: Vec::new() }
     }
@@ -59,13 +58,11 @@ impl Histogram {
     }
 
     /// Width of every bin in counts, a power of two; 1 without samples.
-    #[must_use]
     pub const fn bin_width_counts(&self) -> u64 {
         1 << self.width_log2
     }
 
     /// Number of samples.
-    #[must_use]
     pub fn total(&self) -> u64 {
         self.bins().map(|(_, frequency)| frequency).sum()
     }
@@ -81,7 +78,6 @@ impl Histogram {
     /// these occurred so often that a value between them would have occurred as well. For two
     /// values it is their distance. `None` below two counts, because the printed digit is then the
     /// step, and if the samples are too few, or too far apart, to show a step.
-    #[must_use]
     pub fn step_counts(&self) -> Option<f64> {
         self.values().map(|(_, step)| step)
     }
@@ -150,7 +146,6 @@ impl Histogram {
     /// The histogram in at most `most` bars for a drawing, including empty ones between others: the
     /// narrowest possible bars, each with the same number of actual steps. `None` without samples,
     /// and if `most` is 0.
-    #[must_use]
     pub fn bars(&self, most: usize) -> Option<Bars> {
         let (lowest, highest) = (self.bins().next()?.0, self.bins().last()?.0);
         let (origin, step) = self.values().unwrap_or((0.0, self.bin_width_counts() as f64));

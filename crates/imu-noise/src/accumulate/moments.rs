@@ -29,7 +29,6 @@ struct PowerSums {
 
 impl Moments {
     /// Moments of no sample.
-    #[must_use]
     pub const fn new() -> Self {
         Self { sums: PowerSums::EMPTY, min: i32::MAX, max: i32::MIN }
     }
@@ -44,32 +43,27 @@ impl Moments {
     }
 
     /// Number of samples n.
-    #[must_use]
     pub const fn count(&self) -> u64 {
         self.sums.count
     }
 
     /// Smallest sample; `None` without a sample.
-    #[must_use]
     pub fn min_counts(&self) -> Option<i32> {
         (self.count() > 0).then_some(self.min)
     }
 
     /// Largest sample; `None` without a sample.
-    #[must_use]
     pub fn max_counts(&self) -> Option<i32> {
         (self.count() > 0).then_some(self.max)
     }
 
     /// Arithmetic mean; `None` without a sample.
-    #[must_use]
     pub fn mean_counts(&self) -> Option<f64> {
         let (centre, centred) = self.centred()?;
         Some(centre as f64 + centred.first as f64 / centred.count as f64)
     }
 
     /// Sample variance in counts², with the divisor n - 1; `None` below two samples.
-    #[must_use]
     pub fn variance_counts2(&self) -> Option<f64> {
         let (_, centred) = self.centred()?;
         let n = centred.count;
@@ -80,20 +74,17 @@ impl Moments {
     }
 
     /// Sample standard deviation in counts, exactly 0 for a constant; `None` below two samples.
-    #[must_use]
     pub fn std_counts(&self) -> Option<f64> {
         self.variance_counts2().map(f64::sqrt)
     }
 
     /// Skewness g1 = m3 / m2^1.5; `None` below two samples and for a constant.
-    #[must_use]
     pub fn skewness(&self) -> Option<f64> {
         let [second, third, _] = self.central_moments()?;
         Some(third / (second * second.sqrt()))
     }
 
     /// Excess kurtosis g2 = m4 / m2² - 3; `None` below two samples and for a constant.
-    #[must_use]
     pub fn excess_kurtosis(&self) -> Option<f64> {
         let [second, _, fourth] = self.central_moments()?;
         Some(fourth / (second * second) - 3.0)

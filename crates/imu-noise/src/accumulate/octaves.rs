@@ -58,7 +58,6 @@ pub struct OctaveSum {
 
 impl Octaves {
     /// Sums without any sample.
-    #[must_use]
     pub fn new(estimator: Estimator, deviation: Deviation) -> Self {
         let windows = match estimator {
             Estimator::Strided => Windows::Strided(Cascade::new(WINDOWS_PER_TAU, deviation)),
@@ -116,7 +115,6 @@ impl Octaves {
     /// The sum at any averaging factor, over all overlapping windows. Each sample is visited, which
     /// takes some nanoseconds. `None` without a window, beyond m = 2^30, and with other estimators
     /// than [`Estimator::Full`].
-    #[must_use]
     pub fn sum_at(&self, m: u64) -> Option<OctaveSum> {
         match &self.windows {
             Windows::Full(overlapping) => overlapping.at(m).map(|squares| self.of(m, (squares, Gapped::EMPTY))),
@@ -133,7 +131,6 @@ impl Octaves {
 impl OctaveSum {
     /// Averaging factor and number of windows, which confidence intervals and fit need besides the
     /// variance.
-    #[must_use]
     pub fn octave(&self) -> Octave {
         let whole = self.whole_terms();
         let share_present = (whole as f64 + self.gapped.share_sum()) / self.terms as f64;
@@ -141,14 +138,12 @@ impl OctaveSum {
     }
 
     /// Number of windows without missing samples, which are in [`sum_squares`](Self::sum_squares).
-    #[must_use]
     pub const fn whole_terms(&self) -> u64 {
         self.terms - self.gapped.windows
     }
 
     /// Allan variance in counts², the sum over all windows / (2 m² n); Hadamard variance, / (6 m²
     /// n). `None` if the sum is unknown.
-    #[must_use]
     pub fn variance_counts2(&self) -> Option<f64> {
         let m = self.m as f64;
         let divisor = self.deviation.divisor() * m * m * self.terms as f64;
@@ -157,7 +152,6 @@ impl OctaveSum {
 
     /// Root of the variance, in counts, with a relative error below 1e-15; `None` if the sum is
     /// unknown.
-    #[must_use]
     pub fn deviation_counts(&self) -> Option<f64> {
         self.variance_counts2().map(f64::sqrt)
     }

@@ -76,7 +76,6 @@ pub struct Octave {
 
 impl Octave {
     /// An octave without missing samples.
-    #[must_use]
     pub const fn whole(m: u64, terms: u64) -> Self {
         Self { m, terms, share_present: 1.0 }
     }
@@ -110,7 +109,6 @@ pub struct RecordShape {
 
 impl RecordShape {
     /// Samples between the starts of successive windows at averaging factor `m`.
-    #[must_use]
     pub const fn stride(&self, m: u64) -> u64 {
         match self.estimator {
             Estimator::Strided if m >= 16 => m / 16,
@@ -120,14 +118,12 @@ impl RecordShape {
     }
 
     /// Number of windows of averaging factor `m` if no sample is missing; 0 if none fits.
-    #[must_use]
     pub const fn windows(&self, m: u64) -> u64 {
         let span = m.saturating_mul(self.deviation.order() as u64);
         if m == 0 || self.samples < span { 0 } else { (self.samples - span) / self.stride(m) + 1 }
     }
 
     /// Every octave with a window, at m = 1, 2, 4 …, if no sample is missing; empty if none fits.
-    #[must_use]
     pub fn octaves(&self) -> Vec<Octave> {
         (0..u64::BITS)
             .map(|power| 1_u64 << power)

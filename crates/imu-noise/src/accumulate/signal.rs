@@ -62,7 +62,6 @@ struct SumSpectrum {
 
 impl ChannelSignal {
     /// A channel without samples.
-    #[must_use]
     pub fn new(plan: &SpectrumPlan) -> Self {
         Self {
             spectrum: Spectrum::new(plan, false),
@@ -133,7 +132,6 @@ impl ChannelSignal {
     }
 
     /// The power spectral density, with its peaks.
-    #[must_use]
     pub const fn spectrum(&self) -> &Spectrum {
         &self.spectrum
     }
@@ -145,7 +143,6 @@ impl ChannelSignal {
 
     /// Mean, standard deviation and extremes of the blocks of the record, in time order: at most
     /// [`MAX_BLOCKS`](crate::MAX_BLOCKS), without empty ones.
-    #[must_use]
     pub fn blocks(&self) -> Vec<Block> {
         let mut blocks = self.blocks.clone();
         if let (Some(place), false) = (self.end.checked_sub(1), self.window.is_empty()) {

@@ -227,7 +227,6 @@ pub(crate) struct Powers {
 impl Spectrum {
     /// The density of a channel sampled every `interval_s` seconds with `decimals` digits. `None`
     /// before the first segment is full, and if `interval_s` is not positive.
-    #[must_use]
     pub fn density(&self, sides: Sides, interval_s: f64, decimals: u8) -> Option<Density> {
         let Powers { segment_samples, segments, averages, powers } = self.powers()?;
         if interval_s.is_nan() || interval_s <= 0.0 {
@@ -287,7 +286,6 @@ pub struct SpectrumPlan {
 
 impl SpectrumPlan {
     /// Windows and transforms for both lengths of segments.
-    #[must_use]
     pub fn new() -> Self {
         let mut planner = RealFftPlanner::new();
         Self { long: Arc::new(Transform::new(&mut planner)), short: Arc::new(Transform::new(&mut planner)) }

@@ -29,7 +29,6 @@ impl Stretch {
     pub const EMPTY: Self = Self { places: 0, present: [0; Self::MOST / WORD] };
 
     /// This many places with a sample; at most [`MOST`](Self::MOST).
-    #[must_use]
     pub fn full(samples: usize) -> Self {
         let mut stretch = Self::EMPTY;
         stretch.push(samples, true);
@@ -51,13 +50,11 @@ impl Stretch {
     }
 
     /// The number of places.
-    #[must_use]
     pub const fn places(&self) -> usize {
         self.places
     }
 
     /// The number of places with a sample.
-    #[must_use]
     pub fn samples(&self) -> usize {
         self.present.iter().map(|word| word.count_ones() as usize).sum()
     }
@@ -93,7 +90,6 @@ impl Stretch {
 
     /// The stretch without these samples, which are numbered from 0; numbers that it does not have
     /// are ignored.
-    #[must_use]
     pub fn without(&self, samples: &[usize]) -> Self {
         let mut left = *self;
         for place in samples.iter().filter_map(|sample| self.place_of(*sample)) {
@@ -104,7 +100,6 @@ impl Stretch {
 
     /// The places before a sample, numbered from 0, and those from this sample on; all places and
     /// none if there is no such sample.
-    #[must_use]
     pub fn split_before_sample(&self, sample: usize) -> [Self; 2] {
         let (mut before, mut after) = (Self::EMPTY, Self::EMPTY);
         let split = self.place_of(sample).unwrap_or(self.places);
@@ -121,7 +116,6 @@ impl Stretch {
     }
 
     /// The place of a sample, both numbered from 0; `None` if there is no such sample.
-    #[must_use]
     pub fn place_of(&self, sample: usize) -> Option<usize> {
         let mut before = 0;
         for (place, word) in (0..).step_by(WORD).zip(self.present) {

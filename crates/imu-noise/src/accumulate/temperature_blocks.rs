@@ -30,7 +30,6 @@ struct Sums {
 
 impl TemperatureBlocks {
     /// Blocks without samples, for this number of axes.
-    #[must_use]
     pub fn new(axes: usize) -> Self {
         Self { length_log2: SHORTEST_LOG2, columns: vec![Vec::new(); axes + 1], is_broken: Vec::new(), last: None }
     }
@@ -58,14 +57,12 @@ impl TemperatureBlocks {
     }
 
     /// Number of samples that this axis lacks of those of the axes, and number of all of these.
-    #[must_use]
     pub fn lacks(&self, axis: usize) -> (u64, u64) {
         let samples = (0..self.blocks()).map(|block| self.samples(block)).sum::<u64>();
         (samples - self.columns[axis].iter().map(|sums| sums.values).sum::<u64>(), samples)
     }
 
     /// Number of axes.
-    #[must_use]
     pub fn axes(&self) -> usize {
         self.columns.len() - 1
     }

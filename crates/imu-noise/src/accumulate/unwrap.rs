@@ -27,7 +27,6 @@ impl Unwrap {
     ///
     /// # Panics
     /// If `turn_counts` is not positive.
-    #[must_use]
     pub fn new(turn_counts: i32) -> Self {
         assert!(turn_counts > 0, "a turn has {turn_counts} counts, it needs at least 1");
         Self { turn_counts: turn_counts.into(), last: None }
@@ -58,7 +57,6 @@ impl Unwrap {
     /// The whole turns, in counts, that bring a mean of the continuous series to the principal
     /// branch when they are subtracted; they apply to minimum and maximum as well. 0 for a mean
     /// that is not finite.
-    #[must_use]
     pub fn turn_offset_counts(&self, mean_counts: f64) -> i64 {
         let turn = self.turn_counts as f64;
         // Ties go to the upper end of the branch. A cast of NaN is 0.

@@ -6,7 +6,6 @@ use statrs::{
 };
 
 /// x with P(χ² < x) = `p`; `None` unless 0 < p < 1 and dof > 0, and where x underflows.
-#[must_use]
 pub fn quantile(p: f64, dof: f64) -> Option<f64> {
     if !(p > 0.0 && p < 1.0) {
         return None;
@@ -57,7 +56,6 @@ fn wilson_hilferty(p: f64, dof: f64) -> f64 {
 }
 
 /// P(χ² > x); `None` unless dof > 0 and x is a number.
-#[must_use]
 pub fn probability_above(x: f64, dof: f64) -> Option<f64> {
     if x.is_nan() {
         return None;
@@ -69,25 +67,21 @@ pub fn probability_above(x: f64, dof: f64) -> Option<f64> {
 ///
 /// # Panics
 /// Unless 0 <= p <= 1.
-#[must_use]
 pub fn normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)
 }
 
 /// P(Z > x) for a standard normal Z.
-#[must_use]
 pub fn normal_above(x: f64) -> f64 {
     Normal::standard().sf(x)
 }
 
 /// x with P(|Z| < x) = `p` for a standard normal Z; `None` unless 0 < p < 1.
-#[must_use]
 pub fn normal_two_sided(p: f64) -> Option<f64> {
     (p > 0.0 && p < 1.0).then(|| Normal::standard().inverse_cdf(0.5 + p / 2.0))
 }
 
 /// x with P(|T| < x) = `p` for Student's T, `dof` clamped to 1..=10 000; `None` unless 0 < p < 1.
-#[must_use]
 pub fn student_two_sided(p: f64, dof: f64) -> Option<f64> {
     if !(p > 0.0 && p < 1.0) {
         return None;

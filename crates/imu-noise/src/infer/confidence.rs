@@ -31,7 +31,6 @@ impl Interval {
     /// The interval with probability `confidence` around an estimate `variance` with `edf` degrees
     /// of freedom: edf · estimate / truth follows χ²(edf) (Howe, Allan and Barnes, 1981), equal
     /// tails. `None` unless 0 < `confidence` < 1, `edf` > 0 and `variance` >= 0.
-    #[must_use]
     pub fn new(variance: f64, edf: f64, confidence: f64) -> Option<Self> {
         if !(variance >= 0.0 && edf.is_finite() && confidence > 0.0 && confidence < 1.0) {
             return None;
@@ -47,7 +46,6 @@ impl Interval {
 /// edf = M / (1 + 2 Σ (1 - j/M) ρ_j²), with M windows and the correlation ρ_j of differences j
 /// strides apart (Greenhall and Riley, 2003, eq. 7), with the covariances of sampled noise. With
 /// samples missing, the edf shrinks as the number of windows.
-#[must_use]
 pub fn edf(octave: &Octave, shape: &RecordShape, law: PowerLaw) -> Option<f64> {
     let windows = shape.windows(octave.m);
     if octave.terms < 2 || windows < 2 {

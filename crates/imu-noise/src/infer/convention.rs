@@ -37,14 +37,12 @@ pub struct Convention {
 
 impl Convention {
     /// The same unit for an amplitude density over positive frequencies only: √2 times the number.
-    #[must_use]
     pub const fn one_sided(self) -> Self {
         one_sided(self.unit, self.factor)
     }
 }
 
 /// All conventions for a parameter; the SI unit comes first.
-#[must_use]
 pub const fn conventions(sensor: Sensor, parameter: Term) -> &'static [Convention] {
     use Sensor::{Accelerometer, Gyroscope, Magnetometer};
     use Term::{BiasInstability, Quantization, RateRamp, RateRandomWalk, White};
@@ -100,7 +98,6 @@ pub const fn conventions(sensor: Sensor, parameter: Term) -> &'static [Conventio
 }
 
 /// All conventions for the temperature coefficient of the bias; the SI unit comes first.
-#[must_use]
 pub const fn temperature_conventions(sensor: Sensor) -> &'static [Convention] {
     match sensor {
         Sensor::Gyroscope => {

@@ -48,7 +48,6 @@ pub struct Disturbance {
 impl ChannelSignal {
     /// Short intervals that the rest of the record does not explain, in time order, at most 32: see
     /// [`Disturbance`]. Empty below 64 windows of 32 samples.
-    #[must_use]
     pub fn disturbances(&self, interval_s: f64) -> Vec<Disturbance> {
         let windows = &self.windows;
         let mut found: Vec<_> = windows.changed_means().chain(windows.changed_spreads()).collect();

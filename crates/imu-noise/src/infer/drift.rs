@@ -58,7 +58,6 @@ impl Drift {
     /// averaging time. `None` if a time or a point is not above 0, if a point is no octave of the one
     /// before, and if the curve does not reach far enough with two degrees of freedom: to half of
     /// rest and coast together.
-    #[must_use]
     pub fn new(curve: &[CurvePoint], integral: Integral, rest_s: f64, coast_s: f64) -> Option<Self> {
         let is_known = |point: &&CurvePoint| {
             let CurvePoint { tau_s, deviation, edf } = **point;
@@ -96,13 +95,11 @@ impl Drift {
 
     /// Half the width of the interval that contains one drift with this probability, the error of the
     /// standard deviation included: Student's t. `None` unless 0 < `confidence` < 1.
-    #[must_use]
     pub fn half_width(&self, confidence: f64) -> Option<f64> {
         Some(self.std * chi_squared::student_two_sided(confidence, self.edf)?)
     }
 
     /// The confidence interval of the standard deviation. `None` unless 0 < `confidence` < 1.
-    #[must_use]
     pub fn interval(&self, confidence: f64) -> Option<(f64, f64)> {
         let interval = Interval::new(self.std * self.std, self.edf, confidence)?;
         Some((interval.lower, interval.upper))

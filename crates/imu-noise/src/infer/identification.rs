@@ -9,7 +9,6 @@ const LEAST_BLOCKS: u64 = 30;
 /// The kind of noise of each of `octaves`, whose `variances` are in any unit, by the slope of the
 /// variance to the next octave, α = -1 - log₂(V(2m)/V(m)): kinds above α = 1 look like α = 1. `None`
 /// if the next octave has fewer than 30 blocks.
-#[must_use]
 pub fn noise_types(octaves: &[Octave], variances: &[f64], shape: &RecordShape) -> Vec<Option<PowerLaw>> {
     let kind = |i: usize| {
         let (here, next) = (octaves.get(i)?, octaves.get(i + 1)?);

@@ -95,7 +95,6 @@ pub struct LevelSearch {
 
 impl LevelSearch {
     /// A search in these channels. Costs about two milliseconds, whatever their number.
-    #[must_use]
     pub fn of<'a>(signals: impl IntoIterator<Item = &'a ChannelSignal>) -> Self {
         let mut shapes: Vec<MeanShapes> = Vec::new();
         for signal in signals {
@@ -109,7 +108,6 @@ impl LevelSearch {
 
     /// A warm-up, a step or a cycle of the level of `signal`, one of those the search was made for,
     /// in its longest series of blocks that no gap cuts; nothing below 16 of them.
-    #[must_use]
     pub fn find(&self, signal: &ChannelSignal, interval_s: f64, decimals: u8) -> LevelFindings {
         let blocks = signal.blocks();
         let blocks = longest_full(&blocks);

@@ -54,7 +54,6 @@ pub struct NarrowBand {
 
 impl NarrowBand {
     /// Frequency in cycles per sample: the mean over its power.
-    #[must_use]
     pub fn frequency(&self) -> f64 {
         self.parts.iter().map(|(from, to, share)| 0.5 * (from + to) * share).sum()
     }
@@ -70,7 +69,6 @@ impl ChannelSignal {
     /// spectrum of the sums of 32 samples, those below 1/2048 from that of the sums of 1024, the
     /// others from that of the samples, which lie `interval_s` seconds apart. None of a spectrum before
     /// four of its segments are full.
-    #[must_use]
     pub fn narrow_bands(&self, unit_per_count: f64, interval_s: f64) -> Vec<NarrowBand> {
         let full = |powers: Option<Powers>| powers.filter(|powers| powers.segments >= 4);
         let Some(powers) = full(self.spectrum().powers()) else { return Vec::new() };

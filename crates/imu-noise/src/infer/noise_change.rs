@@ -71,7 +71,6 @@ pub struct Frozen {
 impl ChannelSignal {
     /// Changes of the noise of the record, by the `histogram` of the same samples; nothing
     /// below 16 blocks of 32 samples, and where the noise is less than half a step of the channel.
-    #[must_use]
     pub fn noise_changes(&self, histogram: &Histogram, interval_s: f64) -> NoiseChanges {
         let blocks = self.spreads();
         let Some(std_counts) = self.std_within_windows(&blocks) else { return NoiseChanges::default() };

@@ -58,7 +58,6 @@ impl NoiseModel {
     /// known and matters: see [`BoxcarWindow`].
     ///
     /// Costs a few milliseconds; the fits of the channels cost about as much.
-    #[must_use]
     pub fn new(octaves: &[Octave], shape: &RecordShape, window: Option<BoxcarWindow>, is_quantized: bool) -> Self {
         let of = |(place, octave): (usize, &Octave)| {
             let of_law = |law| edf(octave, shape, law);
@@ -82,7 +81,6 @@ impl NoiseModel {
     }
 
     /// The same for a record of another length, with the same interval, estimator and deviation.
-    #[must_use]
     pub fn of_length(&self, octaves: &[Octave], samples: u64) -> Self {
         Self::new(octaves, &RecordShape { samples, ..self.shape }, self.window, self.layout.quantization.is_some())
     }

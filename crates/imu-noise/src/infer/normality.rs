@@ -119,13 +119,11 @@ impl ChannelSignal {
 
 impl Normality {
     /// Whether the values may be normal: true for 99 % of normal records.
-    #[must_use]
     pub fn is_consistent(&self) -> bool {
         self.p() >= LEAST_P
     }
 
     /// The probability that normal values would show as much skewness or excess kurtosis.
-    #[must_use]
     pub fn p(&self) -> f64 {
         let beyond =
             (self.skewness.abs() / self.skewness_error).max(self.excess_kurtosis.abs() / self.excess_kurtosis_error);

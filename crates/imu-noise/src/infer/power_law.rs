@@ -26,7 +26,6 @@ pub enum PowerLaw {
 
 impl PowerLaw {
     /// The exponent α of the spectrum of the rate.
-    #[must_use]
     pub const fn alpha(self) -> i8 {
         match self {
             Self::WhitePhase => 2,
@@ -38,7 +37,6 @@ impl PowerLaw {
     }
 
     /// The law with exponent `alpha`, the nearest one outside -2 ..= 2.
-    #[must_use]
     pub const fn nearest(alpha: i8) -> Self {
         match alpha {
             2.. => Self::WhitePhase,
@@ -52,7 +50,6 @@ impl PowerLaw {
     /// Expected Allan or Hadamard variance at averaging factor `m` >= 1, for amplitude 1: white
     /// 1/m; random walk, Allan (2m² + 1)/(6m); flicker 2 ln 2/π for large m, up to 1.44 times that
     /// at m = 1.
-    #[must_use]
     pub fn variance(self, deviation: Deviation, m: u64) -> f64 {
         let m = m as f64;
         difference_autocovariance(deviation, m, 0.0, |lag| self.phase_covariance(lag)) / (deviation.divisor() * m * m)
@@ -92,7 +89,6 @@ pub(crate) fn difference_autocovariance(deviation: Deviation, m: f64, lag: f64, 
 impl Octave {
     /// What the variance of noise with amplitude 1 is expected to be, its missing samples
     /// considered.
-    #[must_use]
     pub fn expected_variance(&self, deviation: Deviation, law: PowerLaw) -> f64 {
         expected_variance(self, deviation, |lag| law.phase_covariance(lag))
     }

@@ -161,7 +161,6 @@ impl TemperatureSearch {
 
     /// Of the axis with this number, `unit_per_count`: at the level `confidence`, 0 < p < 1. `None`
     /// for an axis that does not vary, and where there is no such axis.
-    #[must_use]
     pub fn coefficient(&self, axis: usize, unit_per_count: f64, confidence: f64) -> Option<TemperatureCoefficient> {
         let z = chi_squared::normal_two_sided(confidence)?;
         let rows = Rows::of_level(self.transform.of(self.series.axes.get(axis)?));

@@ -23,7 +23,6 @@ pub enum Claim {
 
 impl Claim {
     /// The lowest and the highest number of the claim.
-    #[must_use]
     pub const fn ends(&self) -> (f64, f64) {
         match *self {
             Self::Limit(limit) => (limit, limit),
@@ -33,7 +32,6 @@ impl Claim {
 
     /// The number that no sensor is to exceed, if a typical figure is taken for a limit: all that
     /// round to it are allowed for.
-    #[must_use]
     pub const fn as_limit(&self) -> f64 {
         match *self {
             Self::Limit(limit) => limit,
@@ -64,7 +62,6 @@ impl Verdict {
     /// may read in the stream. It is kept if the upper end of the interval lies below `low` (the
     /// uncertainty counts against passing, as in ISO 14253-1), and broken if the lower end lies above
     /// `high`. A bound can keep a limit and never break it.
-    #[must_use]
     pub fn of(parameter: &Parameter, (low, high): (f64, f64)) -> Self {
         match parameter {
             Parameter { status: Status::NotMeasurable | Status::Moved, .. } => Self::NotComparable,
@@ -95,7 +92,6 @@ impl Grade {
     pub const ALL: [Self; 4] = [Self::Navigation, Self::Tactical, Self::Industrial, Self::Consumer];
 
     /// The bias instability in deg/h below which a gyroscope may be of this grade.
-    #[must_use]
     pub const fn limit_deg_h(self) -> f64 {
         match self {
             Self::Navigation => 0.01,
@@ -106,7 +102,6 @@ impl Grade {
     }
 
     /// The angle random walk in deg/sqrt(h) below which it may.
-    #[must_use]
     pub const fn limit_deg_sqrt_h(self) -> f64 {
         match self {
             Self::Navigation => 0.002,
@@ -119,7 +114,6 @@ impl Grade {
     /// The best and the worst grade that the N of the sensor itself, in rad/s/√Hz and without what
     /// aliasing adds, and its B in rad/s leave possible: the worse of the two counts. `None` unless
     /// both are known from above.
-    #[must_use]
     pub fn range(white: &Parameter, bias_instability: &Parameter) -> Option<(Self, Self)> {
         let of_white = Self::by(white, |rad| rad.to_degrees() * 60.0, Self::limit_deg_sqrt_h)?;
         let of_bias = Self::by(bias_instability, |rad_s| rad_s.to_degrees() * 3600.0, Self::limit_deg_h)?;

@@ -53,14 +53,12 @@ impl GapDetector {
     /// listed, is used from the first sample on: slower arrivals are dropped samples, unless they
     /// are even, and faster ones are [refused](crate::timebase::Refusal::OtherRate). A `known_hz`
     /// that is not finite and positive is ignored.
-    #[must_use]
     pub fn new(rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {
         let known_hz = known_hz.filter(|hz| is_rate(*hz));
         Self { arrivals: Some(ArrivalTimes::new(rates_hz, known_hz)), ..Self::without_stamps() }
     }
 
     /// A detector for a stream without arrival stamps: only counters show missing samples.
-    #[must_use]
     pub fn without_stamps() -> Self {
         Self::default()
     }
@@ -103,7 +101,6 @@ impl GapDetector {
     }
 
     /// Whether the samples carry device times.
-    #[must_use]
     pub const fn has_device_time(&self) -> bool {
         self.device_clock.is_some()
     }
@@ -178,7 +175,6 @@ impl GapDetector {
     }
 
     /// The summary of the arrival times so far; `None` without stamps.
-    #[must_use]
     pub fn summary(&self) -> Option<TimebaseSummary> {
         if let Some(clock) = &self.device_clock {
             return clock.summary();

@@ -104,7 +104,6 @@ pub enum NominalRate {
 
 impl NominalRate {
     /// The rate in Hz.
-    #[must_use]
     pub const fn hz(self) -> f64 {
         match self {
             Self::Known(hz) | Self::Snapped(hz) | Self::Measured(hz) => hz,
@@ -206,7 +205,6 @@ pub struct TimebaseSummary {
 impl TimebaseSummary {
     /// Number of samples that are pending until their arrival times show or confirm the rate;
     /// `None` if there are none.
-    #[must_use]
     pub fn samples_pending(&self) -> Option<u64> {
         (self.nominal.is_none() && self.refusal.is_none() && self.samples > 0).then_some(self.samples)
     }

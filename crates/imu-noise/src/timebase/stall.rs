@@ -32,7 +32,6 @@ impl StallDetector {
 
     /// The start of a stall that ended less than [`LATEST_ARRIVAL`] ago, so that delayed samples
     /// may still arrive; `None` if there is none, as before the third arrival.
-    #[must_use]
     pub fn recent(&self) -> Option<Duration> {
         let (from, to) = self.stall?;
         self.last.filter(|last| *last < to + LATEST_ARRIVAL).map(|_| from)

@@ -43,7 +43,6 @@ const MOST_MARKS: usize = 1000;
 
 impl Analysis {
     /// An analysis without samples. Its snapshot has no channels.
-    #[must_use]
     pub fn new(settings: Settings) -> Self {
         Self { record: DataRecord::new(settings), ..Self::default() }
     }
@@ -203,19 +202,16 @@ impl Analysis {
     }
 
     /// The settings of the analysis.
-    #[must_use]
     pub const fn settings(&self) -> &Settings {
         &self.record.settings
     }
 
     /// The message that is measured; `None` before the first sample.
-    #[must_use]
     pub fn layout(&self) -> Option<&Layout> {
         self.record.accumulators.layout.as_deref()
     }
 
     /// Rate, counts and gaps of the samples so far.
-    #[must_use]
     pub fn timing(&self) -> Timing {
         self.record.timing()
     }
@@ -223,7 +219,6 @@ impl Analysis {
     /// Whether the data time asked for has passed: by the samples, or, where rows are pending
     /// because their rate is not known, by their stamps and half a second later. For these
     /// [`finish`](Self::finish) decides.
-    #[must_use]
     pub fn is_complete(&self) -> bool {
         let pending = self.pending.as_ref().map_or(Duration::ZERO, PendingRows::certain_duration);
         let passed = pending.saturating_sub(LATEST_ARRIVAL);
@@ -231,13 +226,11 @@ impl Analysis {
     }
 
     /// Data time so far, including that of missing and of excluded samples.
-    #[must_use]
     pub fn data_time(&self) -> Duration {
         self.record.span.data_time(self.record.rate.hz())
     }
 
     /// Whole seconds of data time so far, including those missing or excluded.
-    #[must_use]
     pub fn seconds(&self) -> u64 {
         self.record.span.seconds(self.record.rate.hz())
     }

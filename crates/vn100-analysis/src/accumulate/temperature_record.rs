@@ -59,7 +59,6 @@ impl TemperatureRecord {
     }
 
     /// Whether the temperature was polled between the rows, and is no channel of the stream.
-    #[must_use]
     pub const fn is_polled(&self) -> bool {
         self.temperature.is_none()
     }

@@ -40,7 +40,6 @@ pub enum WhyNoCoefficient {
 
 impl WhyNoCoefficient {
     /// The code of the reason in results.
-    #[must_use]
     pub const fn code(self) -> &'static str {
         match self {
             Self::Moved => "moved",
@@ -56,7 +55,6 @@ impl WhyNoCoefficient {
 impl AxisTemperature {
     /// The share of the temperature in the level, if bias instability, random walk and ramp would be
     /// fitted to what the temperature made: it is proved, and above a tenth.
-    #[must_use]
     pub fn share_as_noise(&self) -> Option<f64> {
         let coefficient = self.coefficient.ok().filter(|_| self.is_proved)?;
         Some(coefficient.largest_share).filter(|share| *share > POSES_AS_NOISE)

@@ -125,7 +125,6 @@ pub enum Withheld {
 
 impl ChannelNoise {
     /// Why the slow terms are no more than bounded; `None` where the record decides.
-    #[must_use]
     pub fn withheld(&self) -> Option<Withheld> {
         match () {
             // what follows the temperature is a change of the level too
@@ -202,7 +201,6 @@ impl ChannelNoise {
     /// measurable. Where long averaging times
     /// do not show the sensor, white and quantisation noise alone are its own. The interval of
     /// white noise holds what is known of the time scale, see [`WhiteBudget`].
-    #[must_use]
     pub fn parameter(&self, term: Term) -> Option<Parameter> {
         if self.rounded_away.contains(&term) {
             return self.fit.parameter(term).map(|_| Parameter::without_value(Status::NotMeasurable));
@@ -220,14 +218,12 @@ impl ChannelNoise {
 
     /// N of the sensor itself, without what averaging and decimation on board add; bounded where
     /// the window is not known. `None` where N was not asked for.
-    #[must_use]
     pub fn unaliased_white(&self) -> Option<Parameter> {
         self.parameter(Term::White).map(|white| self.white_budget.unaliased(white))
     }
 
     /// The best and the worst grade that the sensor's own N and B leave possible, or why none is
     /// given; `None` for what is no gyroscope.
-    #[must_use]
     pub fn grade(&self) -> Option<Result<(Grade, Grade), NoGrade>> {
         if self.sensor != Sensor::Gyroscope {
             return None;
@@ -246,7 +242,6 @@ impl ChannelNoise {
 
     /// What data sheets call in-run bias stability, see [`curve_minimum`]; `None` where B was not
     /// asked for.
-    #[must_use]
     pub fn curve_minimum(&self) -> Option<Parameter> {
         let [white, bias, walk] =
             [Term::White, Term::BiasInstability, Term::RateRandomWalk].map(|term| self.parameter(term));

@@ -57,21 +57,18 @@ impl Onboard {
     }
 
     /// Whether the window is known; otherwise nothing can pass or fail by it.
-    #[must_use]
     pub fn window_known(&self) -> bool {
         self.window_from != WindowFrom::Default
     }
 
     /// Whether some averaging window would alias white noise, by half a percent or more: none does
     /// where the sensor sends every refresh.
-    #[must_use]
     pub fn aliases(&self) -> bool {
         const NEGLIGIBLE: f64 = 1.005;
         self.window.decimation.max(1.0).sqrt() >= NEGLIGIBLE
     }
 
     /// The window that would bring the sensor's own density into the stream.
-    #[must_use]
     pub fn unaliased_window(&self) -> u32 {
         self.window.decimation.round() as u32
     }

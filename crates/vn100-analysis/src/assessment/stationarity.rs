@@ -80,7 +80,6 @@ impl Stationarity {
     }
 
     /// Whether the noise changes, comes in bursts, freezes or has spikes.
-    #[must_use]
     pub const fn noise_changes(&self) -> bool {
         self.noise_change.is_some() || self.bursts.is_some() || self.frozen.is_some() || self.spikes.is_some()
     }

@@ -63,7 +63,6 @@ pub struct AxisWhite {
 impl RankedRecord {
     /// N without aliasing, to within [`Onboard::UNCERTAINTY`](crate::Onboard::UNCERTAINTY); `white`
     /// itself if the effect of aliasing is not known.
-    #[must_use]
     pub fn own(&self) -> f64 {
         self.white / self.white_factor.unwrap_or(1.0)
     }
@@ -83,7 +82,6 @@ impl Ranking {
     /// Probability that the quietest record is quieter than the next one by chance. `None` for one
     /// record alone, if white noise does not alias in the same way (the factors are known less well
     /// than N), and for two records with the same samples.
-    #[must_use]
     pub fn lead(&self) -> Option<Chance> {
         let [first, second, ..] = &self.records[..] else { return None };
         let is_of_both =

@@ -228,25 +228,21 @@ pub(super) fn of(snapshot: &Snapshot, assessment: &Assessment, parts: Parts) -> 
 
 impl ChannelResult {
     /// Whether the channel is in the stream, and not read from a register between the samples.
-    #[must_use]
     pub fn is_streamed(&self) -> bool {
         self.stationarity.is_some()
     }
 
     /// The deviation at each octave.
-    #[must_use]
     pub fn octaves(&self) -> &[Point] {
         self.octaves.as_ref().unwrap_or(&self.allan.points)
     }
 
     /// Whether the curve has other averaging times than the octaves.
-    #[must_use]
     pub fn has_other_times(&self) -> bool {
         self.octaves.is_some()
     }
 
     /// The channel with its deviations in a unit of which one of its own is `factor`.
-    #[must_use]
     pub fn in_unit(&self, unit: &str, factor: f64) -> Self {
         let mut channel = Self { unit: unit.into(), ..self.clone() };
         let points = channel.allan.points.iter_mut().chain(channel.octaves.iter_mut().flatten());
@@ -255,19 +251,16 @@ impl ChannelResult {
     }
 
     /// The verdicts on figures of the data sheet; none without a sheet.
-    #[must_use]
     pub fn verdicts(&self) -> &[FigureVerdict] {
         self.verdict.as_deref().unwrap_or_default()
     }
 
     /// The blocks of the record; none where they are no part of the result.
-    #[must_use]
     pub fn blocks(&self) -> &[BlockValues] {
         self.blocks.as_deref().unwrap_or_default()
     }
 
     /// The peaks of the spectrum; none where it is no part of the result.
-    #[must_use]
     pub fn lines(&self) -> &[SpectralLine] {
         self.spectrum.as_ref().map_or(&[], |spectrum| &spectrum.lines)
     }
@@ -275,7 +268,6 @@ impl ChannelResult {
     /// The vibrations of the channel, the strongest first: frequency in hertz, and share of the
     /// short-term variance, from 0 to 1. Spectral lines within 3 % of their neighbour are one
     /// vibration, as in the warnings: a turning machine is never quite steady.
-    #[must_use]
     pub fn vibrations(&self) -> Vec<(f64, f64)> {
         const APART: f64 = 1.03;
         let near = |a: &SpectralLine, b: &SpectralLine| b.frequency_hz < APART * a.frequency_hz;
@@ -292,7 +284,6 @@ impl ChannelResult {
 
 impl Point {
     /// The point in a unit of which `factor` are one of the present unit.
-    #[must_use]
     pub fn times(self, factor: f64) -> Self {
         let [deviation, lower, upper, fitted] =
             [self.deviation, self.lower, self.upper, self.fitted].map(|value| value.map(|value| value * factor));
@@ -300,7 +291,6 @@ impl Point {
     }
 
     /// Whether the deviation is known well enough for an interval.
-    #[must_use]
     pub fn is_known(&self) -> bool {
         self.edf.is_some()
     }

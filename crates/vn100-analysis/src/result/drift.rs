@@ -98,7 +98,6 @@ pub(super) fn of(channels: &[ChannelResult], was_moved: bool, confidence: f64) -
 
 /// The drift in degrees of the angle about an axis, after a rest as long as the coast. `None` if the
 /// record or the message does not show it.
-#[must_use]
 pub fn angle_drift(axis: &ChannelResult, coast_s: f64) -> Option<Drift> {
     let is_gyroscope = axis.quantity == Quantity::AngularRate;
     let drift = drift(axis, Integral::Once, coast_s).ok().filter(|_| is_gyroscope)?;

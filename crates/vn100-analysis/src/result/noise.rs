@@ -217,7 +217,6 @@ impl NoiseResult {
 
     /// A parameter in all its units: the one source of N, B, K, R and Q for every face, so that what
     /// is withheld is withheld everywhere. `None` for one that was not asked for.
-    #[must_use]
     pub fn parameter_in_units(&self, term: Term) -> Option<&ParameterResult> {
         let found = match term {
             Term::White => &self.white,
@@ -230,25 +229,21 @@ impl NoiseResult {
     }
 
     /// The same parameter in SI units alone.
-    #[must_use]
     pub fn parameter(&self, term: Term) -> Option<Parameter> {
         self.parameter_in_units(term).map(|found| found.parameter)
     }
 
     /// The minimum of the curve, in SI units; `None` if B was not asked for.
-    #[must_use]
     pub fn curve_minimum(&self) -> Option<Parameter> {
         self.curve_minimum.as_ref().map(|found| found.parameter)
     }
 
     /// What N is uncertain by; `None` without N.
-    #[must_use]
     pub fn budget(&self) -> Option<&Budget> {
         self.white.as_ref()?.budget.as_ref()
     }
 
     /// N of the sensor itself, without what averaging and decimation on board add.
-    #[must_use]
     pub fn unaliased_white(&self) -> Option<Parameter> {
         self.budget().map(|budget| budget.unaliased)
     }

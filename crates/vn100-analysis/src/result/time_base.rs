@@ -62,7 +62,6 @@ pub struct TimeBase {
 
 impl TimeBase {
     /// Those of a snapshot.
-    #[must_use]
     pub fn of(snapshot: &Snapshot) -> Self {
         let (timing, arrivals) = (&snapshot.timing, snapshot.arrivals);
         let is_known = timing.samples + timing.excluded > 0 || timing.rate_from != RateFrom::Assumed;
@@ -90,19 +89,16 @@ impl TimeBase {
     }
 
     /// Whether the rate is assumed, with samples or without.
-    #[must_use]
     pub fn is_rate_assumed(&self) -> bool {
         self.rate_from.is_none_or(|from| from == RateFrom::Assumed)
     }
 
     /// Whether all samples so far are pending until their arrival times show the rate.
-    #[must_use]
     pub fn awaits_rate(&self) -> bool {
         self.pending > 0 && self.samples + self.excluded == 0 && self.is_rate_assumed()
     }
 
     /// Whether all samples so far lie in the time excluded at the beginning.
-    #[must_use]
     pub fn is_in_warm_up(&self) -> bool {
         self.samples == 0 && self.excluded > 0 && self.skipped_s > 0.0
     }
@@ -166,7 +162,6 @@ pub struct LinkCounts {
 
 impl LinkCounts {
     /// Those of a snapshot.
-    #[must_use]
     pub fn of(snapshot: &Snapshot) -> Self {
         let (link, tally) = (&snapshot.link, &snapshot.link.tally);
         let errors = link.unsolicited_errors.iter().map(|(error, count)| (format!("{:02X}", error.code()), count));

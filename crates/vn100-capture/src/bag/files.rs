@@ -38,7 +38,6 @@ impl BagForm {
     }
 
     /// The code of the form in results.
-    #[must_use]
     pub const fn code(self) -> &'static str {
         match self {
             Self::Ros1 => "ros1-bag",

@@ -59,7 +59,6 @@ impl RecordingPart {
 /// Groups files: the parts of each recording by their numbers, and each other file alone. A
 /// recording has the place of the first of its files. A part that is named twice is a recording of
 /// its own.
-#[must_use]
 pub fn joined_parts(files: impl IntoIterator<Item = (PathBuf, Option<RecordingPart>)>) -> Vec<BTreeMap<u32, PathBuf>> {
     let mut groups: Vec<BTreeMap<u32, PathBuf>> = Vec::new();
     let mut places: BTreeMap<String, usize> = BTreeMap::new();
@@ -80,7 +79,6 @@ pub fn joined_parts(files: impl IntoIterator<Item = (PathBuf, Option<RecordingPa
 
 /// The missing parts among these ascending numbers, in words; `None` for a single part, and if the
 /// numbers are complete from 1 on.
-#[must_use]
 pub fn missing_parts(numbers: &[u32]) -> Option<String> {
     let [first, _, ..] = numbers else { return None };
     let begins = (*first > 1).then(|| format!("the record begins with part {first}"));
@@ -97,7 +95,6 @@ pub fn missing_parts(numbers: &[u32]) -> Option<String> {
 }
 
 /// The path of a part: `night.0001.mcap` for `night.mcap`.
-#[must_use]
 pub fn part_path(recording: &Path, number: u32) -> PathBuf {
     let mut name = recording.file_stem().unwrap_or_default().to_owned();
     name.push(format!(".{number:04}"));
@@ -110,7 +107,6 @@ pub fn part_path(recording: &Path, number: u32) -> PathBuf {
 
 /// The path of the recording of a part: `night.mcap` for `night.0001.mcap`; any other name
 /// unchanged.
-#[must_use]
 pub fn recording_path(part: &Path) -> PathBuf {
     let Some(stem) = part.file_stem().map(Path::new) else { return part.to_owned() };
     let is_number = |end: &str| end.len() >= 4 && end.bytes().all(|digit| digit.is_ascii_digit());

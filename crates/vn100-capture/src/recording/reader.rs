@@ -51,7 +51,6 @@ pub struct Recorded {
 impl Recorded {
     /// Whether it ends when its one measurement did: a resumed recording has the limits of the
     /// measurement before the break, and a part does not end at the end of the whole.
-    #[must_use]
     pub fn is_one_measurement(&self) -> bool {
         !self.resumed && self.part.is_none()
     }
@@ -187,7 +186,6 @@ impl<R: Read> RecordingReader<R> {
     }
 
     /// The metadata of the recording.
-    #[must_use]
     pub fn recorded(&self) -> &Recorded {
         &self.recorded
     }
@@ -303,7 +301,6 @@ impl<R: Read> RecordingReader<R> {
 impl RecordingPart {
     /// The part that a file is; `None` if it is no part of a recording. A pipe or a device can be
     /// read only once, and is not read for this.
-    #[must_use]
     pub fn of(path: &Path) -> Option<Self> {
         if !fs::metadata(path).ok()?.is_file() {
             return None;

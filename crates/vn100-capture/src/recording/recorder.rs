@@ -196,26 +196,22 @@ impl Recorder {
 
     /// The sender for inputs to record, used by `LinkOptions::recording`. A full channel means that
     /// the disk is too slow; a closed channel means that the recording has stopped.
-    #[must_use]
     pub fn inputs(&self) -> mpsc::Sender<StreamInput> {
         self.inputs.clone()
     }
 
     /// The serial number of the sensor in a resumed recording, for `LinkOptions::known_serial`;
     /// `None` if the recording does not contain it, or is new.
-    #[must_use]
     pub fn known_serial(&self) -> Option<&str> {
         self.known_serial.as_deref()
     }
 
     /// Whether an existing recording is continued.
-    #[must_use]
     pub const fn is_resumed(&self) -> bool {
         self.is_resumed
     }
 
     /// The state of the recording; the receiver is notified of each change.
-    #[must_use]
     pub fn state(&self) -> watch::Receiver<RecordingState> {
         self.state.clone()
     }

@@ -31,7 +31,6 @@ pub const DATASHEETS: [(&str, &str); 18] = [
 ///
 /// # Errors
 /// None, unless this program was built with an invalid sheet.
-#[must_use]
 pub fn built_in_datasheet(name: &str) -> Option<Result<Datasheet, DatasheetError>> {
     let (_, text) = DATASHEETS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name))?;
     Some(parse_datasheet(text))

@@ -54,7 +54,6 @@ struct CaveatDocument<'a> {
 impl<'a> ComparisonDocument<'a> {
     /// The document of a comparison of `all`, in the order in which they were compared; remedies
     /// are put into `words`.
-    #[must_use]
     pub fn new(all: &'a [SourceResult], comparison: &'a Comparison, words: RemedyWords) -> Self {
         let disturbances = comparison.disturbances.iter().map(|disturbance| DisturbanceDocument {
             record: disturbance.record,

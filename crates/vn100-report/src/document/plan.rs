@@ -20,7 +20,6 @@ pub struct PlanCommands {
 }
 
 /// The JSON document of `plan`; it has a length only if the plan was `asked` for a want.
-#[must_use]
 pub fn plan_document(plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool, commands: &PlanCommands) -> Value {
     let assumed = SENSORS.into_iter().map(|(_, sensor)| {
         let noise = datasheet.typical_noise(sensor);

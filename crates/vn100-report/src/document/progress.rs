@@ -11,7 +11,6 @@ use vn100_analysis::{ChannelResult, EndKind, Goal, LinkFacts, SourceResult, utc}
 use crate::{goals::widest, schema::schema_of};
 
 /// The JSON Schema (2020-12) of [`ProgressDocument`] and [`HeartbeatDocument`].
-#[must_use]
 pub fn progress_schema() -> Schema {
     schema_of::<Line>()
 }
@@ -105,7 +104,6 @@ struct GoalProgress {
 
 impl ProgressDocument {
     /// The line of a measurement with these goals, under way or over.
-    #[must_use]
     pub fn new(result: &SourceResult, goals: &[Goal]) -> Self {
         let timing = &result.timing;
         let mut warnings = BTreeMap::new();
@@ -182,7 +180,6 @@ pub struct HeartbeatDocument {
 impl HeartbeatDocument {
     /// The line of a source that has given this number of samples, and none for `silent` until
     /// `now_ns`, in nanoseconds since 1970.
-    #[must_use]
     pub fn new(source: &str, samples: u64, link: Option<&LinkFacts>, silent: Duration, now_ns: i64) -> Self {
         let silent_ns = i64::try_from(silent.as_nanos()).unwrap_or(i64::MAX);
         Self {

@@ -32,7 +32,6 @@ pub struct ArchiveRow {
 impl ArchiveRow {
     /// The rows of all recordings of a file: the column `rows` gives their number, by which a file
     /// whose rows were not all written is recognised.
-    #[must_use]
     pub fn of_file(file: &ArchivedFile, recordings: &[SourceResult]) -> Vec<Self> {
         let channels = |result: &SourceResult| result.channels.len().max(1);
         let count = recordings.iter().map(channels).sum();
@@ -45,14 +44,12 @@ impl ArchiveRow {
     }
 
     /// The row as a line of JSON: an object with every column.
-    #[must_use]
     pub fn json_line(&self) -> String {
         let fields: Vec<String> = self.cells.iter().map(|(column, cell)| format!("\"{column}\":{cell}")).collect();
         json_line(&format!("{{{}}}", fields.join(",")))
     }
 
     /// The row as a line of a table, under [`table_header`](Self::table_header).
-    #[must_use]
     pub fn table_line(&self) -> String {
         // one line
         let cell = |(_, cell): &(_, Value)| quoted(&text(cell).replace(['\n', '\r'], " "));
@@ -60,14 +57,12 @@ impl ArchiveRow {
     }
 
     /// The first line of a table.
-    #[must_use]
     pub fn table_header() -> String {
         columns().join(",") + "\n"
     }
 
     /// The file and the number of rows of it, as a line of JSON or of a table says; `None` for a
     /// line that is no row.
-    #[must_use]
     pub fn file_of_line(line: &str) -> Option<(ArchivedFile, usize)> {
         let cells: Vec<String> = match serde_json::from_str::<Value>(line) {
             Ok(Value::Object(row)) => {

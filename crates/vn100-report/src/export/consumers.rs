@@ -182,7 +182,6 @@ impl Consumer {
     ];
 
     /// The consumer with this name.
-    #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         const ALL: &[Consumer] = &Consumer::ALL;
         ALL.iter().find(|consumer| consumer.name == name)
@@ -248,7 +247,6 @@ impl Consumer {
 
     /// N of gyroscope and accelerometer and K of the two, as the program takes them; `None` for one
     /// that is not known, or that has no place in it.
-    #[must_use]
     pub fn typed_values(&self, noise: &FilterNoise) -> [Option<f64>; 4] {
         let rate_hz = if self.needs_rate { noise.rate_hz } else { noise.rate_hz.or(Some(1.0)) };
         let number = |sensor, term, formula: Option<Formula>| {

@@ -78,7 +78,6 @@ fn words_of(missing: &[Missing]) -> String {
 
 impl NotWritten {
     /// What would give the missing values, each remedy once, in the words of a face.
-    #[must_use]
     pub fn advice(&self, words: RemedyWords) -> String {
         let Self::Lacks(missing) = self else { return "record it at rest".into() };
         let mut all: Vec<String> = Vec::new();
@@ -109,7 +108,6 @@ impl FilterNoise {
     /// For each sensor the values of its noisiest axis: N, and as K the larger of K and 1.15
     /// B/√span, the walk that drifts in `span_s` seconds as much as the bias instability. A value
     /// without an estimate is an upper bound; if there is no bound, it is missing.
-    #[must_use]
     pub fn of(record: &SourceResult, span_s: f64) -> Self {
         let message = record.source.message.as_deref().unwrap_or("no message");
         let rate = record.timing.rate_hz.map_or_else(|| "an unknown rate".into(), |hz| format!("{hz} Hz"));
@@ -148,7 +146,6 @@ impl FilterNoise {
     /// Those that a data sheet gives: N as the upper end of its figure times the aliasing, and as K
     /// the walk that drifts in a minute as much as the bias instability B of the sheet: of the range
     /// B/√T with T from 1000 to 60 s the upper end. A figure that the sheet lacks is missing.
-    #[must_use]
     pub fn of_datasheet(sheet: &Datasheet, stream: SheetStream) -> Self {
         let SheetStream { rate_hz, aliasing } = stream;
         let aliased = match aliasing {
@@ -189,7 +186,6 @@ impl FilterNoise {
 
     /// N or K of a sensor; `None` for one that is not known, for one that is no inertial sensor, and for
     /// another term.
-    #[must_use]
     pub fn value(&self, sensor: Sensor, term: Term) -> Option<f64> {
         let (.., value) = self.values.iter().find(|(of, named, _)| (*of, *named) == (sensor, term))?;
         Some(value.as_ref().ok()?.value)

@@ -27,7 +27,6 @@ pub const METRICS_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
 /// ```
 /// assert_eq!(vn100_report::metrics_text(&[]), "");
 /// ```
-#[must_use]
 pub fn metrics_text(sources: &[MeasuredSource<'_>]) -> String {
     let mut families = Families(Vec::new());
     for source in sources {

@@ -5,7 +5,6 @@ use super::{archive, tables};
 
 /// Whether a file with these first bytes is an export: a table, or the rows of an archive. A kilobyte
 /// of it is enough.
-#[must_use]
 pub fn is_export(beginning: &[u8]) -> bool {
     let mut lines = beginning.split(|byte| *byte == b'\n');
     let Some(Ok(header)) = lines.next().map(str::from_utf8) else { return false };

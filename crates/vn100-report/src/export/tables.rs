@@ -33,7 +33,6 @@ impl CsvTable {
 
     /// The table: a header, and a row for each channel and point. Remedies are put into the given
     /// words.
-    #[must_use]
     pub fn text(&self, record: &SourceResult, words: RemedyWords) -> String {
         let mut table = Table(format!("{}\n", self.header));
         (self.rows)(&mut table, record, words);

@@ -269,7 +269,6 @@ pub(super) fn series(name: String, points: &[Point]) -> PlottedSeries {
 
 /// The name of a channel as it stands in [`Figure::id`]: ASCII letters, digits, `-` and `_` stay,
 /// any other character becomes `_`.
-#[must_use]
 pub fn id_of(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect()
 }

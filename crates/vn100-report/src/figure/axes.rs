@@ -67,7 +67,6 @@ impl Scale {
     }
 
     /// The ticks between both ends, in rising order.
-    #[must_use]
     pub fn ticks(&self) -> Vec<Tick> {
         let Self { from, to, log } = *self;
         if log { log_ticks(from, to) } else { linear_ticks(from, to, self.exponent()) }

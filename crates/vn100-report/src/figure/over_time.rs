@@ -19,7 +19,6 @@ pub(crate) fn envelope(channel: &ChannelResult) -> Option<Figure> {
 
 /// The range and the mean of the recent samples of the channel `name`, in its `unit`, over the time
 /// until the last one. `None` without a sample in these minutes.
-#[must_use]
 pub fn last_minutes(name: &str, unit: &str, history: &History) -> Option<Figure> {
     let duration_s = history.column_s;
     let length_s = history.columns.len() as f64 * duration_s;

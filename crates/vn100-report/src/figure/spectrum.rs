@@ -12,7 +12,6 @@ const MOST_LABELS: usize = 6;
 
 /// The one-sided amplitude densities of the axes of a sensor, which the title names. `None` if the record
 /// is too short for one.
-#[must_use]
 pub fn spectrum(id: &str, title: &str, channels: &[&ChannelResult]) -> Option<Figure> {
     let curves: Vec<(&ChannelResult, Vec<(f64, f64)>)> = (channels.iter())
         .filter_map(|channel| {

@@ -8,13 +8,11 @@ use super::{Figure, plot::WIDTH};
 impl Figure {
     /// The figure as an element `svg` of an HTML page, with a title and a description for screen
     /// readers. A style sheet may give other colours to its classes.
-    #[must_use]
     pub fn svg_element(&self) -> String {
         svg(self, "")
     }
 
     /// The figure as an SVG file of its own.
-    #[must_use]
     pub fn svg_file(&self) -> String {
         let more = format!(
             " xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{}\" font-family=\"DejaVu Sans, Verdana, sans-serif\"",

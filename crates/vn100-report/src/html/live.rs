@@ -59,7 +59,6 @@ const SHOWN: [&str; 8] = [
 ];
 
 /// The part that changes with every sample: the link, samples and losses, and what is to come.
-#[must_use]
 pub fn state_part(source: &PageSource<'_>) -> PagePart {
     let SourceResult { source: facts, timing, .. } = source.result;
     let is_over = source.is_preparing || facts.ended || facts.playback.is_some_and(|playback| playback.at_end);
@@ -104,13 +103,11 @@ pub fn state_part(source: &PageSource<'_>) -> PagePart {
 }
 
 /// The parts of the report of a source under way, and the recent samples of every channel.
-#[must_use]
 pub fn result_parts(result: &SourceResult, options: PageOptions<'_>) -> Vec<PagePart> {
     parts(result, &Figures::live(result), options, &Captions::default(), true)
 }
 
 /// The part with all sources, a row each that leads to the page of the source.
-#[must_use]
 pub fn sources_part(sources: &[PageSource<'_>]) -> PagePart {
     let row = |(place, source): (usize, &PageSource<'_>)| {
         let timing = &source.result.timing;
@@ -152,7 +149,6 @@ pub enum ShownPage<'a> {
 }
 
 /// The whole page with these parts; `version` is the id from which its events continue.
-#[must_use]
 pub fn live_page<'a>(
     shown: ShownPage<'_>,
     parts: impl Fn(&str) -> Option<&'a str>,

@@ -18,7 +18,6 @@ use crate::html::{
 };
 
 /// The page of one capture or of several, with their figures.
-#[must_use]
 pub fn report_page(records: &[SourceResult], figures: &ReportFigures, options: PageOptions<'_>) -> String {
     let title = match records {
         [record] => format!("Noise report: {}", record.source.name),

@@ -5,7 +5,6 @@ use std::time::Duration;
 use super::in_threes;
 
 /// Six digits, without trailing zeros: enough for rates and times.
-#[must_use]
 pub fn short(value: f64) -> String {
     let decimals = if value > 0.0 { (5 - value.log10().floor() as i32).clamp(0, 9) as usize } else { 0 };
     let text = format!("{value:.decimals$}");
@@ -13,14 +12,12 @@ pub fn short(value: f64) -> String {
 }
 
 /// The value to four significant digits, in the form of [`digits`].
-#[must_use]
 pub fn four_digits(value: f64) -> String {
     digits(value, 4)
 }
 
 /// `count` significant digits, with a power of ten below a hundredth and from a hundred thousand on:
 /// `0.0353`, `12.5`, `3.53e-4`.
-#[must_use]
 pub fn digits(value: f64, count: usize) -> String {
     if value == 0.0 {
         return "0".into();
@@ -36,7 +33,6 @@ pub fn digits(value: f64, count: usize) -> String {
 }
 
 /// At most `most` significant digits, without trailing zeros: `40`, `3.5e-3`.
-#[must_use]
 pub fn digits_trimmed(value: f64, most: usize) -> String {
     let text = digits(value, most);
     let (number, exponent) = text.find('e').map_or((text.as_str(), ""), |place| text.split_at(place));
@@ -46,7 +42,6 @@ pub fn digits_trimmed(value: f64, most: usize) -> String {
 
 /// A value with `decimals` decimals. If the text is wider than `width`, with fewer decimals as
 /// long as three digits remain, else with a power of ten. What rounds to 0 has no minus.
-#[must_use]
 pub fn fitted(value: f64, decimals: usize, width: usize) -> String {
     let keeps_digits = |places: usize| value == 0.0 || value.abs() * 10_f64.powi(places as i32) >= 100.0;
     let fixed = (0..=decimals).rev().filter(|places| *places == decimals || keeps_digits(*places));
@@ -58,7 +53,6 @@ pub fn fitted(value: f64, decimals: usize, width: usize) -> String {
 }
 
 /// The value with its sign and `decimals` decimals; `+0.0` where it rounds to 0.
-#[must_use]
 pub fn signed(value: f64, decimals: usize) -> String {
     let text = format!("{value:+.decimals$}");
     let is_zero = text.contains('0') && !text.bytes().any(|digit| matches!(digit, b'1'..=b'9'));
@@ -66,33 +60,28 @@ pub fn signed(value: f64, decimals: usize) -> String {
 }
 
 /// An offset in ppm: `+12 ppm`; one that rounds to zero is `+0 ppm`.
-#[must_use]
 pub fn ppm(value: f64) -> String {
     // the sum of a negative and a positive nought is positive
     format!("{:+} ppm", value.round() + 0.0)
 }
 
 /// A number and its noun: `1 gap`, `2 gaps`.
-#[must_use]
 pub fn counted(count: u64, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 /// A whole number in groups of three: `12 345`.
-#[must_use]
 pub fn grouped(count: u64) -> String {
     in_threes(count, ' ')
 }
 
 /// An averaging time in seconds: `0.025`, `1.6`, `51.2`, `1638`.
-#[must_use]
 pub fn tau(seconds: f64) -> String {
     let text = if seconds < 100.0 { format!("{seconds:.3}") } else { format!("{seconds:.1}") };
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// A waiting time, in its two largest units: `45 s`, `2 min 10 s`, `3 h 5 min`.
-#[must_use]
 pub fn time(seconds: f64) -> String {
     let whole = Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::MAX).as_secs();
     let parts = parts(whole);
@@ -102,7 +91,6 @@ pub fn time(seconds: f64) -> String {
 
 /// Whole seconds, rounded up, in all units, with `blank` between number and unit: `1 h 30 min`; for
 /// an option `blank` is empty.
-#[must_use]
 pub fn span(seconds: f64, blank: &str) -> String {
     joined(&parts(seconds.ceil().max(0.0) as u64), blank)
 }
@@ -120,7 +108,6 @@ fn joined(parts: &[SpanPart], blank: &str) -> String {
 }
 
 /// The time of a running clock: `0:00:05`.
-#[must_use]
 pub fn clock(time: Duration) -> String {
     let s = time.as_secs();
     format!("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)

@@ -50,7 +50,6 @@ fn of_axes(quantity: Quantity, axes: &[&ChannelResult], result: &SourceResult) -
 
 /// The mean temperature of the sensor as text, such as `24.3 °C`: of the samples, or else of the
 /// readings of a register between them; `None` if neither has it.
-#[must_use]
 pub fn mean_temperature(result: &SourceResult) -> Option<String> {
     let mean = |channel: &&ChannelResult| channel.statistics.mean;
     result.of(Quantity::Temperature).iter().find_map(mean).map(|mean_c| format!("{mean_c:.1} °C"))

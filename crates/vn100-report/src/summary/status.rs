@@ -50,7 +50,6 @@ impl StatusWord {
     }
 
     /// The word, in capitals if the numbers are not to be used as they stand.
-    #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
             Self::Moved => "MOVED",

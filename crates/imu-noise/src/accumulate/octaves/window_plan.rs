@@ -89,7 +89,6 @@ struct NewLacks {
 
 impl WindowPlans {
     /// No plans.
-    #[must_use]
     pub const fn new() -> Self {
         Self { planned: Vec::new() }
     }

@@ -33,7 +33,6 @@ impl BoxcarWindow {
     /// Σ r(jd)) over all whole j, with the window w, the decimation d and the autocorrelation r(l)
     /// = (w - |l|)/w² of a mean of w independent values, |l| < w: 1 where w = d, √(d/w) where w <=
     /// d.
-    #[must_use]
     pub fn white_factor(self) -> f64 {
         let length = f64::from(self.length.max(1));
         let sum = 2.0 * self.shared().sum::<f64>() - length;
@@ -41,7 +40,6 @@ impl BoxcarWindow {
     }
 
     /// Whether successive outputs share internal samples.
-    #[must_use]
     pub fn overlaps(self) -> bool {
         f64::from(self.length) > self.outputs_apart()
     }
@@ -81,7 +79,6 @@ const CORRELATION: f64 = 0.5;
 /// records of white noise came to 3.7, and none of as many with flicker noise or a walk. A `window`
 /// longer than the interval depresses the short octaves itself: the expected white noise follows
 /// it, and octaves too short for independent neighbours have no part.
-#[must_use]
 pub fn white_deficit(
     octaves: &[Octave],
     variances: &[f64],

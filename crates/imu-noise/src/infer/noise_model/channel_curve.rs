@@ -27,7 +27,6 @@ pub struct ChannelCurve<'a> {
 
 impl<'a> ChannelCurve<'a> {
     /// A channel without lines, of which the octaves alone are known.
-    #[must_use]
     pub const fn new(variances: &'a [f64], has_ramp: bool) -> Self {
         Self { variances, has_ramp, signal: None, bands: &[], is_averaging_known: false, fourth_cumulant: 0.0 }
     }

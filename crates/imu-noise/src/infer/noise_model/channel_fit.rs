@@ -33,7 +33,6 @@ impl NoiseModel {
     /// than by chance, limits are wider by as much; beyond six times the expected squares the model is
     /// rejected, and N is bounded by the curve. It is bounded by the fit where lines cover more than half
     /// of the frequencies. N lies below what the octaves longer than any possible filter leave.
-    #[must_use]
     pub fn fit(&self, curve: &ChannelCurve<'_>, confidence: f64) -> NoiseFit {
         self.fit_octaves(curve, self.grid.octaves.len(), confidence)
     }
@@ -41,7 +40,6 @@ impl NoiseModel {
     /// As [`fit`](Self::fit), without a ramp, to the averaging times of the first `octaves` alone:
     /// for streams whose long averaging times show something else, such as a filter that takes slow
     /// changes out.
-    #[must_use]
     pub fn fit_part(&self, curve: &ChannelCurve<'_>, octaves: usize, confidence: f64) -> NoiseFit {
         let octaves = self.grid.octaves.partition_point(|of| of.place < octaves);
         let mut fit = self.fit_octaves(&ChannelCurve { has_ramp: false, ..*curve }, octaves, confidence);

@@ -64,7 +64,6 @@ impl ClassicalReading {
 /// line is read where a pair of neighbours has its slope within 1/4, and the curve has its
 /// averaging time. N is read up to a twentieth of the record of `duration_s`: beyond, curves wander
 /// and have any slope by chance.
-#[must_use]
 pub fn classical_reading(tau_s: &[f64], deviations: &[f64], duration_s: f64) -> ClassicalReading {
     let points: Vec<(f64, f64)> = tau_s.iter().copied().zip(deviations.iter().copied()).collect();
     let usable = points.iter().all(|(tau, deviation)| *tau > 0.0 && *deviation > 0.0);
@@ -112,7 +111,6 @@ pub fn classical_reading(tau_s: &[f64], deviations: &[f64], duration_s: f64) -> 
 /// right together as often as an interval, even if one knew nothing of the other (Bonferroni). The
 /// upper end counts every term at its own. So the interval holds at the level of those three or
 /// above. An end is `None` if nothing gives it.
-#[must_use]
 pub fn curve_minimum(white: &Parameter, bias_instability: &Parameter, random_walk: &Parameter) -> Parameter {
     let minimum = |white: f64, bias: f64, walk: f64| (PLATEAU * bias * bias + 2.0 * white * walk / 3_f64.sqrt()).sqrt();
     let upper = white.upper.zip(bias_instability.upper).zip(random_walk.upper);

@@ -58,14 +58,12 @@ pub struct GaussMarkovProcess {
 
 impl NoiseFit {
     /// The parameter of `term`; `None` if it was not asked for.
-    #[must_use]
     pub fn parameter(&self, term: Term) -> Option<Parameter> {
         self.parameters[term as usize]
     }
 
     /// N that long averages show, in unit/√Hz: that of the white and the Gauss-Markov noise
     /// together, √(N² + Σ 2σ²T). `None` if no Gauss-Markov noise is proved or N has no value.
-    #[must_use]
     pub fn apparent_white(&self) -> Option<f64> {
         let white = self.parameter(Term::White)?.value.filter(|_| self.is_process_proved)?;
         let of = |process: &GaussMarkovProcess| 2.0 * process.sigma.powi(2) * process.correlation_time_s;
@@ -73,7 +71,6 @@ impl NoiseFit {
     }
 
     /// What explains the record about as well as `term`, where it is bounded for that.
-    #[must_use]
     pub fn rival(&self, term: Term) -> Option<Rival> {
         self.rivals[term as usize]
     }
@@ -96,7 +93,6 @@ impl NoiseFit {
 
     /// Equivalent degrees of freedom of the octave with averaging factor `m` in the fitted mixture
     /// of noises; `None` for octaves that do not follow the model and below two windows.
-    #[must_use]
     pub fn edf(&self, m: u64) -> Option<f64> {
         self.edf.iter().find(|(octave, _)| *octave == m).map(|(_, edf)| *edf)
     }
@@ -104,7 +100,6 @@ impl NoiseFit {
     /// Deviation of the whole solution at averaging factor `m`, in the unit of the channel: all
     /// terms at their best values, those that are bounded only too, the ramp, lines and
     /// Gauss-Markov noise. `None` for octaves that have no part in the fit.
-    #[must_use]
     pub fn deviation(&self, m: u64) -> Option<f64> {
         self.expected.iter().find(|(octave, _)| *octave == m).map(|(_, variance)| variance.sqrt())
     }

@@ -44,25 +44,21 @@ pub struct Parameter {
 
 impl Parameter {
     /// A parameter of which nothing more is known than `status`.
-    #[must_use]
     pub const fn without_value(status: Status) -> Self {
         Self { status, value: None, lower: None, upper: None, p: None }
     }
 
     /// A value with the interval from `lower` to `upper`.
-    #[must_use]
     pub const fn estimated(value: f64, lower: f64, upper: f64) -> Self {
         Self { status: Status::Estimated, value: Some(value), lower: Some(lower), upper: Some(upper), p: None }
     }
 
     /// A bound from above.
-    #[must_use]
     pub const fn bounded(upper: f64) -> Self {
         Self { upper: Some(upper), ..Self::without_value(Status::Bounded) }
     }
 
     /// The same, known to be no more than bounded: it may be absent after all.
-    #[must_use]
     pub fn not_proved(self) -> Self {
         // of a ramp that falls the lower end is the larger magnitude
         let upper = self.lower.into_iter().chain(self.upper).map(f64::abs).reduce(f64::max);
@@ -70,7 +66,6 @@ impl Parameter {
     }
 
     /// Half the width of the interval over the value; `None` without a value other than zero.
-    #[must_use]
     pub fn relative_half_width(&self) -> Option<f64> {
         let half_width = (self.upper? - self.lower?) / 2.0;
         self.value.filter(|value| *value != 0.0).map(|value| (half_width / value).abs())

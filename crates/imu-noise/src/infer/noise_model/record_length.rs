@@ -48,7 +48,6 @@ impl NoiseModel {
     /// The smallest value of `term`, in its unit, that about nine of ten records estimate in the noise of
     /// `others`, too high by 5 % at most. `None` if the model does not have the term, where
     /// `others` are nothing, and where no value is ever found.
-    #[must_use]
     pub fn least_found(&self, others: &[(Term, f64)], term: Term) -> Option<f64> {
         let is_found = |value: f64| {
             let named = others.iter().copied().filter(|(named, _)| *named != term);
@@ -158,7 +157,6 @@ impl Wanted<'_> {
     /// up by 2 % at most, with strided windows of the Allan deviation and intervals at the level
     /// `confidence`; `None` where 100 days do not. By the covariance of the octaves, not by
     /// simulation.
-    #[must_use]
     pub fn record_s(&self, interval_s: f64, confidence: f64) -> Option<f64> {
         // doubled lengths have as many blocks
         let shapes = Arc::default();

@@ -31,7 +31,6 @@ impl Term {
     /// alone, at `amplitude` in its own unit, has at averaging factor `m` >= 1 of a record of this
     /// shape. Exact at every m, as [`PowerLaw::variance`], but for averaging on board. A ramp has
     /// no Hadamard variance.
-    #[must_use]
     pub fn variance(self, amplitude: f64, m: u64, shape: &RecordShape) -> f64 {
         let amplitude = amplitude / self.per_second(shape.interval_s);
         let of = |law: PowerLaw| law.variance(shape.deviation, m);

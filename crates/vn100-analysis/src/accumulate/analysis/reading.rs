@@ -10,7 +10,6 @@ use crate::{
 
 impl Analysis {
     /// All results so far; without a sample, a snapshot without channels.
-    #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         let DataRecord { settings, rate, span, replies, accumulators, .. } = &self.record;
         let accumulators = accumulators.settled();
@@ -58,7 +57,6 @@ impl Analysis {
 
     /// All results of a measurement that has ended, including the deviations at the averaging times
     /// of the settings, which [`snapshot`](Self::snapshot) leaves empty.
-    #[must_use]
     pub fn final_snapshot(&self) -> Snapshot {
         let mut snapshot = self.snapshot();
         let shape = snapshot.shape();
