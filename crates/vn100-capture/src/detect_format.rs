@@ -76,17 +76,6 @@ pub enum Format {
 }
 
 impl Format {
-    /// All formats, in the order of `docs/captures.md`.
-    pub const ALL: [Self; 7] = [
-        Self::Text,
-        Self::Raw,
-        Self::Csv,
-        Self::Mcap,
-        Self::Bag(BagForm::Ros1),
-        Self::Bag(BagForm::Db3),
-        Self::Bag(BagForm::Mcap),
-    ];
-
     /// The code of the format in results.
     #[must_use]
     pub const fn code(self) -> &'static str {
