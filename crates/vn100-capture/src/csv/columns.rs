@@ -25,13 +25,13 @@ pub(super) struct Columns {
     pub(super) compensated: Option<bool>,
 }
 
-/// A column that holds a channel.
+/// A column of a table, or a number of a message, that holds a channel.
 #[derive(Debug, Clone)]
-pub(super) struct Column {
-    pub(super) place: usize,
+pub(crate) struct Column {
+    pub(crate) place: usize,
     /// The channel, as in [`known`].
-    pub(super) channel: usize,
-    pub(super) unit: Unit,
+    pub(crate) channel: usize,
+    pub(crate) unit: Unit,
 }
 
 impl Column {
