@@ -9,7 +9,6 @@ use crate::{
     csv::{self, CsvPlan, Said},
     open_error::{OpenHint, Unusable},
     recording,
-    telnet::doubles_ff,
 };
 
 /// Bytes of a file that are searched for a first sentence, because a boot log may precede it.
@@ -109,7 +108,7 @@ pub(crate) enum Detected {
 /// as its source.
 #[derive(Debug, Default)]
 pub(crate) struct CaptureHead {
-    bytes: Vec<u8>,
+    pub(crate) bytes: Vec<u8>,
     shown: usize,
     fault: Option<io::Error>,
 }
@@ -199,11 +198,6 @@ fn holds_samples(head: &[u8]) -> bool {
 }
 
 impl CaptureHead {
-    /// Whether the bytes came over telnet, which sends each 0xFF twice.
-    pub(crate) fn doubles_ff(&self) -> bool {
-        doubles_ff(&self.bytes)
-    }
-
     /// Reads a little more; nothing at the end or after an error.
     fn grow(&mut self, reader: &mut impl Read) -> io::Result<&[u8]> {
         let before = self.bytes.len();
