@@ -42,7 +42,6 @@ pub(super) struct SqliteTable {
 }
 
 impl SqliteTable {
-    /// The place of a column.
     pub(super) fn column(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column == name)
     }
@@ -69,7 +68,6 @@ pub(super) struct Row {
     overflow_page: u32,
 }
 
-/// A field of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum SqlValue<'a> {
     Integer(i64),
