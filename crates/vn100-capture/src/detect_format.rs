@@ -252,13 +252,8 @@ fn has_no_controls(bytes: &[u8]) -> bool {
 }
 
 fn is_text(bytes: &[u8]) -> bool {
-    has_no_controls(bytes) && {
-        match std::str::from_utf8(bytes) {
-            Ok(_) => true,
-            // a character cut by the end of the head does not count against text
-            Err(error) => error.error_len().is_none(),
-        }
-    }
+    // a character cut by the end of the head does not count against text
+    has_no_controls(bytes) && std::str::from_utf8(bytes).err().is_none_or(|error| error.error_len().is_none())
 }
 
 fn describe(head: &[u8]) -> String {

@@ -88,11 +88,7 @@ impl Cursor<'_> {
                     }
                 }
                 Step::SkipEach { count, steps } => {
-                    let count = match count {
-                        Some(count) => *count,
-                        None => self.count()?,
-                    };
-                    for _ in 0..count {
+                    for _ in 0..count.or_else(|| self.count())? {
                         let before = self.at;
                         self.walk(steps, values)?;
                         // elements without bytes, of any number

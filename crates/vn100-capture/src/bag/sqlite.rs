@@ -146,10 +146,7 @@ impl<R: Read + Seek> Database<R> {
         row.total_bytes = total_bytes;
         row.bytes.clear();
         row.bytes.extend_from_slice(bytes);
-        row.overflow_page = match total_bytes > local as u64 {
-            true => number_4(rest, 0)?,
-            false => 0,
-        };
+        row.overflow_page = if total_bytes > local as u64 { number_4(rest, 0)? } else { 0 };
         Ok(true)
     }
 
