@@ -21,7 +21,7 @@ use crate::{
     recording::{LaterParts, Recorded, RecordingError, RecordingReader, RecordingSamples},
     source::ReaderSource,
     stored_file::StoredFile,
-    telnet::Undoubled,
+    telnet::{Undoubled, doubles_ff},
     timing_sidecar::{BytesReader, Sidecar},
     unpack::{unpacked, unpacked_stored},
 };
@@ -224,7 +224,7 @@ impl Capture {
         let said = Said { map: options.columns.as_ref(), stream: options.topic.as_deref(), file: file.as_deref() };
         let (head, detected) = detect_format(&mut reader, said)?;
         let is_of_telnet =
-            matches!(detected, Detected::Bytes(Format::Raw, _)) && sidecar.is_none() && head.doubles_ff();
+            matches!(detected, Detected::Bytes(Format::Raw, _)) && sidecar.is_none() && doubles_ff(&head.bytes);
         let whole = head.chain(reader);
         let reader: Box<dyn Read + Send> = if is_of_telnet { Box::new(Undoubled::new(whole)) } else { Box::new(whole) };
         let mut recorded = None;

@@ -34,6 +34,7 @@ use self::{dialect::Dialect, fields::RowEnd, number::Number, stamp::StampForm};
 use crate::open_error::{OpenHint, Unusable};
 pub(crate) use channels::{Unit, known, names, quantity_word, units};
 pub use column_map::{ColumnMap, ColumnMapError};
+pub(crate) use columns::Column;
 pub(crate) use head::detect;
 pub(crate) use resolution::Quantizer;
 pub(crate) use rows::CsvReader;

@@ -9,7 +9,6 @@ use crate::{
     csv::{self, CsvPlan, Said},
     open_error::{OpenHint, Unusable},
     recording,
-    telnet::doubles_ff,
 };
 
 /// Bytes of a file that are searched for a first sentence, because a boot log may precede it.
@@ -76,17 +75,6 @@ pub enum Format {
 }
 
 impl Format {
-    /// All formats, in the order of `docs/captures.md`.
-    pub const ALL: [Self; 7] = [
-        Self::Text,
-        Self::Raw,
-        Self::Csv,
-        Self::Mcap,
-        Self::Bag(BagForm::Ros1),
-        Self::Bag(BagForm::Db3),
-        Self::Bag(BagForm::Mcap),
-    ];
-
     /// The code of the format in results.
     pub const fn code(self) -> &'static str {
         match self {
@@ -119,7 +107,7 @@ pub(crate) enum Detected {
 /// as its source.
 #[derive(Debug, Default)]
 pub(crate) struct CaptureHead {
-    bytes: Vec<u8>,
+    pub(crate) bytes: Vec<u8>,
     shown: usize,
     fault: Option<io::Error>,
 }
@@ -209,11 +197,6 @@ fn holds_samples(head: &[u8]) -> bool {
 }
 
 impl CaptureHead {
-    /// Whether the bytes came over telnet, which sends each 0xFF twice.
-    pub(crate) fn doubles_ff(&self) -> bool {
-        doubles_ff(&self.bytes)
-    }
-
     /// Reads a little more; nothing at the end or after an error.
     fn grow(&mut self, reader: &mut impl Read) -> io::Result<&[u8]> {
         let before = self.bytes.len();
@@ -268,13 +251,8 @@ fn has_no_controls(bytes: &[u8]) -> bool {
 }
 
 fn is_text(bytes: &[u8]) -> bool {
-    has_no_controls(bytes) && {
-        match std::str::from_utf8(bytes) {
-            Ok(_) => true,
-            // a character cut by the end of the head does not count against text
-            Err(error) => error.error_len().is_none(),
-        }
-    }
+    // a character cut by the end of the head does not count against text
+    has_no_controls(bytes) && std::str::from_utf8(bytes).err().is_none_or(|error| error.error_len().is_none())
 }
 
 fn describe(head: &[u8]) -> String {

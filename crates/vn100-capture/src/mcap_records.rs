@@ -54,7 +54,6 @@ pub(crate) enum Next {
     Record(u8),
     /// The end of the data. An index may follow.
     End,
-    /// The end of a file that was cut.
     Cut,
 }
 
@@ -225,12 +224,10 @@ fn text(data: &[u8]) -> Option<(&[u8], &[u8])> {
     rest.split_at_checked(u32::from_le_bytes(*length) as usize)
 }
 
-/// The remaining bytes after two texts.
 fn two_texts(data: &[u8]) -> Option<&[u8]> {
     Some(text(text(data)?.1)?.1)
 }
 
-/// Checks pairs of texts.
 fn check_map(data: &[u8]) -> Option<()> {
     let (mut pairs, _) = text(data)?;
     while !pairs.is_empty() {

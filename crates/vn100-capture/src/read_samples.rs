@@ -32,7 +32,16 @@ impl From<Batch> for Event {
 impl Event {
     /// The events of one input of a source.
     pub fn from_input(reader: &mut SampleReader, input: StreamInput) -> impl Iterator<Item = Self> + use<> {
-        let link_event = reader.take_input(input);
+        let link_event = match input {
+            StreamInput::Chunk(chunk) => {
+                reader.push(&chunk.bytes, chunk.at_ns);
+                None
+            }
+            StreamInput::Link(event) => {
+                reader.take_link_event(&event);
+                Some(event)
+            }
+        };
         reader.take_batches().into_iter().map(Self::from).chain(link_event.map(Self::Link))
     }
 }

@@ -65,14 +65,10 @@ pub(crate) const HEAD_BYTES: u64 = 32;
 
 /// The first bytes of an MCAP file whose header names this program: magic, the kind and length of
 /// the header, and its profile with its length.
-pub(crate) const fn is_ours(head: &[u8]) -> bool {
+pub(crate) fn is_ours(head: &[u8]) -> bool {
     const PROFILE_AT: usize = 8 + 1 + 8 + 4;
-    match head.split_at_checked(PROFILE_AT) {
-        Some((_, [b'v', b'n', b'1', b'0', b'0', ..])) => true,
-        // cut so early that there is no topic
-        None => true,
-        Some(_) => false,
-    }
+    // a file that was cut before it has no topic
+    head.get(PROFILE_AT..).is_none_or(|profile| profile.starts_with(PROFILE.as_bytes()))
 }
 
 /// MCAP times are unsigned; times before 1970 are kept as two's complement.

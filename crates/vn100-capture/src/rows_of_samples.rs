@@ -15,7 +15,6 @@ pub(crate) enum RowSamples {
 }
 
 impl RowSamples {
-    /// Marks the place of a rejected row.
     pub(crate) fn mark_rejected_row(&mut self) {
         match self {
             Self::Sentences(reader) => reader.mark_rejected_row(),
@@ -51,7 +50,6 @@ impl RowSamples {
     }
 }
 
-/// Rows of numbers.
 pub(crate) struct NumberRows {
     layout: Arc<Layout>,
     /// The rows that no batch has.
@@ -60,7 +58,6 @@ pub(crate) struct NumberRows {
     counts: Vec<i32>,
     /// The channels that the current row lacks.
     pub(crate) absent: Vec<(usize, Absence)>,
-    /// The absences of each channel.
     absences: Vec<AbsentValues>,
 }
 

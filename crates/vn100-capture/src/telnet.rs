@@ -8,12 +8,11 @@ const FEWEST_RUNS: usize = 4;
 
 /// Whether 0xFF comes only in pairs in these bytes, which does not occur in packets.
 pub(crate) fn doubles_ff(bytes: &[u8]) -> bool {
-    let runs = bytes.chunk_by(|one, other| (*one == 0xff) == (*other == 0xff)).filter(|run| run[0] == 0xff);
-    // the last run may be cut
-    let whole = bytes.len() - bytes.iter().rev().take_while(|byte| **byte == 0xff).count();
+    // a run at the end may be cut
+    let whole = &bytes[..bytes.iter().rposition(|byte| *byte != 0xff).unwrap_or(0)];
+    let runs = whole.chunk_by(|one, other| (*one == 0xff) == (*other == 0xff)).filter(|run| run[0] == 0xff);
     let lengths: Vec<usize> = runs.map(<[u8]>::len).collect();
-    let complete = if whole < bytes.len() { &lengths[..lengths.len() - 1] } else { &lengths[..] };
-    complete.len() >= FEWEST_RUNS && complete.iter().all(|length| length % 2 == 0)
+    lengths.len() >= FEWEST_RUNS && lengths.iter().all(|length| length % 2 == 0)
 }
 
 /// Gives one 0xFF for each pair.

@@ -25,7 +25,6 @@ pub(crate) const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 const BZIP2_MAGIC: &[u8] = b"BZh";
 const XZ_MAGIC: &[u8] = b"\xfd7zXZ\0";
 const ZIP_MAGIC: &[u8] = b"PK\x03\x04";
-const LONGEST_MAGIC: usize = XZ_MAGIC.len();
 
 /// Memory for unpacking xz data: the largest dictionary that `xz` makes takes 65 MiB.
 const XZ_MEMORY_KIB: u32 = 72 << 10;
@@ -80,10 +79,9 @@ pub(crate) fn unpacked_stored<R: Read + Send + 'static>(
 pub(crate) fn unpacked(mut reader: impl Read + Send + 'static) -> Result<Box<dyn Read + Send>, Problem> {
     let mut magic = Vec::new();
     // reads only as many bytes as are needed to recognise the format
-    while magic.len() < LONGEST_MAGIC
-        && [GZIP_MAGIC, ZSTD_MAGIC, BZIP2_MAGIC, XZ_MAGIC, ZIP_MAGIC]
-            .iter()
-            .any(|known| known.starts_with(&magic) && magic.len() < known.len())
+    while [GZIP_MAGIC, ZSTD_MAGIC, BZIP2_MAGIC, XZ_MAGIC, ZIP_MAGIC]
+        .iter()
+        .any(|known| known.starts_with(&magic) && magic.len() < known.len())
     {
         let before = magic.len();
         reader.by_ref().take(1).read_to_end(&mut magic)?;

@@ -114,9 +114,8 @@ pub use packet::{
     message::{MEASUREMENTS_PER_S, PACKET_MESSAGES, PacketMessage},
 };
 pub use register::{
-    AsyncRate, AsyncType, BaudRate, BinaryOutput, Calibration, ImuFilter, ProtocolControl, ReferenceFrameRotation,
-    Register, RegisterContents, RegisterValue, StartupGyroBias, SyncControl, ValueError, VpeControl, WritableValue,
-    fields::RegisterFields,
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, ImuFilter, ProtocolControl, ReferenceFrameRotation, Register,
+    RegisterContents, RegisterValue, SyncControl, ValueError, WritableValue, fields::RegisterFields,
 };
 pub use request::{
     command::SensorCommand,

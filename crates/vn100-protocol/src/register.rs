@@ -11,10 +11,7 @@ use thiserror::Error;
 
 pub use self::{
     port::{AsyncRate, AsyncType, BaudRate},
-    values::{
-        BinaryOutput, Calibration, ImuFilter, ProtocolControl, ReferenceFrameRotation, StartupGyroBias, SyncControl,
-        VpeControl,
-    },
+    values::{BinaryOutput, ImuFilter, ProtocolControl, ReferenceFrameRotation, SyncControl},
 };
 use crate::register::fields::{FieldReader, RegisterFields};
 

@@ -15,7 +15,5 @@ pub use bag_report::{BagReport, FileReport, StampSource};
 pub use batch::{AbsentCell, Arrival, Batch, Diagnostic, Mark, MarkKind, RowCounter, SingleRows};
 pub use counts::{MessageName, StreamCounts, UnsolicitedErrors};
 pub use input::{Chunk, LinkEvent, LinkEventKind, StreamInput};
-pub use rejected_rows::{
-    AbsentValues, CsvReport, LeftOutColumn, LeftOutReason, RejectedRow, RejectedRowCounts, RejectedRows,
-};
+pub use rejected_rows::{AbsentValues, CsvReport, LeftOutColumn, RejectedRow, RejectedRowCounts, RejectedRows};
 pub use sample_reader::{FrameKind, MeasuredFrames, ReadOptions, SampleReader};

@@ -35,7 +35,7 @@ impl RecordingSpec {
         let failed = |error| RecordError::Io { path: self.path.clone(), source: std::io::Error::other(error) };
         let begin = move || match rotation {
             Some(rotation) => Recorder::in_parts(path, &metadata, rotation, resume),
-            None if resume => Recorder::resume_or_create(path, &metadata),
+            None if resume => Recorder::resume(path, &metadata),
             None => Recorder::create(path, &metadata),
         };
         task::spawn_blocking(begin).await.map_err(failed)?

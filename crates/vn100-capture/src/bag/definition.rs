@@ -14,7 +14,6 @@ use super::{
 /// The most types, and the most fields of one type: no message has as many.
 const MOST: usize = 4096;
 
-/// The types of a message, by name.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Definitions {
     types: BTreeMap<String, Vec<MessageField>>,
@@ -40,25 +39,18 @@ pub(super) enum Kind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Length {
     One,
-    /// This many elements.
     Fixed(u32),
     /// As many elements as the number before them states.
     Counted,
 }
 
-/// A number or a time.
+/// A number of so many bytes, or a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Leaf {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
+    Signed(u8),
+    Unsigned(u8),
+    Float32,
+    Float64,
     /// Seconds and nanoseconds, of four bytes each.
     Time,
 }
@@ -96,7 +88,7 @@ impl Definitions {
         }
         if !ros1 {
             // a structure without fields takes one byte
-            let fill = || MessageField { name: "_".into(), kind: Kind::Leaf(Leaf::U8), length: Length::One };
+            let fill = || MessageField { name: "_".into(), kind: Kind::Leaf(Leaf::Unsigned(1)), length: Length::One };
             definitions.types.values_mut().filter(|fields| fields.is_empty()).for_each(|fields| fields.push(fill()));
         }
         Ok(definitions)
@@ -138,17 +130,17 @@ impl MessageField {
 impl Kind {
     fn parse(name: &str, of_type: &str, ros1: bool) -> Result<Self, String> {
         Ok(match name {
-            "byte" if ros1 => Self::Leaf(Leaf::I8),
-            "bool" | "uint8" | "byte" | "char" => Self::Leaf(Leaf::U8),
-            "int8" => Self::Leaf(Leaf::I8),
-            "int16" => Self::Leaf(Leaf::I16),
-            "uint16" => Self::Leaf(Leaf::U16),
-            "int32" => Self::Leaf(Leaf::I32),
-            "uint32" => Self::Leaf(Leaf::U32),
-            "int64" => Self::Leaf(Leaf::I64),
-            "uint64" => Self::Leaf(Leaf::U64),
-            "float32" => Self::Leaf(Leaf::F32),
-            "float64" => Self::Leaf(Leaf::F64),
+            "byte" if ros1 => Self::Leaf(Leaf::Signed(1)),
+            "bool" | "uint8" | "byte" | "char" => Self::Leaf(Leaf::Unsigned(1)),
+            "int8" => Self::Leaf(Leaf::Signed(1)),
+            "int16" => Self::Leaf(Leaf::Signed(2)),
+            "uint16" => Self::Leaf(Leaf::Unsigned(2)),
+            "int32" => Self::Leaf(Leaf::Signed(4)),
+            "uint32" => Self::Leaf(Leaf::Unsigned(4)),
+            "int64" => Self::Leaf(Leaf::Signed(8)),
+            "uint64" => Self::Leaf(Leaf::Unsigned(8)),
+            "float32" => Self::Leaf(Leaf::Float32),
+            "float64" => Self::Leaf(Leaf::Float64),
             "string" => Self::Text,
             "time" | "duration" if ros1 => Self::Leaf(Leaf::Time),
             "wstring" => Self::WideText,
@@ -171,10 +163,9 @@ impl Leaf {
     /// Length in bytes, and the number of which its offset in CDR is a multiple.
     pub(super) const fn bytes_and_align(self) -> (u64, usize) {
         match self {
-            Self::I8 | Self::U8 => (1, 1),
-            Self::I16 | Self::U16 => (2, 2),
-            Self::I32 | Self::U32 | Self::F32 => (4, 4),
-            Self::I64 | Self::U64 | Self::F64 => (8, 8),
+            Self::Signed(bytes) | Self::Unsigned(bytes) => (bytes as u64, bytes as usize),
+            Self::Float32 => (4, 4),
+            Self::Float64 => (8, 8),
             Self::Time => (8, 4),
         }
     }

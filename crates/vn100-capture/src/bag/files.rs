@@ -133,10 +133,9 @@ impl Bag {
     }
 }
 
-/// The messages of all files of a bag.
+/// The messages of all files of a bag, read as those of one [`BagFile`].
 pub(super) struct Messages {
     files: Vec<Box<dyn BagFile>>,
-    /// The file that is being read.
     current: usize,
     topics: Vec<Topic>,
     /// The index among all topics, for each topic of that file.
@@ -144,7 +143,6 @@ pub(super) struct Messages {
 }
 
 impl Messages {
-    /// Goes to the next message; `None` at the end.
     pub(super) fn next_head(&mut self) -> io::Result<Option<MessageHead>> {
         while let Some(file) = self.files.get_mut(self.current) {
             if let Some(head) = file.next_head()? {
@@ -160,8 +158,6 @@ impl Messages {
         Ok(None)
     }
 
-    /// The bytes of the message that [`next_head`](Self::next_head) went to; may be called once per
-    /// message.
     pub(super) fn read_data(&mut self) -> io::Result<&[u8]> {
         match self.files.get_mut(self.current) {
             Some(file) => file.read_data(),
@@ -169,7 +165,6 @@ impl Messages {
         }
     }
 
-    /// The topics seen so far.
     pub(super) fn topics(&self) -> &[Topic] {
         &self.topics
     }

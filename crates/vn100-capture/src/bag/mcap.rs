@@ -16,7 +16,6 @@ use crate::{
 /// Bytes of a message before its data: channel, number, and two times.
 const MESSAGE_HEAD_BYTES: usize = 2 + 4 + 8 + 8;
 
-/// The messages of a file in the order they were written.
 pub(super) struct McapBag<R> {
     records: McapRecords<R>,
     contents: Contents,
@@ -25,20 +24,14 @@ pub(super) struct McapBag<R> {
 /// The definitions of the records read so far.
 #[derive(Default)]
 struct Contents {
-    schemas: BTreeMap<u16, Schema>,
+    /// The name of each schema, and its definition, if that is in the language of ROS.
+    schemas: BTreeMap<u16, (String, Option<String>)>,
     /// The index of the topic of each channel.
     channels: BTreeMap<u16, usize>,
     topics: TopicList,
 }
 
-struct Schema {
-    name: String,
-    /// The definition, if it is in the language of ROS.
-    definition: Option<String>,
-}
-
 impl<R: Read + Seek> McapBag<R> {
-    /// Opens a file at its first byte.
     pub(super) fn open(mut file: R) -> io::Result<Self> {
         file.seek(SeekFrom::Start(0))?;
         let records = McapRecords::open(file)?.ok_or_else(|| damaged("it does not begin as an MCAP file"))?;
@@ -55,12 +48,14 @@ impl Contents {
         match parse_record(opcode, data)? {
             Record::Schema { header, data } => {
                 self.topics.add_definition(data.len())?;
-                self.schemas.insert(header.id, Schema::of(&header.name, &header.encoding, &data));
+                let is_ros = matches!(&*header.encoding, "ros1msg" | "ros2msg");
+                let definition = is_ros.then(|| String::from_utf8_lossy(&data).into_owned());
+                self.schemas.insert(header.id, (header.name, definition));
             }
             Record::Channel(channel) => {
                 let schema = self.schemas.get(&channel.schema_id);
                 let (type_name, definition) =
-                    schema.map_or(("", None), |schema| (&schema.name, schema.definition.as_deref()));
+                    schema.map_or(("", None), |(name, definition)| (name, definition.as_deref()));
                 let encoding = Encoding::named(&channel.message_encoding);
                 let new = Topic::new(&channel.topic, type_name, encoding, definition);
                 self.channels.insert(channel.id, self.topics.place_of(new)?);
@@ -129,13 +124,6 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
         // counts are optional in the format
         let counted = counts.iter().fold(0_u64, |sum, count| sum.saturating_add(count.messages));
         Ok(if counted == stats.message_count && !counts.is_empty() { Index::Counts(counts) } else { Index::None })
-    }
-}
-
-impl Schema {
-    fn of(name: &str, encoding: &str, data: &[u8]) -> Self {
-        let is_ros = matches!(encoding, "ros1msg" | "ros2msg");
-        Self { name: name.into(), definition: is_ros.then(|| String::from_utf8_lossy(data).into_owned()) }
     }
 }
 

@@ -88,11 +88,7 @@ impl Cursor<'_> {
                     }
                 }
                 Step::SkipEach { count, steps } => {
-                    let count = match count {
-                        Some(count) => *count,
-                        None => self.count()?,
-                    };
-                    for _ in 0..count {
+                    for _ in 0..count.or_else(|| self.count())? {
                         let before = self.at;
                         self.walk(steps, values)?;
                         // elements without bytes, of any number
@@ -111,42 +107,44 @@ impl Cursor<'_> {
         Some(match leaf {
             Leaf::Time => {
                 // seconds of ROS 1 are unsigned, seconds of ROS 2 are signed
-                let seconds = self.number::<4>()?;
                 let seconds = match self.form {
-                    Form::Ros1 => u32::from_le_bytes(seconds).into(),
-                    Form::Cdr { .. } => i64::from(i32::from_le_bytes(seconds)),
+                    Form::Ros1 => self.bits(4)?.cast_signed(),
+                    Form::Cdr { .. } => self.signed(4)?,
                 };
-                Taken::Time(seconds * 1_000_000_000 + i64::from(u32::from_le_bytes(self.number()?)))
+                Taken::Time(seconds * 1_000_000_000 + self.bits(4)?.cast_signed())
             }
-            Leaf::I8 => Taken::Number(i8::from_le_bytes(self.number()?).into()),
-            Leaf::U8 => Taken::Number(u8::from_le_bytes(self.number()?).into()),
-            Leaf::I16 => Taken::Number(i16::from_le_bytes(self.number()?).into()),
-            Leaf::U16 => Taken::Number(u16::from_le_bytes(self.number()?).into()),
-            Leaf::I32 => Taken::Number(i32::from_le_bytes(self.number()?).into()),
-            Leaf::U32 => Taken::Number(u32::from_le_bytes(self.number()?).into()),
-            Leaf::I64 => Taken::Integer(i64::from_le_bytes(self.number()?)),
-            Leaf::U64 => {
-                let number = u64::from_le_bytes(self.number()?);
+            Leaf::Signed(bytes) => Taken::Integer(self.signed(bytes)?),
+            Leaf::Unsigned(bytes) => {
+                let number = self.bits(bytes)?;
                 i64::try_from(number).map_or(Taken::Number(number as f64), Taken::Integer)
             }
-            Leaf::F32 => Taken::Number(f32::from_le_bytes(self.number()?).into()),
-            Leaf::F64 => Taken::Number(f64::from_le_bytes(self.number()?)),
+            Leaf::Float32 => Taken::Number(f32::from_bits(self.bits(4)? as u32).into()),
+            Leaf::Float64 => Taken::Number(f64::from_bits(self.bits(8)?)),
         })
     }
 
     fn count(&mut self) -> Option<u32> {
-        Some(u32::from_le_bytes(self.number()?))
+        Some(self.bits(4)? as u32)
     }
 
-    /// The next bytes, in little-endian order.
-    fn number<const N: usize>(&mut self) -> Option<[u8; N]> {
-        self.align(N)?;
-        let mut bytes: [u8; N] = *self.bytes.get(self.at..)?.first_chunk()?;
+    fn signed(&mut self, bytes: u8) -> Option<i64> {
+        let unused = 64 - 8 * u32::from(bytes);
+        Some(self.bits(bytes)?.cast_signed() << unused >> unused)
+    }
+
+    /// The bits of the next number, of eight bytes at most. Inlined, because most callers know its length.
+    #[inline(always)]
+    fn bits(&mut self, bytes: u8) -> Option<u64> {
+        let length = usize::from(bytes);
+        self.align(length)?;
+        let number = self.bytes.get(self.at..self.at + length)?;
+        self.at += length;
+        let mut whole = [0; 8];
+        whole[..length].copy_from_slice(number);
         if matches!(self.form, Form::Cdr { big_endian: true }) {
-            bytes.reverse();
+            whole[..length].reverse();
         }
-        self.at += N;
-        Some(bytes)
+        Some(u64::from_le_bytes(whole))
     }
 
     fn skip(&mut self, align: usize, bytes: u64) -> Option<()> {

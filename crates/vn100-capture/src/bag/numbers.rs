@@ -13,7 +13,7 @@ use super::{
     topic_scan::{FoundPart, ScannedTopic, unusable_definition},
 };
 use crate::{
-    csv::{ColumnMap, Quantizer, Unit, known, units},
+    csv::{Column, ColumnMap, Quantizer, Unit, known, units},
     open_error::Problem,
     rows_of_samples::{Absence, NumberRows},
 };
@@ -42,13 +42,6 @@ pub(super) struct NumberFields {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Unreadable;
 
-/// A channel, the place of its number in the message, and the unit of that number.
-struct NumberField {
-    channel: usize,
-    place: usize,
-    unit: Unit,
-}
-
 impl NumberFields {
     /// All standard numbers that the messages have.
     pub(super) fn standard(topic: &ScannedTopic, columns: Option<&ColumnMap>) -> Result<Self, Problem> {
@@ -57,7 +50,7 @@ impl NumberFields {
             for &(channel, place) in &found.numbers {
                 let named = |unit: &&Unit| found.part.unit().is_none_or(|name| unit.name == name);
                 let unit = units(known(channel).quantity).find(named);
-                fields.extend(unit.cloned().map(|unit| NumberField { channel, place, unit }));
+                fields.extend(unit.cloned().map(|unit| Column { channel, place, unit }));
             }
         }
         let mut numbers = Self::new(topic, fields, columns, &topic.zero_parts)?;
@@ -78,14 +71,14 @@ impl NumberFields {
         let fields = map.channels.iter().map(|mapped| {
             let place = structure.place(&mapped.column).filter(|&place| structure.leaves[place].1 != Leaf::Time);
             let place = place.ok_or_else(|| no_field(topic, &mapped.column))?;
-            Ok(NumberField { channel: mapped.index, place, unit: mapped.unit.clone() })
+            Ok(Column { channel: mapped.index, place, unit: mapped.unit.clone() })
         });
         Self::new(topic, fields.collect::<Result<_, Problem>>()?, Some(map), &[])
     }
 
     fn new(
         topic: &ScannedTopic,
-        mut fields: Vec<NumberField>,
+        mut fields: Vec<Column>,
         columns: Option<&ColumnMap>,
         zero_parts: &[FoundPart],
     ) -> Result<Self, Problem> {
@@ -97,16 +90,15 @@ impl NumberFields {
         let numbers = fields.iter().map(|field| field.place);
         let zero = zero_parts.iter().flat_map(|found| found.numbers.iter().map(|(_, place)| *place));
         let steps = structure.steps(numbers.chain(zero).chain(stamp.iter().map(|(place, _)| *place)));
-        let quantizer = |field: &NumberField| {
+        let quantizer = |field: &Column| {
             let range = range(known(field.channel).quantity);
             Quantizer::binary(31 - (range / field.unit.scale).log2().ceil() as i32, &field.unit)
         };
         let numbers: Vec<_> = fields.iter().map(|field| (field.place, quantizer(field))).collect();
-        let channel = |(field, (_, quantizer)): (&NumberField, &(usize, Quantizer))| {
+        let channel = |(field, (_, quantizer)): (&Column, &(usize, Quantizer))| {
             quantizer.of_counts(field.unit.of_channel(field.channel))
         };
-        let column =
-            |field: &NumberField| ColumnRead { name: path(field.place).into(), unit: field.unit.name.to_string() };
+        let column = |field: &Column| ColumnRead { name: path(field.place).into(), unit: field.unit.name.to_string() };
         Ok(Self {
             layout: Layout {
                 message: type_name.clone().into(),

@@ -24,7 +24,6 @@ const HEADER_BYTES: u32 = 4 * 1024 * 1024;
 
 const MOST_CONNECTIONS: usize = 65_536;
 
-/// The kinds of records.
 mod op {
     pub(super) const MESSAGE: u8 = 0x02;
     pub(super) const BAG_HEADER: u8 = 0x03;
@@ -51,7 +50,6 @@ pub(super) struct Ros1Bag<R: Read> {
 }
 
 impl<R: Read + Seek> Ros1Bag<R> {
-    /// Opens a bag at its first byte.
     pub(super) fn open(mut file: R) -> io::Result<Self> {
         file.seek(SeekFrom::Start(MAGIC.len() as u64))?;
         Ok(Self {
@@ -68,7 +66,7 @@ impl<R: Read + Seek> Ros1Bag<R> {
 
     /// Reads up to the data of the next record; `None` at the end of the file.
     fn next_record(&mut self) -> io::Result<Option<Record>> {
-        while self.bytes().fill_buf().map_err(cut)?.is_empty() {
+        while bytes(&mut self.chunk, &mut self.file).fill_buf().map_err(cut)?.is_empty() {
             if self.is_chunk_cut {
                 return Err(cut(ErrorKind::UnexpectedEof.into()));
             }
@@ -82,27 +80,16 @@ impl<R: Read + Seek> Ros1Bag<R> {
                 "the header of a record has {header_bytes} bytes, at most {HEADER_BYTES} are read"
             )));
         }
-        self.header.resize(header_bytes as usize, 0);
-        let mut header = mem::take(&mut self.header);
-        self.bytes().read_exact(&mut header).map_err(cut)?;
-        self.header = header;
+        read_into(&mut self.header, header_bytes, bytes(&mut self.chunk, &mut self.file))?;
         let data_bytes = self.read_length()?;
         let op = field(&self.header, b"op").and_then(|op| op.first().copied());
         let op = op.ok_or_else(|| damaged("a record without its kind"))?;
         Ok(Some(Record { op, data_bytes }))
     }
 
-    /// The bytes of the next record: those of the chunk, or else of the file.
-    fn bytes(&mut self) -> &mut dyn BufRead {
-        match &mut self.chunk {
-            Some(chunk) => chunk,
-            None => &mut self.file,
-        }
-    }
-
     fn read_length(&mut self) -> io::Result<u32> {
         let mut length = [0; 4];
-        self.bytes().read_exact(&mut length).map_err(cut)?;
+        bytes(&mut self.chunk, &mut self.file).read_exact(&mut length).map_err(cut)?;
         Ok(u32::from_le_bytes(length))
     }
 
@@ -155,16 +142,12 @@ impl<R: Read + Seek> Ros1Bag<R> {
     }
 
     fn read_data_of(&mut self, data_bytes: u32) -> io::Result<()> {
-        // memory grows with the bytes that exist, not with the claimed length
-        let mut data = mem::take(&mut self.data);
-        data.clear();
-        let read = self.bytes().take(data_bytes.into()).read_to_end(&mut data).map_err(cut)?;
-        self.data = data;
-        if read < data_bytes as usize { Err(cut(ErrorKind::UnexpectedEof.into())) } else { Ok(()) }
+        read_into(&mut self.data, data_bytes, bytes(&mut self.chunk, &mut self.file))
     }
 
     fn skip(&mut self, data_bytes: u32) -> io::Result<()> {
-        let skipped = io::copy(&mut self.bytes().take(data_bytes.into()), &mut io::sink()).map_err(cut)?;
+        let mut rest = bytes(&mut self.chunk, &mut self.file).take(data_bytes.into());
+        let skipped = io::copy(&mut rest, &mut io::sink()).map_err(cut)?;
         if skipped < data_bytes.into() { Err(cut(ErrorKind::UnexpectedEof.into())) } else { Ok(()) }
     }
 }
@@ -249,6 +232,21 @@ impl<R: Read + Seek + Send> BagFile for Ros1Bag<R> {
 struct Record {
     op: u8,
     data_bytes: u32,
+}
+
+/// The bytes of the next record: those of the chunk, or else of the file.
+fn bytes<'a>(chunk: &'a mut Option<Box<dyn BufRead + Send>>, file: &'a mut impl BufRead) -> &'a mut dyn BufRead {
+    match chunk {
+        Some(chunk) => chunk,
+        None => file,
+    }
+}
+
+/// Reads this many bytes; memory grows with the bytes that exist, not with the claimed length.
+fn read_into(buffer: &mut Vec<u8>, length: u32, from: &mut dyn BufRead) -> io::Result<()> {
+    buffer.clear();
+    let read = from.take(length.into()).read_to_end(buffer).map_err(cut)?;
+    if read < length as usize { Err(cut(ErrorKind::UnexpectedEof.into())) } else { Ok(()) }
 }
 
 /// The value of a field; fields are a length, a name, `=` and a value.

@@ -14,7 +14,6 @@ use super::{
 };
 use crate::{open_error::Problem, unpack::ZSTD_MAGIC, zstd_reader::ZstdReader};
 
-/// The messages of a bag in the order they were written.
 pub(super) struct Rosbag2<R> {
     database: Database<R>,
     messages: MessageTable,
@@ -26,7 +25,6 @@ pub(super) struct Rosbag2<R> {
     places: BTreeMap<i64, usize>,
 }
 
-/// The columns of the fields of a message.
 struct MessageTable {
     root: u32,
     topic_id: usize,

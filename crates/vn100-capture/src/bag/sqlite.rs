@@ -42,7 +42,6 @@ pub(super) struct SqliteTable {
 }
 
 impl SqliteTable {
-    /// The place of a column.
     pub(super) fn column(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column == name)
     }
@@ -69,7 +68,6 @@ pub(super) struct Row {
     overflow_page: u32,
 }
 
-/// A field of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum SqlValue<'a> {
     Integer(i64),
@@ -148,10 +146,7 @@ impl<R: Read + Seek> Database<R> {
         row.total_bytes = total_bytes;
         row.bytes.clear();
         row.bytes.extend_from_slice(bytes);
-        row.overflow_page = match total_bytes > local as u64 {
-            true => number_4(rest, 0)?,
-            false => 0,
-        };
+        row.overflow_page = if total_bytes > local as u64 { number_4(rest, 0)? } else { 0 };
         Ok(true)
     }
 

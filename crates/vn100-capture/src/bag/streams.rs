@@ -12,7 +12,6 @@ use crate::{
     open_error::{OpenHint, Problem, Unusable},
 };
 
-/// A topic that is read.
 #[derive(Debug)]
 pub(crate) struct TopicStream {
     pub(crate) topic: Topic,

@@ -31,17 +31,28 @@ pub(super) struct Structure {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Step {
     /// Skip this many bytes, starting at a multiple of `align`.
-    Skip { align: usize, bytes: u64 },
-    /// Skip a text.
+    Skip {
+        align: usize,
+        bytes: u64,
+    },
     SkipText,
     /// Skip elements of fixed size; the number before them is their count.
-    SkipCounted { align: usize, each: u64 },
+    SkipCounted {
+        align: usize,
+        each: u64,
+    },
     /// Skip elements of varying size; if `count` is `None`, the number before them is their count.
-    SkipEach { count: Option<u32>, steps: Vec<Step> },
+    SkipEach {
+        count: Option<u32>,
+        steps: Vec<Step>,
+    },
     /// A field that cannot be skipped, for this reason.
     Unreadable(String),
     /// Take the leaf at this place among all.
-    Take { place: usize, leaf: Leaf },
+    Take {
+        place: usize,
+        leaf: Leaf,
+    },
 }
 
 impl Structure {
@@ -182,7 +193,7 @@ mod tests {
             let structure = Structure::of(&Topic::new("/raw", "a/Raw", Encoding::Ros1, Some(&text))).unwrap().unwrap();
             let rate = structure.place("rate").unwrap();
             let skip = Step::Skip { align: 2, bytes: 2 * u64::from(length) };
-            assert_eq!(structure.steps([rate]).unwrap(), [skip, Step::Take { place: rate, leaf: Leaf::F64 }]);
+            assert_eq!(structure.steps([rate]).unwrap(), [skip, Step::Take { place: rate, leaf: Leaf::Float64 }]);
         }
     }
 }

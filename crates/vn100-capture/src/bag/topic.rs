@@ -14,7 +14,6 @@ pub(super) const DEFINITION_BYTES: usize = 16 * 1024 * 1024;
 /// The head of a message; the data of the message are read on demand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct MessageHead {
-    /// The index of the topic.
     pub(super) topic: usize,
     /// When the message was recorded, in nanoseconds since 1970-01-01 UTC, or since the start of a
     /// simulation in simulated time.
@@ -38,11 +37,8 @@ pub(crate) trait BagFile: Send {
     fn index(&mut self) -> io::Result<Index>;
 }
 
-/// The content of an index.
 pub(crate) enum Index {
-    /// The file has no index.
     None,
-    /// The topics alone.
     Topics,
     /// The topics, and the number of messages of each.
     Counts(Vec<TopicCount>),
@@ -65,7 +61,6 @@ impl TopicCount {
         }
     }
 
-    /// The counts of both, added.
     pub(super) fn plus(&self, other: &Self) -> Self {
         let mut both = *self;
         if let Some((first_ns, last_ns)) = other.times_ns {
@@ -82,7 +77,6 @@ impl TopicCount {
     }
 }
 
-/// A topic, and the type of its messages.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Topic {
     pub(crate) name: String,
@@ -120,7 +114,6 @@ impl TopicList {
         self.check()
     }
 
-    /// The place of a topic, which is added if it is new.
     pub(super) fn place_of(&mut self, topic: Topic) -> io::Result<usize> {
         let place = place_of(&mut self.topics, topic);
         self.check().map(|()| place)
@@ -156,7 +149,6 @@ pub(crate) enum Encoding {
     Ros1,
     /// CDR of the Data Distribution Service: the offset of each number is a multiple of its length.
     Cdr,
-    /// Another encoding, by its name.
     Other(String),
 }
 

@@ -34,7 +34,6 @@ static VALUE: Channel = Channel {
     increment_step: None,
 };
 
-/// The names of all channels.
 pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     KNOWN.iter().map(|channel| &*channel.name)
 }

@@ -43,11 +43,9 @@ pub struct ColumnMap {
     pub(crate) channels: Vec<MappedChannel>,
     /// The column of the stamps, and the column that is added to it, if there are two.
     pub(super) stamp: Vec<(String, StampForm)>,
-    /// The column of sentences.
     pub(super) sentence: Option<String>,
 }
 
-/// A column that holds a channel.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct MappedChannel {
     /// The index, as in [`known`].
@@ -166,7 +164,6 @@ impl fmt::Display for ColumnMap {
     }
 }
 
-/// All names before an `=`.
 fn channel_names() -> String {
     names().chain([STAMP, RAW]).collect::<Vec<_>>().join(" ")
 }

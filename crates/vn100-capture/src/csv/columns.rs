@@ -2,10 +2,7 @@
 
 use std::cmp::Reverse;
 
-use vn100_protocol::{
-    Quantity,
-    stream::{LeftOutColumn, LeftOutReason},
-};
+use vn100_protocol::{Quantity, stream::LeftOutColumn};
 
 use super::{
     HeadRows, Unusable,
@@ -28,13 +25,13 @@ pub(super) struct Columns {
     pub(super) compensated: Option<bool>,
 }
 
-/// A column that holds a channel.
+/// A column of a table, or a number of a message, that holds a channel.
 #[derive(Debug, Clone)]
-pub(super) struct Column {
-    pub(super) place: usize,
+pub(crate) struct Column {
+    pub(crate) place: usize,
     /// The channel, as in [`known`].
-    pub(super) channel: usize,
-    pub(super) unit: Unit,
+    pub(crate) channel: usize,
+    pub(crate) unit: Unit,
 }
 
 impl Column {
@@ -73,20 +70,22 @@ impl Named {
         (self.meaning.made, !self.meaning.is_sure, Reverse(axes.len()), first)
     }
 
-    /// The reason why the column is not read together with `read`; `None` if a letter alone gives
-    /// its meaning.
-    fn left_out(&self, read: &[&Self]) -> Option<LeftOutReason> {
+    /// The reason in words why the column is not read together with `read`; `None` if a letter alone
+    /// gives its meaning.
+    fn left_out(&self, read: &[&Self]) -> Option<String> {
         let instead = read.iter().find(|other| other.meaning.sensor() == self.meaning.sensor());
         let (made, instead_made) = (self.meaning.made, instead.map(|other| other.meaning.made));
         Some(match &self.meaning.unit {
             Some(Err(_)) | None if !self.meaning.is_sure => return None,
-            Some(Err(unit)) => LeftOutReason::UnknownUnit(unit.clone()),
-            _ if self.is_empty => LeftOutReason::Empty,
+            Some(Err(unit)) => format!("the unit {unit:?} is not known for it"),
+            _ if self.is_empty => "empty in the first rows".into(),
             _ if made == Made::WithoutGravity && instead_made.is_some_and(|instead| instead < made) => {
-                LeftOutReason::WithoutGravity
+                "without gravity, a column with gravity is read".into()
             }
-            _ if made != Made::Uncompensated && instead_made == Some(Made::Uncompensated) => LeftOutReason::Compensated,
-            _ => LeftOutReason::AnotherOf(instead.map_or("", |other| other.meaning.sensor()).into()),
+            _ if made != Made::Uncompensated && instead_made == Some(Made::Uncompensated) => {
+                "compensated, an uncompensated column is read".into()
+            }
+            _ => format!("another {} column is read", instead.map_or("", |other| other.meaning.sensor())),
         })
     }
 }

@@ -90,7 +90,6 @@ pub(crate) fn detect(head: &[u8], said: Said<'_>) -> Result<Option<CsvPlan>, Unu
 struct Candidate<'a> {
     header: Header,
     dialect: Dialect,
-    /// The head of the file.
     lines: &'a [&'a [u8]],
     /// Its place among the lines; the place of the units below it, if there are any.
     index: usize,
@@ -296,7 +295,6 @@ impl<'a> Candidate<'a> {
     }
 }
 
-/// The fields of a row.
 fn cells(dialect: Dialect, row: &[u8]) -> HeadRow {
     fields(&dialect.tidy(row), dialect.separator).map(Cow::into_owned).collect()
 }

@@ -41,7 +41,6 @@ impl Header {
         Self { names, width, ..Self::default() }
     }
 
-    /// Cuts `line` at the separators.
     pub(super) fn read(line: &[u8], separator: u8) -> Self {
         Self::of_names(fields(line, separator).map(|field| shown(&field)).collect())
     }

@@ -21,7 +21,6 @@ pub(super) struct Lines<R> {
     number: u64,
     /// Number of bytes dropped from the beginning of the present line.
     dropped: u64,
-    /// Whether the reader has ended.
     ended: bool,
 }
 
@@ -41,7 +40,6 @@ pub(super) enum Completeness {
     Whole,
     /// The last line of the data, without a line end: it may be truncated.
     Unended,
-    /// The line is longer than [`LONGEST_LINE`].
     Overlong,
 }
 

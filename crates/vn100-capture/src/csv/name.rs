@@ -87,7 +87,6 @@ pub(super) enum Made {
     Uncompensated,
     Unsaid,
     Compensated,
-    /// Acceleration without gravity.
     WithoutGravity,
 }
 

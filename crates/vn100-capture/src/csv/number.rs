@@ -1,15 +1,10 @@
 //! Numbers as laboratory scripts print them, such as `-077.706` and `1e-05`, held exactly.
 
 /// The powers of ten that are floats.
-const EXACT_POWERS: [f64; 23] = {
-    let mut powers = [1.0; 23];
-    let mut n = 1;
-    while n < powers.len() {
-        powers[n] = powers[n - 1] * 10.0;
-        n += 1;
-    }
-    powers
-};
+const EXACT_POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
+    1e21, 1e22,
+];
 
 /// Separators of thousands, for numbers with no decimals after them.
 const THOUSANDS: [u8; 3] = *b",' ";
@@ -80,7 +75,6 @@ impl Number {
         Some((Self { negative: first == b'-', digits, decimals }, end))
     }
 
-    /// The digits with their sign.
     #[inline]
     pub(super) fn signed_digits(&self) -> i64 {
         (self.digits as i64).wrapping_mul(1 - 2 * i64::from(self.negative))

@@ -63,7 +63,6 @@ pub(super) enum StampForm {
     YearFirst,
     /// Day, month, year, time; the month may be a word, as MATLAB writes it.
     DayFirst,
-    /// Month, day, year, time.
     MonthFirst,
     /// The time of day alone, which restarts at midnight.
     TimeOfDay,

@@ -112,25 +112,7 @@ impl Recorder {
             let _ = fs::remove_file(path);
             failed(source)
         })?;
-        Self::start(path, writer, NamedFile::sync_all, None).map_err(failed)
-    }
-
-    /// [`resume`](Self::resume)s the recording of this name; [`create`](Self::create)s one if there
-    /// is none, or if it was cut before its first input.
-    ///
-    /// # Errors
-    /// As for [`resume`](Self::resume) and [`create`](Self::create).
-    pub fn resume_or_create(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
-        let path = path.as_ref();
-        match Self::resume(path, metadata) {
-            Err(RecordError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => Self::create(path, metadata),
-            Err(RecordError::NotResumable { problem: RecordingError::NotBegun, .. }) if begins_as_ours(path) => {
-                let failed = |source| RecordError::Io { path: path.to_owned(), source };
-                let writer = begun_whole(path, &head(metadata)).map_err(failed)?;
-                Self::start(path, writer, NamedFile::sync_all, None).map_err(failed)
-            }
-            resumed => resumed,
-        }
+        Self::to_file(path, writer, None)
     }
 
     /// Starts a recording in parts, whose files are named by [`part_path`](super::part::part_path);
@@ -149,13 +131,12 @@ impl Recorder {
         let (mut parts, part, writer, known_serial) = Parts::begin(path, metadata, rotation, resume)?;
         let is_resumed = parts.is_resumed();
         let next_part: NextPart<NamedFile> = Box::new(move |input| parts.next_before(input));
-        let recorder = Self::start(&part, writer, NamedFile::sync_all, Some(next_part))
-            .map_err(|source| RecordError::Io { path: part, source })?;
-        Ok(Self { known_serial, is_resumed, ..recorder })
+        Ok(Self { known_serial, is_resumed, ..Self::to_file(&part, writer, Some(next_part))? })
     }
 
     /// Resumes a recording, finished or cut: the new file has its readable part, then
     /// [`Down`](vn100_protocol::stream::LinkEventKind::Down), then the new inputs.
+    /// [`create`](Self::create)s one if there is none, or if it was cut before its first input.
     ///
     /// The readable part is copied to another file in the same folder, which replaces the recording
     /// once it is synced to the disk. Until then the recording is unchanged, and the disk must have
@@ -166,10 +147,26 @@ impl Recorder {
     /// it, or if the copy cannot be written.
     pub fn resume(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
         let path = path.as_ref();
-        let (writer, known_serial) = resume(path, metadata)?;
-        let recorder = Self::start(path, writer, NamedFile::sync_all, None)
-            .map_err(|source| RecordError::Io { path: path.to_owned(), source })?;
-        Ok(Self { known_serial, is_resumed: true, ..recorder })
+        match resume(path, metadata) {
+            Ok((writer, known_serial)) => {
+                Ok(Self { known_serial, is_resumed: true, ..Self::to_file(path, writer, None)? })
+            }
+            Err(RecordError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => Self::create(path, metadata),
+            Err(RecordError::NotResumable { problem: RecordingError::NotBegun, .. }) if begins_as_ours(path) => {
+                let failed = |source| RecordError::Io { path: path.to_owned(), source };
+                Self::to_file(path, begun_whole(path, &head(metadata)).map_err(failed)?, None)
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    fn to_file(
+        path: &Path,
+        writer: RecordingWriter<NamedFile>,
+        next_part: Option<NextPart<NamedFile>>,
+    ) -> Result<Self, RecordError> {
+        Self::start(path, writer, NamedFile::sync_all, next_part)
+            .map_err(|source| RecordError::Io { path: path.to_owned(), source })
     }
 
     fn start<W: Write + Send + 'static>(

@@ -35,7 +35,6 @@ pub struct Options {
 pub struct Framer {
     options: Options,
     pub(crate) tally: Tally,
-    /// Bytes consumed.
     offset: u64,
     /// The line to which CR and LF at this place would belong.
     line_end_of: LineEndOf,

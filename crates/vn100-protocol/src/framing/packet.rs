@@ -36,11 +36,9 @@ pub struct Packet<'a> {
 /// The classification of the bytes after a 0xFA.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum PacketStart {
-    /// A packet of this many bytes.
     Packet(usize),
     /// A packet only if further bytes confirm it.
     Incomplete,
-    /// No packet.
     No,
 }
 

@@ -1,6 +1,6 @@
 //! A sentence: `$`, a body, and its protection; or the reason for its rejection.
 
-use core::fmt;
+use alloc::string::ToString;
 
 use thiserror::Error;
 
@@ -76,7 +76,8 @@ pub struct RejectedSentence<'a> {
 #[non_exhaustive]
 pub enum RejectReason {
     /// The check digits do not fit the line, or are no check digits.
-    #[error("checksum: computed {computed}, received {}", Received(*.received))]
+    #[error("checksum: computed {computed}, received {}",
+        .received.map_or("neither two nor four hexadecimal digits".into(), |digits| digits.to_string()))]
     Checksum {
         /// The computed check of the body, in the kind of check of the line.
         computed: CheckDigits,
@@ -99,15 +100,4 @@ pub enum RejectReason {
     /// No end within the length of the longest sentence.
     #[error("too long: no end after {} bytes, more than any sentence has", MAX_BODY)]
     TooLong,
-}
-
-struct Received(Option<CheckDigits>);
-
-impl fmt::Display for Received {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            Some(digits) => digits.fmt(f),
-            None => f.write_str("neither two nor four hexadecimal digits"),
-        }
-    }
 }

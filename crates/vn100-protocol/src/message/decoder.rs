@@ -7,7 +7,7 @@ use crate::{
     framing::sentence::{RejectReason, RejectedSentence, Sentence},
     framing::tally::Tally,
     message::GrammarError,
-    message::increments::{self, VNDTV},
+    message::increments,
     message::sample::Sample,
     message::table::read_quickly,
     message::template,
@@ -169,10 +169,9 @@ impl Framer {
                 Ok(sample) => (Item::Sample(sample), &mut self.tally.samples),
                 Err(kind) => return Item::Rejected(self.reject(sentence, kind)),
             },
-            None if sentence.header() == VNDTV.message.as_bytes() => match increments::read(&sentence) {
-                Some(Ok(sample)) => (Item::Sample(sample), &mut self.tally.samples),
-                Some(Err(kind)) => return Item::Rejected(self.reject(sentence, kind)),
-                None => (Item::Other(sentence), &mut self.tally.other),
+            None if increments::are_in(&sentence) => match increments::read(&sentence) {
+                Ok(sample) => (Item::Sample(sample), &mut self.tally.samples),
+                Err(kind) => return Item::Rejected(self.reject(sentence, kind)),
             },
             None if !sentence.has_name() => {
                 return Item::Rejected(self.reject(sentence, RejectReason::Grammar(GrammarError::Name)));

@@ -66,14 +66,15 @@ const fn printed(name: &'static str, unit: &'static str, decimals: u8, limit: i3
     }
 }
 
-/// Reads such a sentence; `None` for any other.
-#[cold]
-pub(super) fn read(sentence: &Sentence<'_>) -> Option<Result<Sample, RejectReason>> {
-    let header = VNDTV.message.as_bytes();
-    (sentence.header() == header).then(|| mean_rates(read_fields(&sentence.body[header.len()..], &PRINTED)?))
+/// Whether a sentence is such a one.
+pub(super) fn are_in(sentence: &Sentence<'_>) -> bool {
+    sentence.header() == VNDTV.message.as_bytes()
 }
 
-fn mean_rates(printed: Sample) -> Result<Sample, RejectReason> {
+/// Reads such a sentence.
+#[cold]
+pub(super) fn read(sentence: &Sentence<'_>) -> Result<Sample, RejectReason> {
+    let printed = read_fields(&sentence.body[VNDTV.message.len()..], &PRINTED)?;
     let value = |place: usize| PRINTED.channels[place].value(printed.counts[place]);
     // over an interval of zero all values exceed their limits
     let interval_s = value(0).max(0.0);

@@ -50,7 +50,6 @@ const fn format(old: bool) -> PrintFormat {
 /// The printed form of one number, and its count.
 #[derive(Clone, Copy)]
 struct Form {
-    /// Decimals of the channel.
     decimals: u8,
     /// Printed decimals, which are no more than these.
     printed: u8,

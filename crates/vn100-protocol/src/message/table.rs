@@ -79,7 +79,7 @@ impl Sample {
     pub fn parse(sentence: &Sentence<'_>) -> Option<Result<Self, RejectReason>> {
         match read_quickly(sentence) {
             Some((layout, sample)) => Some(sample.map_or_else(|| Self::read_exactly(sentence, layout), Ok)),
-            None => increments::read(sentence),
+            None => increments::are_in(sentence).then(|| increments::read(sentence)),
         }
     }
 }

@@ -12,7 +12,6 @@ use crate::message::{
 pub(crate) struct PacketField {
     /// Its bytes; 0 if no field is known.
     pub(crate) bytes: u8,
-    /// Its name in the manual.
     pub(crate) name: &'static str,
     pub(crate) content: FieldContent,
 }

@@ -1,5 +1,5 @@
-//! The registers of numbers: modes, averaging, calibration and mounting of the sensor, and the
-//! binary outputs. A mode is kept even if its meaning is not known here.
+//! The registers of numbers: modes, averaging and mounting of the sensor, and the binary outputs. A
+//! mode is kept even if its meaning is not known here.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -112,20 +112,6 @@ whole_numbers! {
 }
 
 whole_numbers! {
-    /// Register 35: the modes of the attitude filter.
-    VpeControl = VPE_CONTROL {
-        /// 1 on, 0 off; reserved in firmware 3.
-        enable: u8 = "enable", 1;
-        /// Source of the heading: 0 the magnetometer is trusted, 1 relative, 2 indoor.
-        heading_mode: u8 = "heading mode", 1;
-        /// Filtering: 0 none, 1 adaptive.
-        filtering_mode: u8 = "filtering mode", 1;
-        /// Tuning: 0 fixed, 1 adaptive.
-        tuning_mode: u8 = "tuning mode", 1;
-    }
-}
-
-whole_numbers! {
     /// Register 85: the moving average of the 800 Hz samples, for each of the sensors inside. A
     /// window is the number of samples averaged; 0 and 1 mean no averaging. A mode tells which
     /// values are averaged: 0 none, 1 the uncompensated, 2 the compensated, 3 both.
@@ -153,25 +139,6 @@ whole_numbers! {
     }
 }
 
-/// Registers 23, 25 and 84: the user's calibration of one sensor, y = C (x - b), axes in the order
-/// x, y, z.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Calibration {
-    /// C, by rows.
-    pub matrix: [[f32; 3]; 3],
-    /// b along x, y, z, in gauss, m/s² or rad/s.
-    pub offset: [f32; 3],
-}
-
-impl RegisterValue for Calibration {
-    const REGISTERS: &'static [Register] =
-        &[Register::MAG_CALIBRATION, Register::ACCEL_CALIBRATION, Register::GYRO_CALIBRATION];
-
-    fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
-        Ok(Self { matrix: matrix(fields)?, offset: fields.floats("offset")? })
-    }
-}
-
 /// Register 26: the rotation from the axes of the sensor to the axes of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceFrameRotation {
@@ -183,27 +150,8 @@ impl RegisterValue for ReferenceFrameRotation {
     const REGISTERS: &'static [Register] = &[Register::ROTATION];
 
     fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
-        Ok(Self { matrix: matrix(fields)? })
+        Ok(Self { matrix: [fields.floats("matrix")?, fields.floats("matrix")?, fields.floats("matrix")?] })
     }
-}
-
-/// Register 43: the bias of the angular rate with which the attitude filter starts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StartupGyroBias {
-    /// Bias about x, y, z, in rad/s.
-    pub bias_rad_s: [f32; 3],
-}
-
-impl RegisterValue for StartupGyroBias {
-    const REGISTERS: &'static [Register] = &[Register::STARTUP_GYRO_BIAS];
-
-    fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
-        Ok(Self { bias_rad_s: fields.floats("bias")? })
-    }
-}
-
-fn matrix(fields: &mut FieldReader<'_>) -> Result<[[f32; 3]; 3], ValueError> {
-    Ok([fields.floats("matrix")?, fields.floats("matrix")?, fields.floats("matrix")?])
 }
 
 /// Registers 75 to 77: one output of binary packets.

@@ -58,16 +58,6 @@ pub enum StampSource {
     Recorded,
 }
 
-impl StampSource {
-    /// Its code in results.
-    pub const fn code(&self) -> &'static str {
-        match self {
-            Self::Field(_) => "field",
-            Self::Recorded => "recorded",
-        }
-    }
-}
-
 impl fmt::Display for StampSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

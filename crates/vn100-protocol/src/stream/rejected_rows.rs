@@ -61,41 +61,8 @@ pub struct LeftOutColumn {
     /// The name in the file.
     #[cfg_attr(feature = "schema", serde(rename = "column"))]
     pub name: String,
-    /// Why it is not read.
-    #[cfg_attr(feature = "schema", schemars(with = "String"), serde(serialize_with = "in_words"))]
-    pub reason: LeftOutReason,
-}
-
-/// The reason why a column is not read although its name tells its content.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum LeftOutReason {
-    /// Its stated unit is not known, or not one of the quantity.
-    UnknownUnit(String),
-    /// It is compensated, and an uncompensated column is read.
-    Compensated,
-    /// It is an acceleration without gravity, and one with gravity is read.
-    WithoutGravity,
-    /// Another column of this sensor is read.
-    AnotherOf(String),
-    /// The first rows have no number in it.
-    Empty,
-}
-
-#[cfg(feature = "schema")]
-fn in_words<S: serde::Serializer>(reason: &LeftOutReason, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_str(reason)
-}
-
-impl fmt::Display for LeftOutReason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::UnknownUnit(unit) => write!(f, "the unit {unit:?} is not known for it"),
-            Self::Compensated => f.write_str("compensated, an uncompensated column is read"),
-            Self::WithoutGravity => f.write_str("without gravity, a column with gravity is read"),
-            Self::AnotherOf(sensor) => write!(f, "another {sensor} column is read"),
-            Self::Empty => f.write_str("empty in the first rows"),
-        }
-    }
+    /// Why it is not read, in words.
+    pub reason: String,
 }
 
 /// The number of good rows of a CSV file, or of messages of a bag, that lack a channel.
@@ -160,12 +127,7 @@ impl RejectedRowCounts {
 
     /// Counts a row.
     pub fn count(&mut self, kind: RejectedRow) {
-        self.add(kind, 1);
-    }
-
-    /// Counts this many rows.
-    pub fn add(&mut self, kind: RejectedRow, rows: u64) {
-        self.counts[kind as usize] += rows;
+        self.counts[kind as usize] += 1;
     }
 }
 

@@ -5,12 +5,11 @@ use core::mem;
 
 use super::{
     Arrival, Batch, Diagnostic, LinkEvent, LinkEventKind, Mark, MarkKind, MessageName, RowCounter, StreamCounts,
-    StreamInput,
     packet_reader::{PacketOutcome, PacketReader},
 };
 use crate::{
-    AsyncType, BINARY, Channel, Decoder, Item, Layout, Options, Packet, PacketForm, PacketHeader, PrintFormat,
-    Quantity, Register, RegisterContents, RejectedCounts, Reply, Sample, Sentence, Tally, VNIMU,
+    AsyncType, BINARY, Decoder, Item, Layout, Options, Packet, PacketForm, PacketHeader, PrintFormat, Quantity,
+    Register, RegisterContents, RejectedCounts, Reply, Sample, Sentence, Tally, VNIMU,
 };
 
 /// Sentences with a position or a velocity, which require a satellite receiver (VN-200 and VN-300
@@ -74,9 +73,9 @@ struct Stream {
     printed: Option<PrintFormat>,
     /// The counts except the tally, which the decoder keeps except for the measured packets.
     link: StreamCounts,
-    /// Valid sentences of each message except that of the samples, by its code; [`AsyncType::OFF`]
-    /// for messages without a code.
-    other_lines: BTreeMap<u8, u64>,
+    /// Valid sentences of each message except that of the samples; [`AsyncType::OFF`] for messages
+    /// without a code.
+    other_lines: BTreeMap<AsyncType, u64>,
     /// Parts of damaged packets that the decoder has rejected as sentences.
     fragments: RejectedCounts,
     fragment_bytes: u64,
@@ -93,21 +92,6 @@ impl SampleReader {
         let decoder = Decoder::new(Options { accept_unchecked: options.accept_unchecked });
         let stream = Stream { measured: options.measured, is_diagnosed: options.diagnostics, ..Stream::default() };
         Self { decoder, stream, line_by_line: options.line_by_line, waiting: Vec::new() }
-    }
-
-    /// Takes an input of a source, and returns it if it is an event of the link: the event comes
-    /// after the [batches](Self::take_batches) that are complete now.
-    pub fn take_input(&mut self, input: StreamInput) -> Option<LinkEvent> {
-        match input {
-            StreamInput::Chunk(chunk) => {
-                self.push(&chunk.bytes, chunk.at_ns);
-                None
-            }
-            StreamInput::Link(event) => {
-                self.take_link_event(&event);
-                Some(event)
-            }
-        }
     }
 
     /// Keeps the sensor's replies for [`take_replies`](Self::take_replies).
@@ -134,17 +118,14 @@ impl SampleReader {
 
     /// Frames that the sensor has sent by itself so far, by their kind.
     pub fn frames(&self) -> impl Iterator<Item = (FrameKind, u64)> {
-        let sentences = self.lines().map(|(code, count)| (FrameKind::Sentence(AsyncType(code)), count));
-        let packets = self.stream.packets.packets();
-        sentences.chain(packets.map(|(header, packets)| (FrameKind::Packet(header), packets)))
-    }
-
-    /// Valid sentences of each message so far, by its code.
-    fn lines(&self) -> impl Iterator<Item = (u8, u64)> {
         let samples = self.tally().samples - self.stream.link.foreign_samples;
         let layout = self.stream.layout.as_deref().filter(|layout| layout.message != BINARY);
-        let of_samples = layout.map(|layout| (code(layout.message.as_bytes()), samples));
-        of_samples.into_iter().chain(self.stream.other_lines.iter().map(|(&code, &lines)| (code, lines)))
+        let of_samples = layout.map(|layout| (message(layout.message.as_bytes()), samples));
+        let others = self.stream.other_lines.iter().map(|(&message, &lines)| (message, lines));
+        let sentences = of_samples.into_iter().chain(others);
+        let sentences = sentences.map(|(message, lines)| (FrameKind::Sentence(message), lines));
+        let packets = self.stream.packets.packets();
+        sentences.chain(packets.map(|(header, packets)| (FrameKind::Packet(header), packets)))
     }
 
     /// Takes the next bytes of the stream, which arrived together.
@@ -161,7 +142,9 @@ impl SampleReader {
         }
     }
 
-    fn take_link_event(&mut self, event: &LinkEvent) {
+    /// Counts an event of the link, which comes after the [batches](Self::take_batches) that are
+    /// complete now.
+    pub fn take_link_event(&mut self, event: &LinkEvent) {
         let link = &mut self.stream.link;
         match &event.kind {
             LinkEventKind::Up { .. } => link.connects += 1,
@@ -224,8 +207,8 @@ impl SampleReader {
     }
 }
 
-fn code(header: &[u8]) -> u8 {
-    AsyncType::from_header(header).unwrap_or(AsyncType::OFF).0
+fn message(header: &[u8]) -> AsyncType {
+    AsyncType::from_header(header).unwrap_or(AsyncType::OFF)
 }
 
 impl Stream {
@@ -279,13 +262,12 @@ impl Stream {
     }
 
     fn mark_temperature(&mut self, contents: &RegisterContents) {
-        let is_temperature = |channel: &Channel| channel.quantity == Quantity::Temperature;
-        let place = VNIMU.channels.iter().position(is_temperature);
         if contents.register == Register::IMU
-            && let (Ok(sample), Some(place)) = (Sample::from_contents(contents, &VNIMU), place)
-            && let Some(counts) = sample.counts().get(place)
+            && let Ok(sample) = Sample::from_contents(contents, &VNIMU)
         {
-            self.mark(MarkKind::Temperature(*counts));
+            let cells = VNIMU.channels.iter().zip(sample.counts());
+            let temperature = cells.filter(|(channel, _)| channel.quantity == Quantity::Temperature);
+            temperature.for_each(|(_, counts)| self.mark(MarkKind::Temperature(*counts)));
         }
     }
 
@@ -358,7 +340,7 @@ impl Stream {
         if OF_OTHER_MODELS.contains(&header) {
             self.link.other_model = self.link.other_model.or(Some(MessageName::new(header)));
         }
-        *self.other_lines.entry(code(header)).or_default() += 1;
+        *self.other_lines.entry(message(header)).or_default() += 1;
     }
 
     /// Whether a rejected sentence may have been one of this stream's measurements: by the existing

@@ -1,10 +1,9 @@
 //! Packets of the maker's manual and of real sensors, and their measured values.
 
-use bytes::Bytes;
 use proptest::{collection::vec, prelude::*, sample::Index};
 use vn100_protocol::{
     BinaryOutput, Decoder, Item, MESSAGES, Options, PacketForm, Quantity, crc16,
-    stream::{Batch, Chunk, MarkKind, MeasuredFrames, ReadOptions, SampleReader, StreamInput},
+    stream::{Batch, MarkKind, MeasuredFrames, ReadOptions, SampleReader},
 };
 
 use crate::support::{decode_in_pieces, packet};
@@ -55,7 +54,7 @@ fn read(measured: MeasuredFrames, pieces: &[&[u8]]) -> Vec<Batch> {
     let mut reader = reader(measured);
     let mut batches = Vec::new();
     for piece in pieces.iter().filter(|piece| !piece.is_empty()) {
-        reader.take_input(StreamInput::Chunk(Chunk { bytes: Bytes::copy_from_slice(piece), at_ns: None }));
+        reader.push(piece, None);
         batches.extend(reader.take_batches());
     }
     batches.extend(reader.finish());

@@ -4,9 +4,8 @@ use core::fmt::Debug;
 
 use proptest::prelude::*;
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, BinaryOutput, Calibration, Check, ImuFilter, ProtocolControl,
-    ReferenceFrameRotation, Register, RegisterValue, Sample, SensorCommand, StartupGyroBias, SyncControl, VNIMU,
-    VpeControl, WritableValue,
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, ImuFilter, ProtocolControl, ReferenceFrameRotation, Register,
+    RegisterValue, Sample, SensorCommand, SyncControl, VNIMU, WritableValue,
 };
 
 use crate::support::{contents, line, sentence};
@@ -24,8 +23,6 @@ fn check<T: WritableValue + PartialEq + Debug>(published: &str, expected: T) {
 fn error<T: RegisterValue + Debug>(body: &str) -> String {
     contents(&sentence(body)).value::<T>().unwrap_err().to_string()
 }
-
-const IDENTITY: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 #[test]
 fn settings_return_as_they_are_written() {
@@ -47,22 +44,14 @@ fn read_only_registers_are_read() {
         let output = BinaryOutput { async_mode, rate_divisor, groups: 1, field_words };
         assert_eq!(contents(line).value(), Ok(output), "{line}");
     }
-    let control = contents("$VNRRG,35,1,1,1,1*75").value();
-    assert_eq!(control, Ok(VpeControl { enable: 1, heading_mode: 1, filtering_mode: 1, tuning_mode: 1 }));
-    for line in ["$VNRRG,23,1,0,0,0,1,0,0,0,1,0,0,0*73", "$VNRRG,25,1,0,0,0,1,0,0,0,1,0,0,0*75"] {
-        assert_eq!(contents(line).value(), Ok(Calibration { matrix: IDENTITY, offset: [0.0; 3] }));
-    }
     let rotation = contents("$VNRRG,26,1,0,0,0,1,0,0,0,1*6A").value();
-    assert_eq!(rotation, Ok(ReferenceFrameRotation { matrix: IDENTITY }));
-    let bias = contents("$VNRRG,43,+00.000000,+00.000000,+00.000000*5D").value();
-    assert_eq!(bias, Ok(StartupGyroBias { bias_rad_s: [0.0; 3] }));
+    assert_eq!(rotation, Ok(ReferenceFrameRotation { matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] }));
 }
 
 #[test]
 fn matrices_are_by_rows() {
-    let found = contents(&sentence("VNRRG,84,1,2,3,4,5,6,7,8,9,-0.5,+00.250000,1e-05")).value::<Calibration>().unwrap();
-    assert_eq!(found.matrix, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]);
-    assert_eq!(found.offset, [-0.5, 0.25, 1e-5]);
+    let found = contents(&sentence("VNRRG,26,1,2,3,4,5,6,-0.5,+00.250000,1e-05")).value::<ReferenceFrameRotation>();
+    assert_eq!(found.unwrap().matrix, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [-0.5, 0.25, 1e-5]]);
 }
 
 #[test]
@@ -106,9 +95,13 @@ fn errors_name_the_wrong_field() {
         "register 06: async type is \"+14\", expected a whole number in range"
     );
     assert_eq!(error::<ImuFilter>("VNRRG,85,0,4,4,4,0,0,3,3,3"), "register 85: the pressure mode is missing");
-    assert_eq!(error::<VpeControl>("VNRRG,35,1,1,1,1,7"), "register 35: more fields than are known, from \"7\" on");
-    for body in ["VNRRG,43,nan,0,0", "VNRRG,43,1e99,0,0", "VNRRG,43,,0,0", "VNRRG,43, 1,0,0"] {
-        assert!(error::<StartupGyroBias>(body).contains("expected a finite number"), "{body}");
+    assert_eq!(
+        error::<ProtocolControl>("VNRRG,30,0,0,0,0,1,0,1,7"),
+        "register 30: more fields than are known, from \"7\" on"
+    );
+    for field in ["nan", "1e99", "", " 1"] {
+        let body = format!("VNRRG,26,{field},0,0,0,1,0,0,0,1");
+        assert!(error::<ReferenceFrameRotation>(&body).contains("expected a finite number"), "{body}");
     }
     assert!(error::<BinaryOutput>("VNRRG,75,0,0,+1,0001").starts_with("register 75: groups is"));
 }
@@ -165,7 +158,7 @@ proptest! {
         read::<AsyncType>(&contents);
         read::<AsyncRate>(&contents);
         read::<BinaryOutput>(&contents);
-        read::<Calibration>(&contents);
+        read::<ReferenceFrameRotation>(&contents);
         _ = Sample::from_contents(&contents, &VNIMU);
     }
 }

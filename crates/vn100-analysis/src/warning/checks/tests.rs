@@ -101,7 +101,7 @@ fn what_is_rejected_is_warned_of_with_its_reason() {
     let found = [Finding::Rejected(Rejected::Packets, 2, 15), Finding::Rejected(Rejected::PacketNumbers, 3, 13)];
     assert_eq!(rejected(&packets), found);
     let (mut table, mut rows) = (snapshot(), RejectedRowCounts::default());
-    rows.add(RejectedRow::Number, 2);
+    (0..2).for_each(|_| rows.count(RejectedRow::Number));
     table.link.rejected_rows = Some(rows);
     table.link.tally.rejected.checksum = 3;
     let found = [Finding::Rejected(Rejected::Rows(rows), 2, 3), Finding::Rejected(Rejected::Sentences, 1, 3)];
