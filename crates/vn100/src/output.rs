@@ -76,19 +76,20 @@ impl Output {
 
     /// Writes a file by `content`, whole or not at all.
     pub(crate) fn write(&self, path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
-        let name = path.file_name().with_context(|| format!("{} names no file", path.display()))?;
         if !self.force {
             return create(path, content);
         }
         // renamed into place: whole or not at all, and a link is replaced instead of followed
-        let mut partial = name.to_owned();
-        partial.push(".partial");
-        let partial = folder(path).join(partial);
-        create(&partial, content)?;
-        fs::rename(&partial, path).with_context(|| {
-            let _ = fs::remove_file(&partial);
-            format!("cannot replace {}", path.display())
-        })
+        let mut partial = tempfile::Builder::new();
+        #[cfg(unix)]
+        partial.permissions(readable_as_usual());
+        let partial = partial.suffix(".partial").tempfile_in(folder(path));
+        let partial = partial.with_context(|| format!("cannot write {}", path.display()))?;
+        let mut file = BufWriter::new(partial.as_file().try_clone()?);
+        let written = content(&mut file).and_then(|()| Ok(file.flush()?));
+        written.with_context(|| format!("cannot write {}", path.display()))?;
+        partial.persist(path).with_context(|| format!("cannot replace {}", path.display()))?;
+        Ok(())
     }
 
     pub(crate) fn make_folder(&self, path: &Path) -> Result<()> {
@@ -97,6 +98,12 @@ impl Output {
             made => made.with_context(|| format!("cannot create the folder {}", path.display())),
         }
     }
+}
+
+/// Those of any new file, less what the user's mask takes away.
+#[cfg(unix)]
+fn readable_as_usual() -> fs::Permissions {
+    std::os::unix::fs::PermissionsExt::from_mode(0o666)
 }
 
 fn is_folder(path: &Path) -> bool {
@@ -164,6 +171,14 @@ mod tests {
         assert!(forced.check(&sub, &[]).is_err() && forced.check_folder(&sub, &[]).is_ok());
         assert!(forced.check_folder(&file, &[]).is_err() && careful.check_folder(&sub, &[]).is_err());
         assert!(forced.write(&sub, text(b"fifth")).is_err() && sub.is_dir());
-        assert!(!folder.path().join("c.html.partial").exists(), "what failed leaves nothing");
+        let left = fs::read_dir(folder.path()).unwrap().count();
+        assert_eq!(left, if cfg!(unix) { 3 } else { 2 }, "what failed leaves nothing");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let mode = |path| fs::metadata(path).unwrap().permissions().mode();
+            careful.write(&folder.path().join("d.html"), text(b"sixth")).unwrap();
+            assert_eq!(mode(file.clone()), mode(folder.path().join("d.html")), "readable as any file");
+        }
     }
 }

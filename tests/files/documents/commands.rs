@@ -53,6 +53,7 @@ const STANDS_FOR: &[(&str, &str)] = &[
 /// Commands that do not succeed here, with their exit code and output.
 const OTHER_ENDS: &[(&str, i32, &str)] = &[
     ("vn100 replay unit*.mcap --fail-on 'gyro B'", 4, ""),
+    ("vn100 selftest --published FOLDER", 1, "FOLDER: No such file or directory"),
     ("vn100 replay FILE --speed 1x", 1, "--speed needs the live view, and that a terminal"),
 ];
 

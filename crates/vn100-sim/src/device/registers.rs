@@ -61,8 +61,10 @@ impl Registers {
         for port in &mut self.ports {
             port.rate_hz = rate.unwrap_or(port.rate_hz);
         }
-        if !self.fits(0) {
-            self.ports[0].baud = 921_600;
+        for port in 0..self.ports.len() {
+            if !self.fits(port) {
+                self.ports[port].baud = 921_600;
+            }
         }
         for (field, channel) in [(1, 6), (2, 9)] {
             if let AveragingWindow::Boxcar { samples, .. } = profile.channels[channel].window

@@ -98,7 +98,8 @@ pub(crate) fn witness(args: &WitnessArgs) -> Result<Completion> {
     let (Some(source), Some(kit)) = (&args.source, &args.output) else {
         bail!("give a port and -o KIT.zip, or --check KIT.zip")
     };
-    Output::new(kit, false).check(kit, &[])?;
+    let output = Output::new(kit, false);
+    output.check(kit, &[])?;
     let conditions = read_conditions(args.meta.as_deref())?;
     let folder = kit.with_extension("parts");
     fs::create_dir_all(&folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
@@ -110,7 +111,8 @@ pub(crate) fn witness(args: &WitnessArgs) -> Result<Completion> {
     if !is_complete {
         return Ok(Completion::Failed);
     }
-    Kit::pack(kit, &STEPS.each_ref().map(|step| step.recording(&folder)), &conditions)?;
+    let recordings = STEPS.each_ref().map(|step| step.recording(&folder));
+    output.write(kit, |file| Kit::pack(file, &recordings, &conditions))?;
     fs::remove_dir_all(&folder).with_context(|| format!("cannot remove {}", folder.display()))?;
     print(&format!("wrote {}; vn100 witness --check {0} says what it settles\n", kit.display()))?;
     Ok(Completion::Complete)
@@ -216,7 +218,8 @@ mod tests {
         );
         assert!(steps.record(&log, &stop).await.unwrap());
         let kit = folder.path().join("kit.zip");
-        Kit::pack(&kit, &STEPS.each_ref().map(|step| step.recording(folder.path())), &conditions).unwrap();
+        let recordings = STEPS.each_ref().map(|step| step.recording(folder.path()));
+        Kit::pack(fs::File::create(&kit).unwrap(), &recordings, &conditions).unwrap();
         let opened = Kit::open(&kit).unwrap();
         for step in &STEPS {
             let recording = fs::read(opened.recording(step.name).unwrap()).unwrap();
@@ -224,6 +227,5 @@ mod tests {
         }
         let (told, completion) = findings::of_kit(&opened).await.unwrap();
         assert_eq!((told.matches("\nsettled ").count(), completion), (5, Completion::Complete), "{told}");
-        assert!(Kit::pack(&kit, &[STEPS[0].recording(folder.path())], &conditions).is_err(), "it is there already");
     }
 }

@@ -265,3 +265,15 @@ fn integrals_are_those_of_the_time_since_they_were_read() {
     // the bias at turn-on is part of it
     assert!((fields[1] / fields[0] - 0.5_f64.to_degrees()).abs() < 10.0);
 }
+
+/// The baud rate of each port carries the fast sentences of such a profile, or no write of packets fits.
+#[test]
+fn a_sensor_like_one_of_200_hz_sends_packets() {
+    let profile = Profile { rate_hz: 200.0, ..Profile::datasheet() };
+    let mut bench = Bench::switched_on(DeviceConfig { profile, ..DeviceConfig::default() });
+    // it boots
+    bench.wait(Duration::from_secs(2));
+    bench.send("$VNASY,0*4F\r\n");
+    bench.set("06,0");
+    bench.set("75,1,4,01,0128");
+}

@@ -98,7 +98,7 @@ fn nearest(question: &'static str, what: &str, numbers: Option<[f64; 3]>, answer
         return Finding {
             question,
             is_settled: false,
-            answer: format!("{what} is not known to a twentieth on all three axes"),
+            answer: format!("{what} is not known to a tenth on all three axes"),
         };
     };
     let fits = |predicted: f64| numbers.iter().all(|number| (number / predicted - 1.0).abs() < 0.1);
@@ -120,14 +120,14 @@ fn channel<'a>(result: Option<&'a SourceResult>, name: &str) -> Option<&'a Chann
     result?.channels.iter().find(|channel| channel.name == name)
 }
 
-/// N, if it is known to a twentieth.
+/// N, if it is known to a tenth.
 fn white(result: Option<&SourceResult>, name: &str) -> Option<f64> {
     let white = channel(result, name)?.noise.as_ref()?.parameter(Term::White)?;
     let value = white.value?;
-    (white.upper? - white.lower? < 0.1 * value).then_some(value)
+    (white.upper? - white.lower? < 0.2 * value).then_some(value)
 }
 
-/// The standard deviation of an axis whose N is known to a twentieth.
+/// The standard deviation of an axis whose N is known to a tenth.
 fn std(result: Option<&SourceResult>, name: &str) -> Option<f64> {
     white(result, name)?;
     channel(result, name)?.statistics.std
@@ -183,7 +183,7 @@ fn low_pass(fast: Option<&SourceResult>) -> Finding {
         return Finding {
             question,
             is_settled: false,
-            answer: "N is not known to a twentieth on all three axes".into(),
+            answer: "N is not known to a tenth on all three axes".into(),
         };
     };
     let all = |is_so: fn(f64) -> bool| [x, y, z].into_iter().all(is_so);

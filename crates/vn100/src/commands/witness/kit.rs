@@ -4,7 +4,7 @@
 use std::{
     collections::BTreeMap,
     fs::{self, File},
-    io::{Read, Write},
+    io::{Read, Seek, Write},
     path::{Path, PathBuf},
 };
 
@@ -53,8 +53,12 @@ pub(super) struct Kit {
 }
 
 impl Kit {
-    /// Packs the recordings, whose names tell their steps; the file does not exist yet.
-    pub(super) fn pack(kit: &Path, recordings: &[PathBuf], conditions: &BTreeMap<String, String>) -> Result<()> {
+    /// Packs the recordings, whose names tell their steps.
+    pub(super) fn pack(
+        kit: impl Write + Seek,
+        recordings: &[PathBuf],
+        conditions: &BTreeMap<String, String>,
+    ) -> Result<()> {
         let read = |path: &PathBuf| fs::read(path).with_context(|| format!("cannot read {}", path.display()));
         let first = read(recordings.first().context("a kit has recordings")?)?;
         let reply = |number: u8| reply(&first, number);
@@ -70,10 +74,8 @@ impl Kit {
             conditions: conditions.clone(),
             recordings: Vec::new(),
         };
-        let folder = kit.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut packed = tempfile::NamedTempFile::new_in(folder).context("cannot write the kit")?;
-        let mut zip = ZipWriter::new(packed.as_file_mut());
-        let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
+        let mut zip = ZipWriter::new(kit);
+        let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
         for path in recordings {
             let mut bytes = read(path)?;
             if let Some(serial) = &serial {
@@ -81,7 +83,7 @@ impl Kit {
             }
             let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             zip.start_file(&file, options)?;
-            zip.write_all(&bytes).context("cannot write the kit")?;
+            zip.write_all(&bytes)?;
             manifest.recordings.push(Recorded {
                 file,
                 bytes: bytes.len() as u64,
@@ -90,8 +92,7 @@ impl Kit {
         }
         zip.start_file(MANIFEST, options)?;
         zip.write_all(&serde_json::to_vec_pretty(&manifest)?)?;
-        zip.finish().context("cannot write the kit")?;
-        packed.persist_noclobber(kit).with_context(|| format!("cannot write {}", kit.display()))?;
+        zip.finish()?;
         Ok(())
     }
 
@@ -187,7 +188,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (recording, kit) = (folder.path().join("as-found.mcap"), folder.path().join("kit.zip"));
         fs::write(&recording, "$VNRRG,01,VN-100*45\r\n$VNRRG,03,0100071234*00\r\n").unwrap();
-        Kit::pack(&kit, std::slice::from_ref(&recording), &BTreeMap::new()).unwrap();
+        Kit::pack(File::create(&kit).unwrap(), std::slice::from_ref(&recording), &BTreeMap::new()).unwrap();
         let opened = Kit::open(&kit).unwrap();
         assert_eq!(opened.manifest.sensor["model"], "VN-100");
         assert!(opened.recording("as-found").is_some() && opened.recording("unplug").is_none());
