@@ -204,7 +204,7 @@ mod tests {
     async fn a_kit_of_an_emulated_sensor_settles_what_is_asked() {
         let folder = tempfile::tempdir().unwrap();
         let conditions = BTreeMap::from([("place".to_owned(), "bench".to_owned())]);
-        let args = args("vn100 witness sim -o kit.zip -d 6min --quiet");
+        let args = args("vn100 witness sim -o kit.zip -d 5min --quiet");
         let steps = Steps { args: &args, source: "sim", folder: folder.path(), conditions: &conditions };
         let stop = CancellationToken::new();
         let log = Entries::default();

@@ -180,11 +180,7 @@ fn low_pass(fast: Option<&SourceResult>) -> Finding {
     });
     let question = "low pass at 800 Hz";
     let Some([x, y, z]) = share else {
-        return Finding {
-            question,
-            is_settled: false,
-            answer: "N is not known to a tenth on all three axes".into(),
-        };
+        return Finding { question, is_settled: false, answer: "N is not known to a tenth on all three axes".into() };
     };
     let all = |is_so: fn(f64) -> bool| [x, y, z].into_iter().all(is_so);
     let (is_settled, answer) = match () {
