@@ -25,6 +25,9 @@ const FLOAT_DIGITS: u64 = 10_u64.pow(17);
 
 const MOST_COUNTS: f64 = i32::MAX as f64;
 
+/// The steps of the noise beside a large constant part.
+const ANCHORED_STEPS: f64 = 1e4;
+
 /// The largest digits that are counts as they are; those of larger numbers are rounded to a float.
 const MOST_DIGITS: u64 = 1 << 52;
 
@@ -93,18 +96,13 @@ impl Quantizer {
             };
             printed.into_iter().find(fits)
         };
-        // the noise of a series needs little room beside its constant part
-        let (alone, whole) = (HEADROOM * deviation, median.abs());
-        let is_anchored = channel.quantity == Quantity::Value
-            && fit(within, 0.0).is_none()
-            && (f64::MIN_POSITIVE..within / HEADROOM).contains(&alone);
+        // noise with this many steps still has room for a drift of many times its size
+        let (alone, whole) = (deviation * MOST_COUNTS / ANCHORED_STEPS, median.abs());
+        let is_anchored =
+            channel.quantity == Quantity::Value && alone > 0.0 && alone < within && fit(within, 0.0).is_none();
         let (room, decimals) = if is_anchored { (alone, fit(alone, whole)) } else { (room, fit(within, 0.0)) };
         // a power of two has room for the range of the channel at least
-        let range = match channel.quantity {
-            Quantity::Value => 0.0,
-            Quantity::Angle => TURNS * largest / unit.scale,
-            _ => largest / unit.scale,
-        };
+        let range = least_range(channel.quantity, largest / unit.scale);
         // beyond the digits of a float a constant part has no counts
         let finest = if is_anchored { MOST_DIGITS as f64 / whole } else { f64::INFINITY };
         let counts_per_unit = match decimals {
@@ -162,6 +160,15 @@ impl Quantizer {
             None => (0, channel.scale / self.counts_per_unit),
         };
         Channel { decimals, scale, zero_counts: self.zero_counts, limit_counts: self.limit_counts, ..channel }
+    }
+}
+
+/// The range that has counts in any case, of a channel with this largest value.
+fn least_range(quantity: Quantity, largest: f64) -> f64 {
+    match quantity {
+        Quantity::Value => 0.0,
+        Quantity::Angle => TURNS * largest,
+        _ => largest,
     }
 }
 
@@ -232,8 +239,11 @@ mod tests {
             let step = 2_f64.powi(constant.abs().log2() as i32 - 52);
             for number in numbers {
                 let error = channel.value(found.count(&number).unwrap()) - number.value();
-                assert!(error.abs() <= step.max(1e-7), "{constant} {decimals}: {error}");
+                assert!(error.abs() <= step.max(1e-6), "{constant} {decimals}: {error}");
             }
+            // a later drift is a thousand times the noise
+            let drifted = Number::parse(format!("{:.decimals$}", constant + 10.0).as_bytes()).unwrap();
+            assert!(found.count(&drifted).is_some(), "{constant}");
         }
     }
 
