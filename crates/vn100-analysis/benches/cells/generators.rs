@@ -102,9 +102,10 @@ impl White {
             Self::Window(length) => window(length, samples, random),
             Self::LowPass { order, corner } => low_passed(order, corner, samples, random),
             Self::Modulated { depth, period } => {
-                let mean_square = (1.0 + depth * depth / 2.0).sqrt();
                 let share = |i: usize| 1.0 + depth * (TAU * i as f64 / (period * samples as f64)).sin();
-                (0..samples).map(|i| share(i) / mean_square * random.normal()).collect()
+                // of a part of a period the mean is not that of a whole one
+                let mean_square = (0..samples).map(|i| share(i).powi(2)).sum::<f64>() / samples as f64;
+                (0..samples).map(|i| share(i) / mean_square.sqrt() * random.normal()).collect()
             }
             Self::EveryRefresh => {
                 let refreshes = low_passed(2, 0.32, samples + 3, random);
