@@ -371,9 +371,11 @@ if (!document.documentElement.dataset.version) {
 } else {
   // a live page: puts the parts that the program draws in their places, and says when it is out of reach
   const page = document.documentElement;
-  const connection = document.getElementById('connection');
+  const connection = document.getElementById('connection'), announced = document.getElementById('announced');
   const say = (text, lost) => {
     if (connection.textContent !== text) connection.textContent = text;
+    // a screen reader says that something is lost or found, and not every second of it
+    if (connection.className !== (lost ? 'lost' : '')) announced.textContent = text;
     connection.className = lost ? 'lost' : '';
   };
   const enliven = (element) => {
