@@ -352,6 +352,8 @@ const vn100 = (() => {
   };
   return { enliven, tables };
 })();
+// paper has no triangle to click on
+window.addEventListener('beforeprint', () => document.querySelectorAll('details').forEach((details) => { details.open = true; }));
 if (!document.documentElement.dataset.version) {
   // a report
   const alive = vn100.enliven(document);
@@ -365,8 +367,6 @@ if (!document.documentElement.dataset.version) {
     contents.after(hint);
   }
   vn100.tables(document);
-  // paper has no triangle to click on
-  window.addEventListener('beforeprint', () => document.querySelectorAll('details').forEach((details) => { details.open = true; }));
   document.documentElement.dataset.ready = String(alive);
 } else {
   // a live page: puts the parts that the program draws in their places, and says when it is out of reach
