@@ -102,7 +102,7 @@ class Parameter:
 @dataclass(frozen=True)
 class Noise:
     """The noise model of a channel: white noise N, bias instability B, rate random
-    walk K, ramp R (IEEE Std 952), and how well it fits the curve.
+    walk K, ramp R (IEEE Std 952), each with its unit, and how well they fit the curve.
 
     ``chi2``, ``dof`` and ``p`` are ``None`` where nothing was fitted.
     """
