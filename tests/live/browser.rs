@@ -2,9 +2,13 @@
 //! without Chromium.
 
 use std::{
-    io::{BufRead, BufReader, Write},
+    io::{BufRead, BufReader, Read, Write},
+    net::{TcpListener, TcpStream},
     process::{Child, ChildStdin, Command, Stdio},
-    sync::mpsc::{self, Receiver},
+    sync::{
+        Arc,
+        mpsc::{self, Receiver, Sender},
+    },
     thread,
     time::{Duration, Instant},
 };
@@ -59,10 +63,16 @@ impl Browser {
         });
         let mut browser =
             Self { process, commands, answers: received, page: Value::Null, number: 0, _profile: profile };
-        let target = browser.call("Target.createTarget", json!({ "url": url })).unwrap()["targetId"].clone();
-        let attach = json!({ "targetId": target, "flatten": true });
-        browser.page = browser.call("Target.attachToTarget", attach).unwrap()["sessionId"].clone();
+        browser.show(url);
         Some(browser)
+    }
+
+    /// Opens a further page in front of the others, and turns to it.
+    fn show(&mut self, url: &str) {
+        self.page = Value::Null;
+        let target = self.call("Target.createTarget", json!({ "url": url })).unwrap()["targetId"].clone();
+        let attach = json!({ "targetId": target, "flatten": true });
+        self.page = self.call("Target.attachToTarget", attach).unwrap()["sessionId"].clone();
     }
 
     fn call(&mut self, method: &str, parameters: Value) -> Result<Value, String> {
@@ -145,6 +155,56 @@ fn a_page_greys_when_it_hears_no_more() {
     browser.until(OLD);
     served.signal(Signal::CONT);
     browser.until(&format!("{UP_TO_DATE} && document.documentElement.className === ''"));
+}
+
+/// Answers with this page, and to a request for events with a stream that says nothing more.
+fn answer(mut stream: TcpStream, page: &str, asked: &Sender<()>) {
+    let Some(Ok(request)) = BufReader::new(&stream).lines().next() else { return };
+    if !request.starts_with("GET /events") {
+        let _ = write!(stream, "HTTP/1.0 200 OK\r\nContent-Type: text/html\r\n\r\n{page}");
+        return;
+    }
+    let _ = write!(stream, "HTTP/1.0 200 OK\r\nContent-Type: text/event-stream\r\n\r\nevent: alive\ndata:\n\n");
+    let _ = asked.send(());
+    // until the page closes it
+    let _ = stream.read(&mut [0]);
+}
+
+/// A connection that the network has forgotten sends neither an event nor an end.
+#[test]
+fn a_page_asks_anew_when_its_connection_leads_nowhere() {
+    let folder = TempDir::new().unwrap();
+    let page: Arc<str> = replayed(folder.path()).get("/").1.into();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    let (sender, asked) = mpsc::channel();
+    thread::spawn(move || {
+        for stream in listener.incoming().map_while(Result::ok) {
+            let (page, sender) = (Arc::clone(&page), sender.clone());
+            thread::spawn(move || answer(stream, &page, &sender));
+        }
+    });
+    let Some(_browser) = Browser::open(&format!("http://{address}/")) else { return };
+    for _ in 0..2 {
+        asked.recv_timeout(PATIENCE).unwrap();
+    }
+}
+
+/// Six streams are all that Chromium opens to one program; a seventh page would not even load.
+#[test]
+fn pages_in_the_background_leave_their_connections_to_others() {
+    let folder = TempDir::new().unwrap();
+    let served = replayed(folder.path());
+    let url = format!("http://{}/", served.address);
+    let Some(mut browser) = Browser::open(&url) else { return };
+    let first = browser.page.clone();
+    for _ in 0..7 {
+        browser.show(&url);
+        browser.until(UP_TO_DATE);
+    }
+    browser.page = first;
+    browser.call("Page.bringToFront", json!({})).unwrap();
+    browser.until(UP_TO_DATE);
 }
 
 #[test]

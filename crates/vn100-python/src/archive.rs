@@ -9,8 +9,11 @@ use vn100_session::ReplaySpec;
 
 use crate::{measured, options::ReplayOptions, sessions::session};
 
-/// The rows of a capture, or of the parts of one, as `vn100 archive` writes them: a line of JSON
-/// for each recording and channel. A capture that cannot be read is a row with its error.
+/// The rows of a capture, or of the parts of one, as ``vn100 archive`` writes them: a list with a
+/// line of JSON for each recording and channel, whose numbers are in its ``unit``.
+///
+/// ``path`` and ``parts`` are paths; options are those of :func:`replay`. A capture that cannot be
+/// read is a row with its error. Raises :exc:`TypeError` and :exc:`ValueError` for options.
 #[pyfunction]
 #[pyo3(signature = (path, *parts, **options))]
 pub(crate) fn archive_rows(

@@ -321,7 +321,9 @@ def test_tables_are_the_numbers_of_the_objects(log, monkeypatch, has_pandas):
 
 
 def test_a_parameter_has_the_units_of_its_field(log):
-    white = vn100.replay(log, rate=40).only["gyro_x"].noise.white
+    noise = vn100.replay(log, rate=40).only["gyro_x"].noise
+    white = noise.white
+    assert str(noise).startswith(f"N {white}, B not measurable, ")
     for unit in ("deg/sqrt(h)", "°/√h"):
         converted = white.to(unit)
         assert converted.unit == "deg/sqrt(h)"
@@ -330,6 +332,8 @@ def test_a_parameter_has_the_units_of_its_field(log):
     assert white.to(white.unit) == white and math.isclose(white.to("deg/s/sqrt(Hz)").value, math.degrees(white.value))
     with pytest.raises(ValueError, match="mg is none of the units of this parameter: rad/s/sqrt"):
         white.to("mg")
+    with pytest.raises(ValueError, match="no number to convert: not measurable"):
+        noise.bias_instability.to("deg/h")
 
 
 def test_a_result_is_written_for_people_and_programs(log, tmp_path):

@@ -26,7 +26,7 @@ def compared(name, data, tolerance, **options):
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("taus", [None, "octave", "decade", np.arange(1, 350) / 40, [0.1, 0.26, 1.0, 3.31, 1e9], 0.5])
+@pytest.mark.parametrize("taus", [None, "octave", "decade", "log10", "all", np.arange(1, 350) / 40, [0.1, 0.26, 1.0, 3.31, 1e9], 0.5])
 @pytest.mark.parametrize("data_type", ["phase", "freq"])
 def test_whole_numbers_give_the_same_four_results(name, taus, data_type, noise):
     data = np.cumsum(noise) if data_type == "phase" else noise

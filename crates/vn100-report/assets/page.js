@@ -352,6 +352,8 @@ const vn100 = (() => {
   };
   return { enliven, tables };
 })();
+// paper has no triangle to click on
+window.addEventListener('beforeprint', () => document.querySelectorAll('details').forEach((details) => { details.open = true; }));
 if (!document.documentElement.dataset.version) {
   // a report
   const alive = vn100.enliven(document);
@@ -365,15 +367,15 @@ if (!document.documentElement.dataset.version) {
     contents.after(hint);
   }
   vn100.tables(document);
-  // paper has no triangle to click on
-  window.addEventListener('beforeprint', () => document.querySelectorAll('details').forEach((details) => { details.open = true; }));
   document.documentElement.dataset.ready = String(alive);
 } else {
   // a live page: puts the parts that the program draws in their places, and says when it is out of reach
   const page = document.documentElement;
-  const connection = document.getElementById('connection');
+  const connection = document.getElementById('connection'), announced = document.getElementById('announced');
   const say = (text, lost) => {
     if (connection.textContent !== text) connection.textContent = text;
+    // a screen reader says that something is lost or found, and not every second of it
+    if (connection.className !== (lost ? 'lost' : '')) announced.textContent = text;
     connection.className = lost ? 'lost' : '';
   };
   const enliven = (element) => {
@@ -398,27 +400,31 @@ if (!document.documentElement.dataset.version) {
     else put(element, html);
   };
   let count = 0;
-  let source, again;
-  // what the page knows of the program, and when it heard from it last
-  let state = 'waiting', heard = Date.now(), limit_ms = 5000;
+  let source;
+  // what the page knows of the program, when it heard from it last, and when it asked last
+  let state = 'waiting', heard = Date.now(), asked = heard;
   const time = () => new Date(heard).toLocaleTimeString();
   // by the reader's own clock: a program that stands still says nothing
   const look = () => {
     const age_s = Math.floor((Date.now() - heard) / 1000);
-    const old = state === 'ended' || state === 'lost' || Date.now() - heard > limit_ms;
+    const old = state === 'ended' || state === 'lost' || Date.now() - heard > (state === 'full' ? 15000 : 5000);
     page.classList.toggle('old', old);
     if (state === 'ended') say('The program has ended; this is its last state, of ' + time() + '. The page continues when it starts again.', true);
     else if (old) say('No news from the program for ' + age_s + ' s: this is its state of ' + time() + '. Trying again.', true);
     else if (state === 'full') say('Other pages take all streams: this one asks every 5 s. State of ' + time(), false);
     else if (state === 'up') say('Up to date: ' + time(), false);
+    // a refusal is final for the browser, and it does not notice that a connection leads nowhere
+    const patience_ms = source.readyState === EventSource.CLOSED ? 3000 : 10000;
+    if (old && !document.hidden && Date.now() - Math.max(heard, asked) > patience_ms) connect();
   };
   const hear = (now) => { state = now; heard = Date.now(); look(); };
   setInterval(look, 1000);
-  const connect = (since) => {
-    clearTimeout(again);
-    source = new EventSource('events?page=' + (+location.pathname.slice(1) || 0) + '&since=' + encodeURIComponent(since));
+  const connect = () => {
+    source?.close();
+    asked = Date.now();
+    source = new EventSource('events?page=' + (+location.pathname.slice(1) || 0) + '&since=' + encodeURIComponent(page.dataset.version));
     const isUp = () => { if (state !== 'full') hear('up'); };
-    source.addEventListener('alive', () => { limit_ms = 5000; hear('up'); });
+    source.addEventListener('alive', () => hear('up'));
     source.addEventListener('snapshot', (event) => {
       const cut = event.data.indexOf('\n');
       take(event.data.slice(0, cut), event.data.slice(cut + 1));
@@ -429,16 +435,16 @@ if (!document.documentElement.dataset.version) {
     });
     // another run of the program: it may have other sources
     source.addEventListener('other', () => location.reload());
-    source.addEventListener('full', () => { limit_ms = 15000; hear('full'); });
+    source.addEventListener('full', () => hear('full'));
     source.addEventListener('end', () => { heard = Date.now(); state = 'ended'; look(); });
     source.addEventListener('error', () => {
       // of a stream that ends as it should, the browser asks again by itself
       if (state === 'up' || state === 'waiting') { state = 'lost'; look(); }
-      // a refusal is final for the browser, and not for this page
-      if (source.readyState === EventSource.CLOSED) again = setTimeout(() => connect(page.dataset.version), 3000);
     });
   };
+  // a browser has few connections for each program: a page that nobody sees leaves its own to others
+  document.addEventListener('visibilitychange', () => document.hidden ? source.close() : connect());
   enliven(document);
-  connect(page.dataset.version);
+  connect();
   page.dataset.ready = 'true';
 }

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _vn100
 from ._arrays import numbers
 
-Taus: TypeAlias = Literal["octave", "decade"] | float | Sequence[float] | NDArray[np.float64] | None
+Taus: TypeAlias = Literal["octave", "decade", "log10", "all"] | float | Sequence[float] | NDArray[np.float64] | None
 Four: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
@@ -23,8 +23,8 @@ def oadev(
 
     ``data`` has the shape ``(n,)``: phase in seconds, or with ``data_type="freq"``
     rates, such as those of a gyroscope. ``rate`` is in hertz. ``taus`` are in seconds,
-    taken to whole samples, or ``"octave"`` or ``"decade"``; those with fewer than two
-    windows are left out.
+    taken to whole samples, or ``"octave"``, ``"decade"``, ``"log10"`` (ten in a decade) or
+    ``"all"``; those with fewer than two windows are left out.
 
     Returns ``(taus, deviations, errors, ns)`` as allantools does, float64 arrays of one
     shape: averaging times in seconds; deviations, within 1e-6 of those of allantools;
@@ -200,8 +200,12 @@ def _factors(points: int, rate: float, taus: Taus) -> NDArray[np.int64]:
         elif taus == "decade":
             decades = 10.0 ** np.arange(int(np.floor(np.log10(points))) + 1)
             m = (decades[:, None] * np.array([1.0, 2.0, 4.0])).ravel()
+        elif taus == "log10":
+            m = np.round(np.logspace(0, np.log10(points), int(10 * np.log10(points))))
+        elif taus == "all":
+            m = np.arange(1.0, points)
         else:
-            raise ValueError(f"taus {taus!r} is neither 'octave' nor 'decade' and no list of seconds")
+            raise ValueError(f"taus {taus!r} is neither 'octave', 'decade', 'log10', 'all' nor a list of seconds")
     else:
         m = np.round(np.atleast_1d(numbers(taus, "taus")).ravel() * rate)
     kept = m[(m > 0) & (m < points)]

@@ -81,9 +81,11 @@ class Parameter:
         plain = re.sub(r"√(\w+)", r"sqrt(\1)", unit.replace("°", "deg").replace("²", "^2").replace("µ", "u"))
         if plain == self.unit:
             return self
+        if self.value is None and self.upper is None:
+            raise ValueError(f"the parameter has no number to convert: {self.status.replace('-', ' ')}")
         if plain not in self._others:
             known = ", ".join([self.unit, *self._others])
-            raise ValueError(f"{unit} is none of the units of this parameter: {known} ({self.status.replace('-', ' ')})")
+            raise ValueError(f"{unit} is none of the units of this parameter: {known}")
         other = self._others[plain]
         return replace(self, value=other["value"], lower=other["lower"], upper=other["upper"], unit=plain)
 
@@ -100,7 +102,7 @@ class Parameter:
 @dataclass(frozen=True)
 class Noise:
     """The noise model of a channel: white noise N, bias instability B, rate random
-    walk K, ramp R (IEEE Std 952), and how well it fits the curve.
+    walk K, ramp R (IEEE Std 952), each with its unit, and how well they fit the curve.
 
     ``chi2``, ``dof`` and ``p`` are ``None`` where nothing was fitted.
     """
@@ -123,6 +125,10 @@ class Noise:
             dof=fit.get("dof"),
             p=fit.get("p"),
         )
+
+    def __str__(self) -> str:
+        found = ((letter, getattr(self, term)) for letter, term in zip("NBKRQ", TERMS, strict=True))
+        return ", ".join(f"{letter} {parameter}" for letter, parameter in found if parameter)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

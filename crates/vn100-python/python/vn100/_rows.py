@@ -27,6 +27,9 @@ def captures(*paths: str | os.PathLike[str]) -> list[list[str]]:
     Files of a folder are known by their endings, packed ones too, and nothing hidden is
     one; a path itself is a capture whatever it is called. Each is for
     ``archive_rows(*files)`` or ``replay(*files)``.
+
+    Raises :exc:`TypeError` for what is no path. Nothing is opened: that a file is not there
+    is said by what reads it.
     """
     return [[os.fspath(file) for file in files] for files in _vn100.captures(*paths)]
 

@@ -15,8 +15,8 @@ _TERMS = ("mean", "N", "B", "K", "R")
 
 
 class Simulated(Mapping[str, NDArray[np.float64]]):
-    """Arrays of samples by the names of their channels, with the noise that is in them:
-    ``truth["gyro_x"]["N"]``; ``rate`` is in hertz."""
+    """Arrays of samples, of shape ``(n,)``, by the names of their channels, with the noise that
+    is in them: ``truth["gyro_x"]["N"]``; ``rate`` is in hertz."""
 
     def __init__(self, arrays: dict[str, NDArray[np.float64]], truth: dict[str, dict[str, float]], rate: int) -> None:
         self._arrays, self.truth, self.rate = arrays, truth, rate

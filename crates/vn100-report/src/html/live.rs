@@ -161,7 +161,8 @@ pub fn live_page<'a>(
     };
     let content = |id: &str| parts(id).or(is_live(id).then_some(""));
     let head = html! {
-        p #connection role="status" {}
+        p #connection {}
+        p #announced role="status" {}
         @if matches!(shown, ShownPage::SourceOfSeveral(_)) { p { a href="/" { "All sources" } } }
         noscript { p.warning.caution { "Without its script this page stays as it is: load it again for news." } }
     };

@@ -13,7 +13,7 @@ use std::{
 use axum::body::Bytes;
 use tokio::{
     sync::{OwnedSemaphorePermit, watch},
-    time::{self, Interval},
+    time::{self, Interval, MissedTickBehavior},
 };
 use tokio_stream::{Stream, wrappers::WatchStream};
 use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
@@ -35,8 +35,8 @@ impl EventPlace {
     }
 }
 
-/// After this time without an event one is sent that changes nothing: the page tells by it that the
-/// program runs, and is marked as old after five seconds without one.
+/// The interval of an event that changes nothing: the page tells by it that its stream stays open, and
+/// is marked as old after five seconds without any event.
 const KEEP_ALIVE: Duration = Duration::from_secs(2);
 
 /// Says that a stream stays open, and that the program runs.
@@ -53,7 +53,7 @@ pub(crate) struct PageEvents {
     page: usize,
     /// What the reader has received so far; `None` for nothing.
     place: Option<EventPlace>,
-    quiet: Interval,
+    alive: Interval,
     /// Whether a state was taken.
     has_state: bool,
     is_over: bool,
@@ -69,8 +69,9 @@ impl PageEvents {
         stream: Option<OwnedSemaphorePermit>,
     ) -> Self {
         let over = Box::pin(over.cancelled_owned());
-        let quiet = time::interval(KEEP_ALIVE);
-        Self { states: WatchStream::new(states), over, page, place, quiet, has_state: false, is_over: false, stream }
+        let mut alive = time::interval(KEEP_ALIVE);
+        alive.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        Self { states: WatchStream::new(states), over, page, place, alive, has_state: false, is_over: false, stream }
     }
 
     /// An event for each part of this state that the reader does not have; `None` if the reader had
@@ -112,8 +113,7 @@ impl Stream for PageEvents {
         if self.stream.is_none() && self.has_state {
             return self.last(format!("{FULL}{STREAMS}\n\n"));
         }
-        // the first one at once, unless a state is there already
-        if self.stream.is_some() && self.quiet.poll_tick(context).is_ready() {
+        if self.stream.is_some() && self.alive.poll_tick(context).is_ready() {
             return Poll::Ready(Some(Ok(Bytes::from_static(ALIVE))));
         }
         while let Poll::Ready(state) = Pin::new(&mut self.states).poll_next(context) {
@@ -125,7 +125,6 @@ impl Stream for PageEvents {
             let Some(text) = self.events(&state) else { return self.last("event: other\ndata: another run\n\n") };
             self.has_state = true;
             if !text.is_empty() {
-                self.quiet.reset();
                 return Poll::Ready(Some(Ok(text.into())));
             }
             if self.stream.is_none() {
