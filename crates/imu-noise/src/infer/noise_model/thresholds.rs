@@ -65,8 +65,10 @@ pub(super) const LEAST_REST: f64 = 0.1;
 /// A short filter before the record is known: the autocovariance at a lag is normal about zero, its
 /// standard deviation a part of the mean density that falls exponentially with the lag.
 ///
-/// No autocovariance exceeds the variance, so that 1 is the largest part. The small ones are for
-/// filters that the record hardly shows, as wide a prior would hide them (Lindley, 1957).
+/// No autocovariance exceeds the variance, so that 1 is the largest part a lag may need. The small
+/// ones are for filters that the record hardly shows, as wide a prior would hide them (Lindley,
+/// 1957). The longest filter has ten times as much: all lags of a long window are positive, and a
+/// prior about zero would pull each towards zero, and N, which is their sum, far below the truth.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Filter {
     pub(super) part: f64,
@@ -99,7 +101,7 @@ pub(super) const FILTERS: [Filter; 8] = [
     Filter { part: 1.0, memory: 2.0 },
     Filter { part: 1.0, memory: 4.0 },
     Filter { part: 1.0, memory: 10.0 },
-    Filter { part: 1.0, memory: 20.0 },
+    Filter { part: 10.0, memory: 20.0 },
 ];
 
 /// Cosines at most.
