@@ -70,7 +70,7 @@ pub use result::{
     BlockValues, Budget, ChannelResult, ComparedSheet, Completion, Curve, Discrete, DriftResult, Drifting, Graded,
     GraphicalReading, GraphicalReadings, HistogramBars, History, HistoryColumn, InUnit, Inflation, LinkCounts,
     NoiseResult, Norm, NormalityTest, ParameterResult, Parts, Point, SourceResult, Spectrum, Statistics,
-    TemperatureResult, TimeBase, angle_drift,
+    TemperatureResult, TimeBase, WALK_OF_FLICKER, angle_drift,
 };
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};

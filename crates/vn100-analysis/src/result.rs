@@ -20,7 +20,7 @@ use vn100_protocol::Quantity;
 pub use channel::{BlockValues, ChannelResult, Curve, HistogramBars, Norm, NormalityTest, Point, Spectrum, Statistics};
 pub use drift::{DriftResult, Drifting, angle_drift};
 pub use history::{History, HistoryColumn};
-pub use inflation::Inflation;
+pub use inflation::{Inflation, WALK_OF_FLICKER};
 pub use noise::{
     Budget, Discrete, Graded, GraphicalReading, GraphicalReadings, InUnit, NoiseResult, ParameterResult,
     TemperatureResult,

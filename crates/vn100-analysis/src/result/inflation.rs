@@ -12,10 +12,15 @@ use super::NoiseResult;
 /// How long a filter goes without correction, in seconds.
 const USE_S: f64 = 60.0;
 
+/// The walk of this many B per √(averaging time) drifts over that time as flicker of B does.
+pub const WALK_OF_FLICKER: f64 = 1.15;
+
 /// The smallest N and K together whose density lies above the measured one, with the upper end of its
 /// interval, at all frequencies from that of the time of use on: a lower bound of what a filter
-/// must be given. A record at rest knows nothing of scale factor, vibration in motion, timing and
-/// linearisation, for which filters are inflated further.
+/// must be given. K is at least the walk that drifts over the time of use as the estimated B does,
+/// 1.15 B/√(time): a filter with less believes that its bias stands still. A record at rest knows
+/// nothing of scale factor, vibration in motion, timing and linearisation, for which filters are
+/// inflated further.
 #[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
 pub struct Inflation {
     /// Time of use in seconds: a minute, or as far as the deviation reaches.
@@ -41,11 +46,12 @@ impl Inflation {
             estimate.and_then(|found| found.value)
         };
         let (n, k) = (estimated(Term::White), estimated(Term::RateRandomWalk));
-        let (white2, walk2) = (n.unwrap_or(0.0).powi(2), k.unwrap_or(0.0).powi(2));
+        let use_s = (1.0 / lowest_hz).min(USE_S);
+        let flicker = estimated(Term::BiasInstability).map_or(0.0, |b| WALK_OF_FLICKER * b / use_s.sqrt());
+        let (white2, walk2) = (n.unwrap_or(0.0).powi(2), k.unwrap_or(0.0).max(flicker).powi(2));
         // what the estimates leave, since a filter is given no less than these
         let left: Vec<(f64, f64)> =
             bounds.iter().map(|(hz, bound)| (*hz, bound - white2 - walk2 * weight(*hz))).collect();
-        let use_s = (1.0 / lowest_hz).min(USE_S);
         let (more_white2, more_walk2) = smallest_above(&left, use_s)?;
         let (white, walk) = ((white2 + more_white2).sqrt(), (walk2 + more_walk2).sqrt());
         Some(Self { use_s, white, walk, white_factor: n.map(|n| white / n), walk_factor: k.map(|k| walk / k) })

@@ -5,17 +5,14 @@ use thiserror::Error;
 use vn100_analysis::noise::{Claim, Sensor, Status, Term};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
-    ChannelResult, Datasheet, DatasheetFigure, LongTauValidity, Remedy, RemedyWords, Setting, SourceResult, axes_name,
-    letter, sensor_name, uncompensated_message,
+    ChannelResult, Datasheet, DatasheetFigure, LongTauValidity, Remedy, RemedyWords, Setting, SourceResult,
+    WALK_OF_FLICKER, axes_name, letter, sensor_name, uncompensated_message,
 };
 
 use crate::{printable, units::si_unit};
 
 /// The time in seconds over which a filter integrates, where the user does not give one.
 pub const DEFAULT_SPAN_S: f64 = 60.0;
-
-/// The walk of this many B per √(averaging time) drifts over that time as flicker of B does.
-const WALK_OF_FLICKER: f64 = 1.15;
 
 /// The times in seconds over which a walk has the drift of a data sheet's bias instability: no sheet
 /// prints a walk.

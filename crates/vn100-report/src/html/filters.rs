@@ -1,8 +1,8 @@
 //! What the noise costs while a sensor coasts, and what a filter is given.
 
 use maud::{Markup, html};
-use vn100_analysis::SourceResult;
 use vn100_analysis::noise::Status;
+use vn100_analysis::{SourceResult, WALK_OF_FLICKER};
 
 use crate::{
     Consumer, FilterNoise, NotWritten,
@@ -47,7 +47,7 @@ fn inflation(record: &SourceResult) -> Markup {
         @if let Some((_, first)) = axes.first() {
             p {
                 "Lower bound of inflation: the smallest N and K whose density lies above the measured one, with the upper end of its interval, at all frequencies from "
-                (format!("{:.3}", 1.0 / first.use_s)) " Hz on. A record at rest knows nothing of scale factor, vibration in motion, timing and linearisation, for which filters are inflated further."
+                (format!("{:.3}", 1.0 / first.use_s)) " Hz on, K no less than the walk that drifts as B does (" (WALK_OF_FLICKER) " B/√time). A record at rest knows nothing of scale factor, vibration in motion, timing and linearisation, for which filters are inflated further."
             }
             div.scroll { table aria-label="Lower bound of inflation" {
                 thead { tr { th scope="col" { "axis" } th scope="col" { "N at least" } th scope="col" { "over N" } th scope="col" { "K at least" } th scope="col" { "over K" } } }
