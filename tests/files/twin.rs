@@ -4,7 +4,7 @@ use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use crate::support::vn100;
+use crate::support::{document, vn100};
 
 const AXES: &str = "mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z";
 const SAMPLES: f64 = 72_000.0;
@@ -54,7 +54,7 @@ fn measured(folder: &TempDir, like: &str, length_s: f64, seed: u64) -> Value {
     let (is_written, error) = sim(folder, &options);
     assert!(is_written, "{error}");
     let output = vn100().current_dir(folder.path()).args(["replay", "--json", "run.mcap"]).output().unwrap();
-    serde_json::from_slice(&output.stdout).unwrap()
+    document(&output)
 }
 
 fn channel<'a>(document: &'a Value, name: &str) -> &'a Value {
