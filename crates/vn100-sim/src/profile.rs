@@ -80,9 +80,10 @@ impl Profile {
     }
 
     /// The twin of a measured sensor, by the JSON document of its result: mean, N, B, K, R, correlated
-    /// noise, spectral lines and resolution of each axis, level and noise of the temperature. What was
-    /// not detected is absent, and so are steps, cycles and the influence of the temperature. If the
-    /// averaging window is known, N is that of the sensor before it; else that of the stream.
+    /// noise, spectral lines and resolution of each axis, level and noise of the temperature. B, K and
+    /// correlated noise that are not proved are the likeliest ones. Steps, warm-ups, cycles and the
+    /// influence of the temperature are absent. If the averaging window is known, N is that of the
+    /// sensor before it; else that of the stream, behind a low pass where one is proved.
     ///
     /// # Errors
     /// [`NoTwin`] if the text is no document of a result, or does not show the noise of the sensor: it
