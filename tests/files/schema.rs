@@ -14,7 +14,7 @@ use crate::support::{capture, document, replay_log, schema, vn100, workspace};
 
 /// What needs a record with a fault of its own to appear: the tests of those faults check their
 /// documents against the schema, too.
-const RARE: [&str; 15] = [
+const RARE: [&str; 17] = [
     // no probability is tested for N without its aliasing, the one parameter in this form
     "/$defs/Parameter/properties/p",
     // K is estimated in long records alone
@@ -23,9 +23,11 @@ const RARE: [&str; 15] = [
     "/$defs/Curve/properties/data",
     "/$defs/Disturbance/",
     "/$defs/Frozen/",
+    "/$defs/GaussMarkovProcess/",
     "/$defs/LevelChange/",
     "/$defs/LinkCounts/properties/other_model",
     "/$defs/NoiseChange/",
+    "/$defs/NoiseResult/properties/correlation_samples",
     "/$defs/NoiseResult/properties/withheld",
     "/$defs/RateChange/",
     "/$defs/Spikes/",

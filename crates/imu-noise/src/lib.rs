@@ -110,7 +110,8 @@ pub use infer::narrow_bands::NarrowBand;
 pub use infer::noise_change::{Frozen, NoiseChange, NoiseChanges};
 pub use infer::noise_model::{
     Aim, BoxcarWindow, ChannelCurve, ClassicalReading, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, NotRead,
-    PROVED_P, Parameter, Rival, SlopeLine, Status, Term, Wanted, classical_reading, curve_minimum, white_deficit,
+    PROVED_P, Parameter, Rival, SlopeLine, SlowNoise, Status, Term, Wanted, classical_reading, curve_minimum,
+    white_deficit,
 };
 pub use infer::normality::{Normality, NotJudged};
 pub use infer::power_law::PowerLaw;

@@ -271,7 +271,7 @@ mod tests {
         let row = |seed| Generator::new(&Profile::lab3(), 40, seed).unwrap().next_row();
         assert!(row(1).iter().zip(row(2)).all(|(one, other)| *one != other));
         let white = |value: f32, channel: usize| {
-            let noise = Profile::lab3().channels[channel].noise;
+            let noise = &Profile::lab3().channels[channel].noise;
             (f64::from(value) - noise.mean) / noise.white_density
         };
         let row = row(1);

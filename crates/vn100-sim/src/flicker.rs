@@ -2,9 +2,7 @@
 
 use std::f64::consts::PI;
 
-use rand_chacha::ChaCha8Rng;
-
-use crate::normal::normal;
+use crate::gauss_markov::GaussMarkov;
 
 /// Ratio of neighbouring time constants: the Allan deviation then ripples by 0.02 %.
 const RATIO: f64 = 4.0;
@@ -12,52 +10,17 @@ const RATIO: f64 = 4.0;
 /// The longest time constant is at least this, 16 times the longest τ for which the flicker is accurate.
 const LONGEST_S: f64 = 1.6e6;
 
-/// Flicker noise of two-sided density B²/(2πf).
+/// Flicker of bias instability B (0: none), of two-sided density B²/(2πf), for samples every `interval_s`.
 ///
 /// A process of variance v and time constant T has the density 2vT/(1 + (2πfT)²); over time
 /// constants in geometric progression of ratio r these add up to v/(2f ln r), so v = B² ln r/π.
 /// (Sum of Lorentzians: van der Ziel, 1950.)
-#[derive(Debug, Clone)]
-pub(crate) struct Flicker {
-    processes: Vec<GaussMarkov>,
-    rng: ChaCha8Rng,
-}
-
-/// x' = φx + step·w, exact for a sampled process with φ = exp(-Δt/T), step² = v(1 - φ²).
-#[derive(Debug, Clone)]
-struct GaussMarkov {
-    phi: f64,
-    step: f64,
-    level: f64,
-}
-
-impl Flicker {
-    /// Flicker of bias instability B (0: none), in the stationary state, sampled every
-    /// `interval_s`.
-    pub(crate) fn new(bias_instability: f64, interval_s: f64, mut rng: ChaCha8Rng) -> Self {
-        let mut processes = Vec::new();
-        if bias_instability != 0.0 {
-            let variance = bias_instability * bias_instability * RATIO.ln() / PI;
-            for time_constant_s in time_constants_s(interval_s) {
-                processes.push(GaussMarkov {
-                    phi: (-interval_s / time_constant_s).exp(),
-                    step: (-variance * (-2.0 * interval_s / time_constant_s).exp_m1()).sqrt(),
-                    level: variance.sqrt() * normal(&mut rng),
-                });
-            }
-        }
-        Self { processes, rng }
+pub(crate) fn flicker(bias_instability: f64, interval_s: f64) -> Vec<GaussMarkov> {
+    if bias_instability == 0.0 {
+        return Vec::new();
     }
-
-    /// The next sample.
-    pub(crate) fn advance(&mut self) -> f64 {
-        let mut sum = 0.0;
-        for process in &mut self.processes {
-            sum += process.level;
-            process.level = process.phi * process.level + process.step * normal(&mut self.rng);
-        }
-        sum
-    }
+    let sigma = bias_instability * (RATIO.ln() / PI).sqrt();
+    time_constants_s(interval_s).map(|correlation_time_s| GaussMarkov { correlation_time_s, sigma }).collect()
 }
 
 /// Time constants from half a sample interval up. With this start, the sum has at the shortest τ
@@ -72,7 +35,6 @@ mod tests {
     use std::f64::consts::{LN_2, LOG2_E};
 
     use super::*;
-    use rand::SeedableRng;
 
     /// Allan variance of a sampled Gauss-Markov process of variance 1 at averaging factor m.
     fn gauss_markov_avar(interval_s: f64, time_constant_s: f64, m: f64) -> f64 {
@@ -114,35 +76,5 @@ mod tests {
             let relative = relative_deviation(0.025, m);
             assert!((relative / avar.sqrt() - 1.0).abs() < 0.01, "m {m}: {relative}");
         }
-    }
-
-    #[test]
-    fn processes_start_and_stay_stationary() {
-        let seeds = 4000;
-        let (mut first, mut later) = (0.0, 0.0);
-        let mut processes = 0;
-        for seed in 0..seeds {
-            let mut flicker = Flicker::new(1.0, 0.025, ChaCha8Rng::seed_from_u64(seed));
-            processes = flicker.processes.len();
-            first += flicker.advance().powi(2);
-            for _ in 0..98 {
-                flicker.advance();
-            }
-            later += flicker.advance().powi(2);
-        }
-        let variance = processes as f64 * RATIO.ln() / PI;
-        // a mean of n squares of normal deviates varies by sqrt(2/n)
-        let tolerance = 4.5 * (2.0 / seeds as f64).sqrt();
-        for sum in [first, later] {
-            let relative = sum / seeds as f64 / variance - 1.0;
-            assert!(relative.abs() < tolerance, "{relative}");
-        }
-    }
-
-    #[test]
-    fn none_is_silent() {
-        let mut flicker = Flicker::new(0.0, 0.025, ChaCha8Rng::seed_from_u64(1));
-        assert_eq!(flicker.advance(), 0.0);
-        assert!(flicker.processes.is_empty());
     }
 }

@@ -23,6 +23,7 @@ pub mod capture;
 pub mod device;
 pub mod fault;
 mod flicker;
+mod gauss_markov;
 mod message;
 pub mod noise;
 mod normal;

@@ -1,12 +1,14 @@
-//! Noise of one channel with known truth: white, flicker, walk, ramp and a vibration line.
+//! Noise of one channel with known truth: white, flicker, walk, ramp, Gauss-Markov processes and vibration lines.
 
 use std::{f64::consts::TAU, num::NonZeroU32};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+pub use crate::gauss_markov::GaussMarkov;
 use crate::{
-    flicker::Flicker,
+    flicker::flicker,
+    gauss_markov::Processes,
     normal::normal,
     onboard::{AveragingWindow, White},
 };
@@ -15,7 +17,7 @@ use crate::{
 ///
 /// The default is a channel that is always zero. A component of zero is off. Values are not
 /// checked: one that is not finite gives samples that are not finite.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct NoiseTruth {
     /// Constant mean, u.
     pub mean: f64,
@@ -31,20 +33,27 @@ pub struct NoiseTruth {
     pub random_walk: f64,
     /// Ramp R, u/s: Allan deviation R·τ/√2. Starts at zero.
     pub ramp: f64,
-    /// A vibration at one frequency; `None` for no vibration.
-    pub line: Option<Vibration>,
+    /// Noise that is correlated over a time.
+    pub processes: Vec<GaussMarkov>,
+    /// Vibrations, each at one frequency.
+    pub lines: Vec<Vibration>,
     /// Step of the values in a capture, u; 0 for the step of the message alone.
     pub resolution: f64,
 }
 
 impl NoiseTruth {
-    /// The deterministic part: mean, ramp and line at a time.
-    pub(crate) fn steady(&self, time_s: f64, line_phase_turns: f64) -> f64 {
-        let line = self.line.map_or(0.0, |line| {
-            let turns = line.frequency_hz * time_s + line_phase_turns;
+    /// The deterministic part: mean, ramp and lines at a time.
+    pub(crate) fn steady(&self, time_s: f64, line_phases_turns: &[f64]) -> f64 {
+        let at = |(line, phase_turns): (&Vibration, &f64)| {
+            let turns = line.frequency_hz * time_s + phase_turns;
             line.amplitude * (TAU * turns.fract()).sin()
-        });
-        self.mean + self.ramp * time_s + line
+        };
+        self.mean + self.ramp * time_s + self.lines.iter().zip(line_phases_turns).map(at).sum::<f64>()
+    }
+
+    /// The phase of each line.
+    pub(crate) fn line_phases_turns(&self, mut rng: ChaCha8Rng) -> Vec<f64> {
+        self.lines.iter().map(|_| rng.random()).collect()
     }
 }
 
@@ -67,9 +76,10 @@ pub struct ChannelStream {
     rate_hz: f64,
     index: u64,
     white: White,
-    flicker: Flicker,
+    flicker: Processes,
     walk: RandomWalk,
-    line_phase_turns: f64,
+    processes: Processes,
+    line_phases_turns: Vec<f64>,
 }
 
 impl ChannelStream {
@@ -83,13 +93,18 @@ impl ChannelStream {
         let rng = |component| random_stream(seed, channel, component);
         let interval_s = 1.0 / f64::from(rate_hz.get());
         Self {
-            noise: *noise,
+            noise: noise.clone(),
             rate_hz: f64::from(rate_hz.get()),
             index: 0,
             white: White::new(noise.white_density, window, rate_hz, rng(NoiseComponent::White)),
-            flicker: Flicker::new(noise.bias_instability, interval_s, rng(NoiseComponent::Flicker)),
+            flicker: Processes::new(
+                &flicker(noise.bias_instability, interval_s),
+                interval_s,
+                rng(NoiseComponent::Flicker),
+            ),
             walk: RandomWalk::new(noise.random_walk, interval_s, rng(NoiseComponent::Walk)),
-            line_phase_turns: rng(NoiseComponent::LinePhase).random(),
+            processes: Processes::new(&noise.processes, interval_s, rng(NoiseComponent::Processes)),
+            line_phases_turns: noise.line_phases_turns(rng(NoiseComponent::LinePhase)),
         }
     }
 
@@ -98,10 +113,11 @@ impl ChannelStream {
         let time_s = self.index as f64 / self.rate_hz;
         self.index += 1;
         self.white.advance();
-        let value = self.noise.steady(time_s, self.line_phase_turns)
+        let value = self.noise.steady(time_s, &self.line_phases_turns)
             + self.white.mean()
             + self.flicker.advance()
-            + self.walk.advance();
+            + self.walk.advance()
+            + self.processes.advance();
         let step = self.noise.resolution;
         if step > 0.0 { (value / step).round() * step } else { value }
     }
@@ -138,6 +154,7 @@ pub(crate) enum NoiseComponent {
     Walk = 2,
     LinePhase = 3,
     TurnOnBias = 4,
+    Processes = 5,
 }
 
 pub(crate) fn random_stream(seed: u64, channel: u32, component: NoiseComponent) -> ChaCha8Rng {

@@ -4,13 +4,13 @@ use serde_json::Value;
 use thiserror::Error;
 
 use crate::{
-    noise::{NoiseTruth, Vibration},
+    noise::{GaussMarkov, NoiseTruth, Vibration},
     onboard::{AveragingWindow, LowPass},
     thermal::Thermal,
 };
 
 /// One channel: its truth, and the path of its white noise to the output.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ChannelProfile {
     /// Mean and noise.
     pub noise: NoiseTruth,
@@ -32,6 +32,8 @@ pub struct Profile {
     pub channels: [ChannelProfile; 12],
     /// Temperature of the sensor, and the bias that depends on it.
     pub thermal: Thermal,
+    /// Measured channels without slow noise, as a change of the level posed as it.
+    pub changing: Vec<&'static str>,
 }
 
 /// There is no profile of that name.
@@ -77,9 +79,11 @@ impl Profile {
         Self::like(include_str!("../profiles/lab3.json")).unwrap_or_default()
     }
 
-    /// The twin of a measured sensor, by the JSON document of its result: mean, N, B, K, R, the
-    /// strongest spectral line and the resolution of each axis. What was not detected is absent. If
-    /// the averaging window is known, N is that of the sensor before it; else that of the stream.
+    /// The twin of a measured sensor, by the JSON document of its result: mean, N, B, K, R, correlated
+    /// noise, spectral lines and resolution of each axis, level and noise of the temperature. B, K and
+    /// correlated noise that are not proved are the likeliest ones. Steps, warm-ups, cycles and the
+    /// influence of the temperature are absent. If the averaging window is known, N is that of the
+    /// sensor before it; else that of the stream, behind a low pass where one is proved.
     ///
     /// # Errors
     /// [`NoTwin`] if the text is no document of a result, or does not show the noise of the sensor: it
@@ -106,10 +110,14 @@ impl Profile {
             return refused("its sample rate is not known");
         };
         let mut profile = Self { name: named(source).to_owned(), rate_hz, ..Self::default() };
-        for (place, name) in NAMES.iter().enumerate() {
-            if let Some(channel) = channels.iter().find(|channel| named(channel) == *name) {
-                profile.channels[place] = ChannelProfile::like(channel, rate_hz)?;
-            }
+        for (place, name) in NAMES.into_iter().enumerate() {
+            let Some(channel) = channels.iter().find(|channel| named(channel) == name) else { continue };
+            profile.channels[place] = ChannelProfile::like(channel, rate_hz)?;
+            let is_changing = ["level-change", "temperature"].map(Value::from).contains(&channel["noise"]["withheld"]);
+            profile.changing.extend(is_changing.then_some(name));
+        }
+        if let Some(channel) = channels.iter().find(|channel| named(channel) == "temperature") {
+            profile.thermal = Thermal::like(channel);
         }
         if profile.absent().count() == NAMES.len() {
             return refused("it has no channel of a gyroscope, an accelerometer or a magnetometer");
@@ -120,7 +128,8 @@ impl Profile {
     /// The names of the channels without noise.
     pub fn absent(&self) -> impl Iterator<Item = &'static str> {
         let channels = NAMES.into_iter().zip(&self.channels);
-        channels.filter(|(_, channel)| channel.noise.white_density == 0.0).map(|(name, _)| name)
+        let is_absent = |noise: &NoiseTruth| noise.white_density == 0.0 && noise.processes.is_empty();
+        channels.filter(move |(_, channel)| is_absent(&channel.noise)).map(|(name, _)| name)
     }
 }
 
@@ -128,44 +137,90 @@ fn named(part: &Value) -> &str {
     part["name"].as_str().unwrap_or_default()
 }
 
+/// The elements of an array of a document; none if it has no such array.
+fn elements(array: &Value) -> impl Iterator<Item = &Value> {
+    array.as_array().into_iter().flatten()
+}
+
+/// A number of a document; 0 if it is not known.
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or(0.0)
+}
+
+impl Thermal {
+    /// The level of a temperature, and the noise of its readings.
+    fn like(channel: &Value) -> Self {
+        let noise_c = number(&channel["allan"]["points"][0]["deviation"]);
+        Self { noise_c, ..Self::warm_at(number(&channel["statistics"]["mean"])) }
+    }
+}
+
 impl ChannelProfile {
     fn like(channel: &Value, rate_hz: f64) -> Result<Self, NoTwin> {
-        let (noise, onboard, statistics) = (&channel["noise"], &channel["onboard"], &channel["statistics"]);
-        let number = |value: &Value| value.as_f64().unwrap_or(0.0);
-        let detected = |term: &str| number(&noise[term]["value"]);
+        let (noise, statistics) = (&channel["noise"], &channel["statistics"]);
+        let truth = NoiseTruth {
+            mean: number(&statistics["mean"]),
+            resolution: number(&statistics["resolution"]),
+            ..NoiseTruth::default()
+        };
+        if noise.is_null() {
+            // an angle has no parameters
+            let white_density = number(&statistics["std"]) / rate_hz.sqrt();
+            return Ok(Self { noise: NoiseTruth { white_density, ..truth }, window: AveragingWindow::None });
+        }
+        let likeliest = &noise["likeliest"];
+        let slow = |term: &str| noise[term]["value"].as_f64().unwrap_or(number(&likeliest[term]));
+        let process = |process: &Value| GaussMarkov {
+            correlation_time_s: number(&process["correlation_time_s"]),
+            sigma: number(&process["sigma"]),
+        };
         let line = |line: &Value| Vibration {
             amplitude: number(&line["amplitude"]),
             frequency_hz: number(&line["frequency_hz"]),
         };
-        let lines = channel["spectrum"]["lines"].as_array().into_iter().flatten().map(line);
-        let mut truth = NoiseTruth {
-            mean: number(&statistics["mean"]),
-            // an angle has no parameters
-            white_density: number(&statistics["std"]) / rate_hz.sqrt(),
-            bias_instability: detected("bias_instability"),
-            random_walk: detected("rate_random_walk"),
-            ramp: detected("rate_ramp"),
-            line: lines.max_by(|a, b| a.amplitude.total_cmp(&b.amplitude)),
-            resolution: number(&statistics["resolution"]),
+        let slow_and_lines = NoiseTruth {
+            bias_instability: slow("bias_instability"),
+            random_walk: slow("rate_random_walk"),
+            ramp: number(&noise["rate_ramp"]["value"]),
+            processes: elements(&likeliest["processes"]).map(process).collect(),
+            lines: elements(&channel["spectrum"]["lines"]).map(line).collect(),
+            ..truth
         };
-        if noise.is_null() {
-            return Ok(Self { noise: truth, window: AveragingWindow::None });
-        }
-        let white = &noise["white"];
+        let unknown = || NoTwin(format!("N of {} is not known: record longer, at rest", named(channel)));
+        slow_and_lines.with_white(channel, rate_hz).ok_or_else(unknown)
+    }
+}
+
+impl NoiseTruth {
+    /// With the white noise of an axis behind its filters; `None` if N is not known.
+    fn with_white(self, channel: &Value, rate_hz: f64) -> Option<ChannelProfile> {
+        let (white, onboard) = (&channel["noise"]["white"], &channel["onboard"]);
+        let density = white["value"].as_f64();
+        // the measured N has the noise of rounding in it, which the twin adds anew
+        let rounding = density.map_or(0.0, |density| self.resolution.powi(2) / (12.0 * rate_hz * density.powi(2)));
+        let unrounded = (1.0 - rounding).max(0.0).sqrt();
         let own = white["budget"]["unaliased"]["value"].as_f64();
-        let window = own.zip(onboard["refresh_hz"].as_f64()).map(|(own, refresh_hz)| {
-            truth.white_density = own;
+        if let Some((own, refresh_hz)) = own.zip(onboard["refresh_hz"].as_f64()) {
             let low_pass = &onboard["low_pass"];
-            AveragingWindow::Boxcar {
+            let window = AveragingWindow::Boxcar {
                 refresh_hz: refresh_hz as u32,
                 samples: number(&onboard["window"]["length"]) as u32,
                 low_pass: LowPass { a1: number(&low_pass[0]), a2: number(&low_pass[1]) },
-            }
-        });
-        if window.is_none() {
-            let unknown = || NoTwin(format!("N of {} is not known: record longer, at rest", named(channel)));
-            truth.white_density = white["value"].as_f64().ok_or_else(unknown)?;
+            };
+            return Some(ChannelProfile { noise: Self { white_density: own * unrounded, ..self }, window });
         }
-        Ok(Self { noise: truth, window: window.unwrap_or_default() })
+        let mut noise = Self { white_density: density? * unrounded, ..self };
+        if let Some(samples) = channel["noise"]["correlation_samples"].as_f64() {
+            noise.filter_white(samples, rate_hz);
+        }
+        Some(ChannelProfile { noise, window: AveragingWindow::None })
+    }
+
+    /// White noise behind a low pass of first order that correlates it over so many samples: a process.
+    fn filter_white(&mut self, samples: f64, rate_hz: f64) {
+        let correlation_time_s = 1.0 / (rate_hz * ((samples + 1.0) / (samples - 1.0)).ln());
+        let sigma = self.white_density * (rate_hz / samples).sqrt();
+        self.processes.push(GaussMarkov { correlation_time_s, sigma });
+        self.white_density = 0.0;
     }
 }

@@ -6,7 +6,8 @@ use std::f64::consts::TAU;
 use rand_chacha::ChaCha8Rng;
 
 use crate::{
-    flicker::Flicker,
+    flicker::flicker,
+    gauss_markov::Processes,
     noise::{NoiseComponent, NoiseTruth, RandomWalk, random_stream},
     normal::normal,
     onboard::{AveragingWindow, IMU_REFRESH_HZ, LowPass, MAG_REFRESH_HZ, White},
@@ -84,16 +85,17 @@ pub(crate) struct Deltas {
 struct SensorChannel {
     truth: NoiseTruth,
     white: White,
-    flicker: Flicker,
+    flicker: Processes,
     walk: RandomWalk,
-    line_phase_turns: f64,
+    processes: Processes,
+    line_phases_turns: Vec<f64>,
     slow: f64,
     steady: f64,
 }
 
 impl SensorChannel {
     fn new(profile: &Profile, number: usize, seed: u64) -> Self {
-        let channel = profile.channels[number];
+        let channel = &profile.channels[number];
         let rng = |component| random_stream(seed, number as u32, component);
         let (refresh_hz, delivered) = match number {
             0..3 => (ATTITUDE_REFRESH_HZ, 1),
@@ -107,12 +109,14 @@ impl SensorChannel {
             // rate of the profile
             AveragingWindow::None => (density * (profile.rate_hz * f64::from(delivered)).sqrt(), LowPass::NONE),
         };
+        let instability = flicker(channel.noise.bias_instability, SLOW_INTERVAL_S);
         Self {
-            truth: channel.noise,
+            truth: channel.noise.clone(),
             white: White::of_values(sigma, low_pass, refresh_hz, delivered, IMU_REFRESH_HZ, rng(NoiseComponent::White)),
-            flicker: Flicker::new(channel.noise.bias_instability, SLOW_INTERVAL_S, rng(NoiseComponent::Flicker)),
+            flicker: Processes::new(&instability, SLOW_INTERVAL_S, rng(NoiseComponent::Flicker)),
             walk: RandomWalk::new(channel.noise.random_walk, SLOW_INTERVAL_S, rng(NoiseComponent::Walk)),
-            line_phase_turns: rand::RngExt::random(&mut rng(NoiseComponent::LinePhase)),
+            processes: Processes::new(&channel.noise.processes, seconds(1), rng(NoiseComponent::Processes)),
+            line_phases_turns: channel.noise.line_phases_turns(rng(NoiseComponent::LinePhase)),
             slow: 0.0,
             steady: 0.0,
         }
@@ -123,7 +127,7 @@ impl SensorChannel {
         if tick.is_multiple_of(SLOW_TICKS) {
             self.slow = self.flicker.advance() + self.walk.advance();
         }
-        self.steady = self.truth.steady(seconds(tick), self.line_phase_turns) + self.slow;
+        self.steady = self.truth.steady(seconds(tick), &self.line_phases_turns) + self.slow + self.processes.advance();
     }
 
     fn value(&self, averaged: bool) -> f64 {
@@ -244,7 +248,6 @@ pub(crate) fn wrapped_deg(angle_deg: f64) -> f32 {
 /// Number of the random stream of temperature and pressure, after those of the twelve channels.
 const SURROUNDINGS_STREAM: u32 = 12;
 
-const TEMPERATURE_SIGMA_C: f64 = 0.02;
 /// The mean pressure; the weather changes it slowly, as a sine.
 const PRESSURE_KPA: f64 = 101.325;
 const WEATHER_KPA: f64 = 0.05;
@@ -274,7 +277,7 @@ impl Surroundings {
     /// Reads both again, this many seconds after switching on.
     pub(crate) fn advance_to(&mut self, time_s: f64) {
         let weather = WEATHER_KPA * (TAU * time_s / WEATHER_S).sin();
-        self.temperature_c = self.thermal.temperature_c(time_s) + TEMPERATURE_SIGMA_C * normal(&mut self.random);
+        self.temperature_c = self.thermal.temperature_c(time_s) + self.thermal.noise_c * normal(&mut self.random);
         self.pressure_kpa = PRESSURE_KPA + weather + PRESSURE_SIGMA_KPA * normal(&mut self.random);
     }
 }

@@ -29,6 +29,8 @@ pub struct Thermal {
     pub cycle_c: f64,
     /// Period of that temperature, in seconds; `period`.
     pub cycle_s: f64,
+    /// Standard deviation of the noise of the readings, °C.
+    pub noise_c: f64,
     /// Time from switching on to the beginning of a capture, in seconds; `age`. An emulated port
     /// has just been switched on.
     pub age_s: f64,
@@ -51,12 +53,18 @@ impl Default for Thermal {
             self_heating_s: 900.0,
             cycle_c: 0.0,
             cycle_s: 900.0,
+            noise_c: 0.02,
             age_s: WARM_S,
         }
     }
 }
 
 impl Thermal {
+    /// A sensor that has this temperature in °C when it has warmed up.
+    pub(crate) fn warm_at(temperature_c: f64) -> Self {
+        Self { self_heating_c: temperature_c - ROOM_C, ..Self::default() }
+    }
+
     /// The temperature of the sensor in °C, `time_s` seconds after switching on.
     pub(crate) fn temperature_c(&self, time_s: f64) -> f64 {
         let heated = self.self_heating_c * (1.0 - (-time_s / self.self_heating_s).exp());

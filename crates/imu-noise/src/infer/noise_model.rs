@@ -27,7 +27,7 @@ pub use boxcar::{BoxcarWindow, white_deficit};
 pub use channel_curve::ChannelCurve;
 pub use curve_reading::{ClassicalReading, NotRead, SlopeLine, classical_reading, curve_minimum};
 use density::Component;
-pub use noise_fit::{FitQuality, GaussMarkovProcess, NoiseFit};
+pub use noise_fit::{FitQuality, GaussMarkovProcess, NoiseFit, SlowNoise};
 pub use parameter::{PROVED_P, Parameter, Status};
 pub use record_length::{Aim, Wanted};
 pub(super) use scoring::{Rows, Scored, Structure};

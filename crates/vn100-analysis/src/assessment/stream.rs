@@ -60,7 +60,7 @@ fn correlated_noise(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Opti
     let of = |(channel, _, assessed): (&Channel, &ChannelSnapshot, &ChannelAssessment)| {
         let fit = &assessed.noise.as_ref()?.fit;
         let apparent = fit.apparent_white()?;
-        let process = fit.processes.iter().max_by(|a, b| a.sigma.total_cmp(&b.sigma))?;
+        let process = fit.likeliest.processes.iter().max_by(|a, b| a.sigma.total_cmp(&b.sigma))?;
         let (name, unit) = (channel.name.to_string(), channel.unit.to_string());
         Some((name, process.sigma, unit, process.correlation_time_s, apparent))
     };

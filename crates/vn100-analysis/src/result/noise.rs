@@ -1,7 +1,7 @@
 //! The noise parameters of one axis, in SI units (magnetic field in gauss).
 
 use imu_noise::{
-    Convention, FitQuality, Grade, NotRead, Parameter, Sensor, Sides, SlopeLine, Status, Term, conventions,
+    Convention, FitQuality, Grade, NotRead, Parameter, Sensor, Sides, SlopeLine, SlowNoise, Status, Term, conventions,
     temperature_conventions,
 };
 use schemars::JsonSchema;
@@ -33,6 +33,12 @@ pub struct NoiseResult {
     pub rate_ramp: Option<ParameterResult>,
     /// Q: quantization noise, if it was asked for.
     pub quantization: Option<ParameterResult>,
+    /// The likeliest noise beside N, proved or not, for emulation; null where a change of the level or
+    /// the temperature poses as noise.
+    pub likeliest: Option<SlowNoise>,
+    /// Samples over which a low-pass filter correlates the white noise, if one is proved: N² over the
+    /// mean density.
+    pub correlation_samples: Option<f64>,
     /// Smallest K that a longer record would show, if this one is too short for it.
     pub rate_random_walk_seen_later: Option<DetectableRrw>,
     /// Why B, K and R are no more than bounded; null if the record decides.
@@ -191,6 +197,8 @@ impl NoiseResult {
             })
         };
         let budget = noise.unaliased_white().map(|unaliased| Budget { parts: noise.white_budget, unaliased });
+        let withheld = noise.withheld();
+        let poses_as_noise = matches!(withheld, Some(Withheld::LevelChange | Withheld::Temperature));
         let minimum = |found| ParameterResult::of(found, conventions(sensor, Term::BiasInstability));
         let reading = |term, read| GraphicalReading::of(read, conventions(sensor, term));
         Self {
@@ -203,8 +211,10 @@ impl NoiseResult {
             rate_random_walk: parameter(Term::RateRandomWalk),
             rate_ramp: parameter(Term::RateRamp),
             quantization: parameter(Term::Quantization),
+            likeliest: Some(&noise.fit.likeliest).filter(|_| !poses_as_noise).cloned(),
+            correlation_samples: noise.fit.correlation_samples,
             rate_random_walk_seen_later: noise.detectable_rrw,
-            withheld: noise.withheld(),
+            withheld,
             long_taus: noise.long_taus,
             temperature: noise.temperature.as_ref().map(|found| TemperatureResult::of(found, sensor)),
             classical: GraphicalReadings {

@@ -100,7 +100,7 @@ fn ramp_is_r_tau_over_sqrt_2() {
 #[test]
 fn line_has_its_frequency_and_amplitude_and_a_phase_of_the_seed() {
     let line = Vibration { amplitude: 0.5, frequency_hz: 3.7 };
-    let noise = NoiseTruth { line: Some(line), ..NoiseTruth::default() };
+    let noise = NoiseTruth { lines: vec![line], ..NoiseTruth::default() };
     let record = samples(&noise, 40, 1, 1 << 16);
     for m in [1, 2, 3, 7, 20] {
         let (f, m_) = (PI * line.frequency_hz / 40.0, m as f64);
@@ -115,13 +115,15 @@ fn line_has_its_frequency_and_amplitude_and_a_phase_of_the_seed() {
 #[test]
 fn components_do_not_disturb_each_other() {
     let nothing = NoiseTruth::default();
+    let line = |amplitude, frequency_hz| Vibration { amplitude, frequency_hz };
     let parts = [
-        NoiseTruth { mean: 3.0, ..nothing },
-        NoiseTruth { white_density: 0.1, ..nothing },
-        NoiseTruth { bias_instability: 0.2, ..nothing },
-        NoiseTruth { random_walk: 0.3, ..nothing },
-        NoiseTruth { ramp: -0.4, ..nothing },
-        NoiseTruth { line: Some(Vibration { amplitude: 0.5, frequency_hz: 1.3 }), ..nothing },
+        NoiseTruth { mean: 3.0, ..nothing.clone() },
+        NoiseTruth { white_density: 0.1, ..nothing.clone() },
+        NoiseTruth { bias_instability: 0.2, ..nothing.clone() },
+        NoiseTruth { random_walk: 0.3, ..nothing.clone() },
+        NoiseTruth { ramp: -0.4, ..nothing.clone() },
+        NoiseTruth { processes: vec![GaussMarkov { correlation_time_s: 0.4, sigma: 0.6 }], ..nothing.clone() },
+        NoiseTruth { lines: vec![line(0.5, 1.3), line(0.2, 9.1)], ..nothing.clone() },
     ];
     let all = NoiseTruth {
         mean: 3.0,
@@ -129,7 +131,8 @@ fn components_do_not_disturb_each_other() {
         bias_instability: 0.2,
         random_walk: 0.3,
         ramp: -0.4,
-        line: parts[5].line,
+        processes: parts[5].processes.clone(),
+        lines: parts[6].lines.clone(),
         resolution: 0.0,
     };
     let mut parts = parts.map(|part| stream(&part, 40, 9));
@@ -143,9 +146,8 @@ fn components_do_not_disturb_each_other() {
 fn every_component_of_every_channel_has_its_own_stream() {
     let mut seen = HashSet::new();
     for channel in 0..12 {
-        for component in
-            [NoiseComponent::White, NoiseComponent::Flicker, NoiseComponent::Walk, NoiseComponent::LinePhase]
-        {
+        use NoiseComponent::{Flicker, LinePhase, Processes, TurnOnBias, Walk, White};
+        for component in [White, Flicker, Walk, LinePhase, TurnOnBias, Processes] {
             assert!(seen.insert(random_stream(1, channel, component).next_u64()));
         }
     }

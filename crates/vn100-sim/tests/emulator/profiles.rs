@@ -60,7 +60,7 @@ fn ten_minutes_of_lab3_have_the_published_means_and_deviations() {
         let values = rows.iter().map(|row| row[channel]);
         let found_mean = values.clone().sum::<f64>() / n as f64;
         let found_variance = values.map(|value| (value - found_mean).powi(2)).sum::<f64>() / n as f64;
-        let noise = Profile::lab3().channels[channel].noise;
+        let noise = &Profile::lab3().channels[channel].noise;
         // a walk's mean over T has the deviation K·sqrt(T/3); the flicker in its initial state has 2.6 B
         let slow = noise.random_walk * 200.0_f64.sqrt() + 2.6 * noise.bias_instability;
         let tolerance = 4.5 * (deviation / (n as f64).sqrt() + slow);
@@ -94,7 +94,7 @@ fn bias_reading(values: &[f64]) -> f64 {
 #[test]
 fn five_hours_of_lab3_give_the_published_bias_readings() {
     for (channel, published) in [(10, 0.830 / 206_264.806), (7, 0.0356 / 101.971621)] {
-        let truth = Profile::lab3().channels[channel];
+        let truth = &Profile::lab3().channels[channel];
         let rate_hz = NonZeroU32::new(40).unwrap();
         let reading = |seed| {
             let mut stream = ChannelStream::new(&truth.noise, truth.window, rate_hz, seed, channel as u32);
@@ -106,5 +106,24 @@ fn five_hours_of_lab3_give_the_published_bias_readings() {
         // single readings of the gyro vary by a third, the median of nine by an eighth
         let relative = readings[4] / published - 1.0;
         assert!(relative.abs() < 0.25, "channel {channel}: {relative}");
+    }
+}
+
+/// Rounding is a part of the measured N, and half of the variance behind a filter that correlates two samples is gone.
+#[test]
+fn a_twin_has_the_variance_of_filtered_and_rounded_noise() {
+    let (density, step) = (0.05, 0.3);
+    for (samples, rounded) in [("null", step), ("2", 0.0), ("4", 0.0)] {
+        let noise = format!("{{\"white\": {{\"value\": {density}}}, \"correlation_samples\": {samples}}}");
+        let statistics = format!("{{\"mean\": 1.05, \"resolution\": {rounded}}}");
+        let channel = format!("{{\"name\": \"mag_y\", \"statistics\": {statistics}, \"noise\": {noise}}}");
+        let document = format!("{{\"timing\": {{\"rate_hz\": 40}}, \"channels\": [{channel}]}}");
+        let twin = Profile::like(&document).unwrap();
+        let rate_hz = NonZeroU32::new(40).unwrap();
+        let mut stream = ChannelStream::new(&twin.channels[4].noise, twin.channels[4].window, rate_hz, 1, 4);
+        let n = 100_000;
+        let variance = (0..n).map(|_| (stream.next_sample() - 1.05).powi(2)).sum::<f64>() / n as f64;
+        let relative = variance / (density * density * 40.0) * samples.parse().unwrap_or(1.0) - 1.0;
+        assert!(relative.abs() < 0.03, "{samples}: {relative}");
     }
 }

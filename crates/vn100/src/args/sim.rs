@@ -36,8 +36,10 @@ pub(crate) struct SimArgs {
     #[command(flatten)]
     pub(crate) sensor: SimSensorArgs,
 
-    /// Emulate the sensor of this measurement, by its JSON document or its capture: mean, N, B, K, R,
-    /// resolution and the strongest spectral line of each axis, rate and averaging window
+    /// Emulate the sensor of this measurement of an uncompensated message, by its JSON document or its
+    /// capture: mean, N, B, K, R, correlated noise, spectral lines, low pass and resolution of each
+    /// axis, rate, averaging window and temperature; no steps, warm-up, cycles or influence of the
+    /// temperature
     #[arg(long, help_heading = "Emulated sensor", value_name = "FILE", conflicts_with = "profile")]
     pub(crate) like: Option<PathBuf>,
 

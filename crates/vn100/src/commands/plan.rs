@@ -92,6 +92,9 @@ const METHOD: &str = "Lengths at which 80 % of records meet the target on all it
                       the sensor's own low pass, which no manual describes, makes neighbours alike. B, K: estimated, K in the presence of the assumed B. \
                       <=: the limit is decided.";
 
+const PLACE: &str = "at rest on a heavy base with soft feet, without motors, fans or people near by, at a constant temperature; a \
+                     magnetometer also away from iron and mains";
+
 const OUT_OF_REACH: &str = "more than 100 days";
 
 fn write_plan(out: &mut String, plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool) -> fmt::Result {
@@ -243,6 +246,7 @@ fn write_settings(out: &mut String, plan: &Plan, given: Given) -> fmt::Result {
                 100.0 * f64::from(load) / (f64::from(baud) / 10.0)
             ),
         ),
+        ("place", PLACE.into()),
         (
             "warm-up",
             format!(

@@ -1,7 +1,7 @@
 //! From the structures of one channel to what is said of it.
 
 use super::{
-    ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, Parameter, Rival, Status, Term,
+    ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, Parameter, Rival, SlowNoise, Status, Term,
     density::{FLICKER, WALK, WHITE, variance_of_process},
     search::{Candidate, Found, Search},
     spectral_rows::{ChannelData, GridOctave},
@@ -158,9 +158,10 @@ impl<'a> ReadOut<'a> {
             fit.rivals[Term::RateRamp as usize] = rival;
         }
         fit.is_process_proved = best.has_processes && search.rise_by_processes() > PROVED;
-        if fit.is_process_proved {
-            fit.processes = self.processes(&best.scored.parameters);
-        }
+        // a B that is estimated stands in the place of processes
+        let has_flicker = fit.parameter(Term::BiasInstability).is_some_and(|of| of.value.is_some());
+        let likeliest = search.likeliest(false).filter(|_| has_flicker).unwrap_or(best);
+        fit.likeliest = self.slow_noise(&likeliest.scored.parameters);
         self.add_filter(&mut fit);
         self.add_curve(&mut fit);
         Some(fit)
@@ -259,15 +260,22 @@ impl<'a> ReadOut<'a> {
         (Parameter { p, ..parameter }.scaled(per_block), found.rival)
     }
 
-    fn processes(&self, parameters: &[f64]) -> Vec<GaussMarkovProcess> {
+    fn slow_noise(&self, parameters: &[f64]) -> SlowNoise {
         let interval_s = self.model.shape.interval_s;
-        let of = |column: usize| {
+        let amplitude = |term: Term, column: usize| {
+            (parameters[column] * self.search.data.scale).sqrt() * term.per_second(interval_s)
+        };
+        let process = |column: usize| {
             let time = self.model.layout.components[column].process_time()?;
             let variance = parameters[column] * self.search.data.scale * variance_of_process(time);
             let process = GaussMarkovProcess { correlation_time_s: time * interval_s, sigma: variance.sqrt() };
             (variance > 0.0).then_some(process)
         };
-        self.model.layout.processes.clone().filter_map(of).collect()
+        SlowNoise {
+            bias_instability: amplitude(Term::BiasInstability, FLICKER),
+            rate_random_walk: amplitude(Term::RateRandomWalk, WALK),
+            processes: self.model.layout.processes.clone().filter_map(process).collect(),
+        }
     }
 
     fn add_filter(&self, fit: &mut NoiseFit) {

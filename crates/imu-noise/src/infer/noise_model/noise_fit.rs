@@ -11,9 +11,9 @@ pub struct NoiseFit {
     pub quality: Option<FitQuality>,
     /// By term, as in [`Term::ALL`]; `None` for terms that were not asked for.
     pub(super) parameters: [Option<Parameter>; Term::ALL.len()],
-    /// Gauss-Markov noise beside the terms, in rising correlation time.
-    pub processes: Vec<GaussMarkovProcess>,
-    /// Whether the record shows processes beyond doubt. Otherwise they keep the interval of N from
+    /// The likeliest noise beside the white one.
+    pub likeliest: SlowNoise,
+    /// Whether the record shows the processes beyond doubt. Otherwise they keep the interval of N from
     /// being too narrow, and may as well be absent.
     pub is_process_proved: bool,
     /// Lines cover more than half of the frequencies: what looks white between them may be their
@@ -47,8 +47,19 @@ pub struct FitQuality {
     pub p: f64,
 }
 
+/// The likeliest slow noise of a channel. The record need not prove any part of it.
+#[derive(Clone, Debug, Default, PartialEq, JsonSchema, Serialize)]
+pub struct SlowNoise {
+    /// B, in the unit of the channel; zero where processes stand in its place.
+    pub bias_instability: f64,
+    /// K, in the unit over √s.
+    pub rate_random_walk: f64,
+    /// Gauss-Markov noise, in rising correlation time.
+    pub processes: Vec<GaussMarkovProcess>,
+}
+
 /// First-order Gauss-Markov noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct GaussMarkovProcess {
     /// Where the covariance is σ²/e; known to a factor of about two.
     pub correlation_time_s: f64,
@@ -67,7 +78,7 @@ impl NoiseFit {
     pub fn apparent_white(&self) -> Option<f64> {
         let white = self.parameter(Term::White)?.value.filter(|_| self.is_process_proved)?;
         let of = |process: &GaussMarkovProcess| 2.0 * process.sigma.powi(2) * process.correlation_time_s;
-        Some((white * white + self.processes.iter().map(of).sum::<f64>()).sqrt())
+        Some((white * white + self.likeliest.processes.iter().map(of).sum::<f64>()).sqrt())
     }
 
     /// What explains the record about as well as `term`, where it is bounded for that.

@@ -457,7 +457,7 @@ impl<'a> Search<'a> {
     }
 
     /// The likeliest structure with or without processes.
-    fn likeliest(&self, has_processes: bool) -> Option<&Candidate> {
+    pub(super) fn likeliest(&self, has_processes: bool) -> Option<&Candidate> {
         self.candidates.iter().find(|other| other.has_processes == has_processes)
     }
 

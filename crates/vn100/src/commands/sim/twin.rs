@@ -28,6 +28,10 @@ pub(super) fn twin_of(path: &Path) -> Result<Profile> {
     let is_text = File::open(path).with_context(context)?.take(MOST_BYTES).read_to_string(&mut text).is_ok();
     let document = if is_text && text.trim_start().starts_with('{') { text } else { document_of(path)? };
     let profile = Profile::like(&document).with_context(context)?;
+    if !profile.changing.is_empty() {
+        let axes = profile.changing.join(", ");
+        report(&format!("the level of {axes} changes or follows the temperature: the twin has no slow noise there"));
+    }
     let absent: Vec<&str> = profile.absent().collect();
     if !absent.is_empty() {
         report(&format!("{} lacks {}: the twin has no noise there", path.display(), absent.join(", ")));
