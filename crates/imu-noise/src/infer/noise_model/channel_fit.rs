@@ -6,8 +6,8 @@ use super::{
     search::{Candidate, Found, Search},
     spectral_rows::{ChannelData, GridOctave},
     thresholds::{
-        BEYOND_ANY_FILTER, BEYOND_MEMORY, FILTERS, LEAST_EDF, LEAST_EDF_OF_BOUND, NO_BOUND, PRESENT, PROCESSES_INSTEAD,
-        PROVED, RAMP_PRESENT, REJECTED,
+        BEYOND_ANY_FILTER, BEYOND_MEMORY, FILTERS, LEAST_EDF, LEAST_EDF_OF_BOUND, MOST_COSINES, NO_BOUND, PRESENT,
+        PROCESSES_INSTEAD, PROVED, RAMP_PRESENT, REJECTED,
     },
 };
 use crate::accumulate::record::Deviation;
@@ -128,7 +128,7 @@ impl<'a> ReadOut<'a> {
         let without_values = self.model.without_values(Status::ModelRejected);
         let mut rejected = NoiseFit { lacks_free_band: self.lacks_free_band, ..without_values };
         // a filter may be why
-        let ceiling = self.white_ceiling(BEYOND_ANY_FILTER, 1.0 - confidence);
+        let ceiling = self.white_ceiling(MOST_COSINES as f64, 1.0 - confidence);
         if let Some(white) = &mut rejected.parameters[Term::White as usize]
             && ceiling.is_finite()
         {
@@ -189,8 +189,10 @@ impl<'a> ReadOut<'a> {
     fn white(&self, confidence: f64) -> Option<Found> {
         let search = &self.search;
         let mut white = search.white();
-        if white.value <= 0.0 {
-            white.upper = white.upper.min(self.white_ceiling(BEYOND_ANY_FILTER, 1.0 - confidence));
+        if white.value <= 0.0 || white.lower <= 0.0 && !search.data.has_segments() {
+            let ceiling = self.white_ceiling(MOST_COSINES as f64, 1.0 - confidence);
+            // without segments no filter is looked for: one may be why short octaves show no white noise
+            white.upper = if search.data.has_segments() { white.upper.min(ceiling) } else { ceiling };
             return Some(Found { value: 0.0, lower: 0.0, ..white });
         }
         // heavy tails make the power of all frequencies together less certain
@@ -201,12 +203,11 @@ impl<'a> ReadOut<'a> {
         let memory = search.candidates.iter().filter(|of| of.score > search.best().score - 0.5 * search.z * search.z);
         let memory_of = |of: &Candidate| FILTERS[of.filter].lags() as f64;
         let memory = memory.map(memory_of).fold(0.0, f64::max);
-        let shortest = (BEYOND_MEMORY * memory).clamp(1.0, BEYOND_ANY_FILTER);
-        if white.lower > self.white_ceiling(shortest, 0.01) {
+        if white.lower > self.white_ceiling(memory, 0.01) {
             return None;
         }
         // so rarely wrong that the interval keeps its level
-        let ceiling = self.white_ceiling(shortest, 0.2 * (1.0 - confidence));
+        let ceiling = self.white_ceiling(memory, 0.2 * (1.0 - confidence));
         white.upper = white.upper.min(ceiling.max(white.lower));
         white.value = white.value.min(white.upper);
         Some(white)
@@ -215,12 +216,16 @@ impl<'a> ReadOut<'a> {
     /// The square that N² is above with the probability `risk` at most: a variance is that of the
     /// white noise and whatever adds, so that its upper end bounds N². The upper ends of all octaves
     /// hold together (Bonferroni), with the degrees of freedom of a random walk, which has fewest.
-    fn white_ceiling(&self, shortest: f64, risk: f64) -> f64 {
+    /// Behind a filter that averages over `memory` samples an octave of m samples shows 1 - memory/(2m)
+    /// of the white noise.
+    fn white_ceiling(&self, memory: f64, risk: f64) -> f64 {
+        let shortest = (BEYOND_MEMORY * memory).clamp(1.0, BEYOND_ANY_FILTER);
         let octaves = self.search.data.octaves().enumerate();
         let counted =
             octaves.filter(|(_, (of, _))| of.octave.m as f64 >= shortest && of.walk_edf >= LEAST_EDF_OF_BOUND);
         let of = |(place, (of, value)): (usize, (&GridOctave, f64))| {
-            let square = value / self.search.data.grid.columns(place)[WHITE];
+            let shown = 1.0 - memory / (2.0 * of.octave.m as f64);
+            let square = value / (shown * self.search.data.grid.columns(place)[WHITE]);
             // heavy tails make each less certain
             (square, 2.0 / (2.0 / of.walk_edf + self.tails / (square * square)))
         };
