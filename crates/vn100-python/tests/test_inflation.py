@@ -25,6 +25,6 @@ def test_the_script_ends_with_its_figure(tmp_path: Path) -> None:
     svg = tmp_path / "inflation.svg"
     small = ["--drives", "3", "--seconds", "120", "--hours", "0.5", "--svg", str(svg)]
     run = subprocess.run([sys.executable, str(SCRIPT), *small], check=True, capture_output=True, text=True)
-    assert run.stdout.count("too sure") == 10
+    assert run.stdout.count("too sure") == 8
     lines = ElementTree.parse(svg).getroot().findall("{http://www.w3.org/2000/svg}polyline")
-    assert len(lines) == 10
+    assert len(lines) == 8
