@@ -64,7 +64,7 @@ const problem = (text, kind = 'problem') => {
 const offer = ({ field: name, guess, choices }) => {
   const input = field({ rate: 'rate_hz' }[name] || name);
   by('options').open = true;
-  if (guess && !input.value) input.value = guess;
+  if (guess && !input.value) input.value = input.dataset.guess = guess;
   by('topics').replaceChildren(...choices.map((choice) => Object.assign(document.createElement('option'), { value: choice })));
   input.classList.add('asked');
   input.focus();
@@ -169,9 +169,20 @@ const begin = (what) => {
     return measureAll();
   });
 };
-const take = (files) => { if (files.length) begin([...files]); };
+// a guess is for the files before, unless the user has changed it
+const forget = () => {
+  for (const input of form.querySelectorAll('[data-guess]')) {
+    if (input.value === input.dataset.guess) input.value = '';
+    delete input.dataset.guess;
+  }
+};
+const take = (files) => {
+  if (!files.length) return;
+  forget();
+  begin([...files]);
+};
 by('files').addEventListener('change', ({ target }) => take(target.files));
-by('sample').addEventListener('click', () => begin('sample'));
+by('sample').addEventListener('click', () => { forget(); begin('sample'); });
 by('cancel').addEventListener('click', () => { ready = stop(); });
 form.addEventListener('submit', (event) => { event.preventDefault(); if (chosen) begin(chosen); });
 // a drop anywhere on the page counts
