@@ -152,6 +152,11 @@ impl Drawer {
         Arc::clone(&self.state)
     }
 
+    /// Whether there is a page of this number.
+    pub(crate) fn has_page(&self, page: usize) -> bool {
+        page < self.sources.len() + usize::from(self.sources.len() > 1)
+    }
+
     /// The whole page of this number; `None` if there is none.
     pub(crate) fn html(&mut self, now: Instant, page: usize) -> Option<String> {
         let state = self.state(now);
@@ -159,8 +164,8 @@ impl Drawer {
         let source = if count == 1 { page } else { page.wrapping_sub(1) };
         let name = self.sources.get(source).map(|source| source.state.borrow().name().to_owned());
         let shown = match &name {
-            None if page == 0 => ShownPage::List(count),
-            None => return None,
+            _ if !self.has_page(page) => return None,
+            None => ShownPage::List(count),
             Some(name) if count == 1 => ShownPage::Source(name),
             Some(name) => ShownPage::SourceOfSeveral(name),
         };

@@ -76,12 +76,17 @@ async fn health(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
     Ok((status, text("text/plain; charset=utf-8", lines)).into_response())
 }
 
-async fn events(State(app): State<Arc<App>>, request: Request) -> Response {
-    let stream = Arc::clone(&app.streams).try_acquire_owned().ok();
+async fn events(State(app): State<Arc<App>>, request: Request) -> Result<Response, StatusCode> {
     let query = request.uri().query().unwrap_or_default();
     let page = asked(query, "page").and_then(|page| page.parse().ok()).unwrap_or(0);
     let place = (page, place(request.headers(), query));
-    text("text/event-stream", Body::from_stream(PageEvents::new(app.page.subscribe(), place, app.over.clone(), stream)))
+    // a stream of no page would be taken from those that read one
+    if !app.ask(move |drawer, _| drawer.has_page(page)).await? {
+        return Err(StatusCode::NOT_FOUND);
+    }
+    let stream = Arc::clone(&app.streams).try_acquire_owned().ok();
+    let events = PageEvents::new(app.page.subscribe(), place, app.over.clone(), stream);
+    Ok(text("text/event-stream", Body::from_stream(events)))
 }
 
 /// How far the reader has come: a browser that connects again sends the id of its last event.

@@ -69,7 +69,7 @@ fn every_address_answers_with_its_own_kind_of_content() {
         // a page carries its styles and scripts in itself
         assert_eq!(head.contains("script-src 'sha256-"), kind.starts_with("text/html"), "{path}: {head}");
     }
-    for absent in ["/other", "/1", "/0/x"] {
+    for absent in ["/other", "/1", "/0/x", "/events?page=1"] {
         assert_eq!(ask(&server, "GET", absent, "localhost").0, 404, "{absent}");
     }
     assert_eq!(ask(&server, "POST", "/", "localhost").0, 405);
@@ -95,7 +95,7 @@ fn a_reader_gets_the_page_as_it_changes_and_the_end_of_the_program() {
     let (server, sender) = served();
     let events = BufReader::new(request(&server, "GET", "/events", "localhost"));
     let begin = std::time::Instant::now();
-    // a silent stream has a comment every ten seconds
+    // a stream has an event every two seconds, so that a line comes
     let mut lines = events.lines().map(|line| line.unwrap()).take_while(|_| begin.elapsed() < PATIENCE);
     let mut now = || {
         lines.find(|line| line == "data: now").unwrap();
