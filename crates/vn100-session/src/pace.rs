@@ -129,14 +129,13 @@ mod tests {
 
     struct VirtualReplay {
         pace: Pace,
-        began: Instant,
         now: Instant,
     }
 
     impl VirtualReplay {
         fn new(speed: Speed) -> Self {
             let now = Instant::now();
-            Self { pace: Pace::new(speed, RATE_HZ, now), began: now, now }
+            Self { pace: Pace::new(speed, RATE_HZ, now), now }
         }
 
         /// Lets this many seconds pass; returns the number of samples, at most a thousand in total.
@@ -184,19 +183,6 @@ mod tests {
         assert_eq!((replay.run(1.001), replay.pace.playback.speed), (81, Speed::Times(2.0)));
         replay.command(Command::TogglePause);
         assert_eq!((replay.run(5.0), replay.pace.playback.paused), (0, true));
-    }
-
-    #[test]
-    fn at_the_end_the_speed_is_chosen_and_nothing_else() {
-        let mut replay = VirtualReplay::new(Speed::Max);
-        replay.run(1.0);
-        replay.pace.playback.at_end = true;
-        [Command::TogglePause, Command::Slower, Command::EndWarmUp]
-            .into_iter()
-            .for_each(|command| replay.command(command));
-        let speed = Speed::Times(1000.0);
-        assert_eq!(replay.pace.playback, Playback { samples: 1000, at_end: true, ..Playback::begin(speed) });
-        assert!(replay.now > replay.began);
     }
 
     #[test]

@@ -192,17 +192,6 @@ mod tests {
     }
 
     #[test]
-    fn sentences_append() {
-        let message = Message::named("VNYMR").unwrap();
-        let mut twice = Vec::new();
-        write_sentence(&mut twice, message, &[1.0; 12], [0.0; 2], 0.025);
-        let once = twice.clone();
-        write_sentence(&mut twice, message, &[1.0; 12], [0.0; 2], 0.025);
-        assert_eq!(twice, once.repeat(2));
-        assert_eq!(once.len(), 122);
-    }
-
-    #[test]
     fn an_unsupported_rate_names_the_supported_ones() {
         let error = |rate| Generator::new(&Profile::lab3(), rate, 1).unwrap_err().to_string();
         assert_eq!(

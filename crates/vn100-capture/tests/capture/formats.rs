@@ -126,17 +126,6 @@ fn sentences_with_stamps_of_an_uncertain_unit_are_not_read_without_them() {
 }
 
 #[test]
-fn zeros_after_gzip_data_are_its_end() {
-    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
-    encoder.write_all(csv(100).as_bytes()).unwrap();
-    let mut packed = encoder.finish().unwrap();
-    packed.resize(packed.len().next_multiple_of(10_240), 0);
-    let (batches, end) = read(open(packed).unwrap(), ReadOptions::default());
-    assert!(end.error.is_none());
-    assert_eq!(batches.iter().map(Batch::row_count).sum::<usize>(), 100);
-}
-
-#[test]
 fn every_byte_of_a_csv_file_is_of_a_row_or_skipped() {
     let row = |row: i32, text: &str| format!("{:.3},{text}\n", 0.025 * f64::from(row));
     let rows = |text: &str| (0..20).map(|index| row(index, text)).collect::<String>();

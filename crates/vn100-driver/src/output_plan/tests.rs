@@ -53,14 +53,6 @@ fn error(current: &[RegisterContents], settings: &OutputSettings) -> String {
 }
 
 #[test]
-fn the_output_always_fits_the_line() {
-    let settings = |baud, rate_hz| OutputSettings { baud: Some(baud), ..rate(rate_hz) };
-    assert_eq!(planned(&current(115_200, 14, 40), &settings(921_600, 200)), ["05,921600", "07,200"]);
-    assert_eq!(planned(&current(921_600, 14, 200), &settings(57_600, 40)), ["07,40", "05,57600"]);
-    assert_eq!(planned(&current(115_200, 14, 40), &settings(115_200, 40)), [""; 0]);
-}
-
-#[test]
 fn a_port_after_a_value_is_no_change() {
     let replies = [(Register::BAUD_RATE, "115200,1"), (Register::ASYNC_TYPE, "14,1"), (Register::ASYNC_RATE, "40,1")];
     let current = with(current(115_200, 14, 40), &replies);

@@ -137,43 +137,6 @@ async fn an_unplug_in_the_middle_of_a_line_is_a_new_segment() {
     }
 }
 
-/// The rate was set to 20 Hz.
-fn slowed() -> Vec<Change> {
-    let fields = |text| RegisterFields::new(text).unwrap();
-    vec![Change { register: Register::ASYNC_RATE, before: fields("40"), after: fields("20") }]
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_sensor_that_lost_its_power_is_set_again_before_anything_of_it_is_measured() {
-    for echoes in [false, true] {
-        let sensor = Sensor::new(115_200, 20);
-        sensor.world().echoes = echoes;
-        let mut link = sensor.link(LinkOptions { desired_settings: slowed(), ..LinkOptions::default() });
-        link.until_up().await;
-        let is_write = |(_, bytes): &(u32, Vec<u8>)| bytes.starts_with(b"$VNWRG");
-        assert!(!sensor.world().written.iter().any(is_write), "it is as it was left");
-        link.run(ms(2000)).await;
-        sensor.world().cut_at = Some(LINE.len());
-        link.until_down().await;
-        let rows = link.told.rows;
-        {
-            let mut world = sensor.world();
-            world.registers.insert(7, "40".into());
-            (world.period, world.plugged) = (ms(25), true);
-        }
-        link.until_up().await;
-        {
-            let world = sensor.world();
-            assert_eq!((world.registers[&7].as_str(), world.streams), ("20", true));
-        }
-        assert_eq!(link.told.rows, rows, "what came before is no sample");
-        link.run(ms(2000)).await;
-        let told = link.stop().await;
-        assert!((39..=40).contains(&(told.rows - rows)), "{}", told.rows - rows);
-        assert_eq!(told.counts.bytes(), sensor.world().bytes);
-    }
-}
-
 #[tokio::test(start_paused = true)]
 async fn a_sensor_that_needs_the_baud_rate_it_lost_with_its_power_is_reconfigured() {
     // a rate that does not fit 115 200 baud, and one that does
@@ -200,29 +163,6 @@ async fn a_sensor_that_needs_the_baud_rate_it_lost_with_its_power_is_reconfigure
         let world = sensor.world();
         assert_eq!((world.baud, world.registers[&7].as_str(), world.streams), (baud, rate_hz, true));
     }
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_sensor_that_cannot_be_configured_again_is_not_measured() {
-    let sensor = Sensor::new(115_200, 20);
-    let mut link = sensor.link(LinkOptions { desired_settings: slowed(), ..LinkOptions::default() });
-    link.until_up().await;
-    sensor.world().read_only = Some(7);
-    sensor.world().says = Some("VNERR,0A");
-    link.until_down().await;
-    link.run(ms(20_000)).await;
-    let state = link.handle.state().borrow().clone();
-    let LinkState::Down { cause, .. } = state else { panic!("{state:?}") };
-    assert!(
-        cause.starts_with(
-            "the sensor reconnected, but its settings cannot be reapplied: the sensor refused $VNWRG,07,20"
-        ),
-        "{cause}"
-    );
-    assert_eq!(link.told.counts.connects, 1);
-    sensor.world().read_only = None;
-    link.until_up().await;
-    assert!(sensor.world().streams);
 }
 
 #[tokio::test(start_paused = true)]

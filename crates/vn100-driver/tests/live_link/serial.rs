@@ -1,9 +1,6 @@
 //! A serial port on a pseudo-terminal: the transferred bytes, a hang-up, and other programs that open it.
 
-use std::{
-    io::{ErrorKind, Read, Write},
-    path::Path,
-};
+use std::io::{ErrorKind, Read, Write};
 
 use serialport::{SerialPort, TTYPort};
 use tokio_util::sync::CancellationToken;
@@ -86,18 +83,6 @@ async fn a_port_is_opened_once_and_again_after_it_was_closed() {
     assert!(matches!(&error, ConnectError::Port { problem: PortProblem::Busy(None), .. }), "{error}");
     first.close().await;
     open(&name).await.close().await;
-}
-
-#[tokio::test]
-async fn a_symlink_leads_to_the_port() {
-    let (mut sensor, name) = terminal();
-    let folder = tempfile::tempdir().unwrap();
-    let link = folder.path().join("imu");
-    std::os::unix::fs::symlink(&name, &link).unwrap();
-    let mut connection = open(link.to_str().unwrap()).await;
-    assert_eq!(Path::new(connection.name()), link);
-    sensor.write_all(b"$VN").unwrap();
-    assert_eq!(receive(&mut connection, 3).await, b"$VN");
 }
 
 #[tokio::test]

@@ -14,40 +14,7 @@ fn read(register: u8) -> SensorCommand {
 
 #[test]
 fn reads_are_the_published_lines() {
-    for published in [
-        "$VNRRG,01*72",
-        "$VNRRG,02*71",
-        "$VNRRG,03*70",
-        "$VNRRG,04*77",
-        "$VNRRG,05*76",
-        "$VNRRG,06*75",
-        "$VNRRG,07*74",
-        "$VNRRG,08*7B",
-        "$VNRRG,17*75",
-        "$VNRRG,21*70",
-        "$VNRRG,23*72",
-        "$VNRRG,25*74",
-        "$VNRRG,26*77",
-        "$VNRRG,27*76",
-        "$VNRRG,30*70",
-        "$VNRRG,32*72",
-        "$VNRRG,33*73",
-        "$VNRRG,35*75",
-        "$VNRRG,43*74",
-        "$VNRRG,44*73",
-        "$VNRRG,47*70",
-        "$VNRRG,54*72",
-        "$VNRRG,75*71",
-        "$VNRRG,76*72",
-        "$VNRRG,77*73",
-        "$VNRRG,80*7B",
-        "$VNRRG,82*79",
-        "$VNRRG,83*78",
-        "$VNRRG,84*7F",
-        "$VNRRG,85*7E",
-        "$VNRRG,239*4B",
-        "$VNRRG,240*45",
-    ] {
+    for published in ["$VNRRG,01*72", "$VNRRG,08*7B", "$VNRRG,85*7E", "$VNRRG,239*4B"] {
         let number = published[7..published.len() - 3].parse().unwrap();
         assert_eq!(line(&read(number), Check::Xor8), published);
     }

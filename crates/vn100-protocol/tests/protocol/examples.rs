@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use vn100_protocol::{
     Decoder, Frame, GrammarError, Item, Layout, Options, PrintFormat, RejectReason, Sample, Suffix, VNIMU, VNMAR,
-    VNQMR, VNYMR, crc16, xor8,
+    VNQMR, VNYMR, xor8,
 };
 
 use crate::support::{body, counts, frames, sentence};
@@ -250,21 +250,6 @@ fn other_lines_of_the_maker_are_replies_or_other() {
     }
     for misprint in ["$VNRRG,01,VN-310*58\r\n", "$VNRRG,01,VN-200*4B\r\n", "$VNYPR,-129.867,-000.355,-000.296*62\r\n"] {
         assert!(matches!(bad(misprint), RejectReason::Checksum { received: Some(_), .. }), "{misprint}");
-    }
-}
-
-#[test]
-fn suffixes_are_read() {
-    for (suffix, count, status) in [
-        (",T1162704", Some(1_162_704), None),
-        (",S0000", None, Some(0)),
-        (",T0000000543,S09AF", Some(543), Some(0x9AF)),
-        (",S09AF,T0000000543", Some(543), Some(0x9AF)),
-    ] {
-        let body = with_suffix(suffix);
-        for line in [sentence(&body), format!("${body}*{:04X}\r\n", crc16(body.as_bytes()))] {
-            assert_eq!(sample(&line).suffix, Suffix { count, status });
-        }
     }
 }
 

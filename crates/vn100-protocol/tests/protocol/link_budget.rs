@@ -49,23 +49,6 @@ fn register_30_gives_the_form_of_a_line() {
 }
 
 #[test]
-fn the_highest_rate_of_the_usual_message_at_each_baud_rate() {
-    for (bits_per_s, hz) in [
-        (9_600, 5),
-        (19_200, 10),
-        (38_400, 25),
-        (57_600, 40),
-        (115_200, 50),
-        (128_000, 100),
-        (230_400, 100),
-        (460_800, 200),
-        (921_600, 200),
-    ] {
-        assert_eq!(highest_rate(AsyncType::YMR, bits_per_s), Some(hz), "{bits_per_s}");
-    }
-}
-
-#[test]
 fn the_highest_rates_at_115200() {
     use AsyncType as A;
     for (messages, hz) in [

@@ -10,7 +10,7 @@ use vn100_protocol::{
     SensorCommand,
 };
 
-use crate::support::{frames, reply, sentence};
+use crate::support::{frames, reply};
 
 const PRESENT: Register = Register(7);
 const OTHER: Register = Register(21);
@@ -254,15 +254,5 @@ proptest! {
             };
             prop_assert!(count(&mut sensor.heard.iter().cloned()) <= count(&mut asked.values().map(of_command)));
         }
-    }
-
-    #[test]
-    fn lines_of_a_session_are_whole_sentences(command in command()) {
-        let mut session = RequestQueue::new(Check::Xor8);
-        session.submit(command).unwrap();
-        let line = session.poll_transmit(Duration::MAX).unwrap();
-        prop_assert_eq!(String::from_utf8(line.clone()).unwrap(), sentence(&body(&line)));
-        session.handle_timeout(Duration::MAX);
-        prop_assert!(session.poll_timeout().is_none() || session.poll_transmit(Duration::MAX).is_some());
     }
 }

@@ -253,18 +253,6 @@ async fn a_recording_that_cannot_be_made_changes_nothing() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_empty_new_recording_is_removed() {
-    let folder = TempDir::new().unwrap();
-    let sensor = sensor();
-    sensor.world().plugged = false;
-    let recording = recording(&folder);
-    let path = recording.as_ref().unwrap().path.clone();
-    let (result, _) = ended(Session::live(LiveSpec { recording, ..of(&sensor) })).await;
-    assert_eq!(result.recording.unwrap().bytes, 0);
-    assert!(!path.exists());
-}
-
-#[tokio::test(start_paused = true)]
 async fn a_sensor_that_sends_another_message_ends_the_session() {
     let sensor = sensor();
     let mut session = Session::live(of(&sensor));

@@ -5,7 +5,6 @@ use std::{
     io::{self, Read, Write},
     os::unix::fs::OpenOptionsExt,
     path::{Path, PathBuf},
-    process::Command,
     sync::mpsc,
     thread,
     time::{Duration, Instant},
@@ -129,19 +128,6 @@ fn the_next_host_finds_a_new_port_without_old_bytes() {
 }
 
 #[test]
-fn a_host_that_is_killed_leaves_no_state() {
-    let (_folder, link, sensor) = connected("");
-    let target = fs::read_link(&link).unwrap();
-    let script = "exec 3<>\"$0\"; read -r line <&3; kill -9 $$";
-    let status = Command::new("sh").args(["-c", script]).arg(&link).status().unwrap();
-    assert!(!status.success());
-    wait_until(|| fs::read_link(&link).unwrap() != target);
-    let mut host = Host::open(&link);
-    host.ask("VNRRG,04", "$VNRRG,04,3.1.0.0*77\r\n");
-    assert_eq!(sensor.stats().openings, 2);
-}
-
-#[test]
 fn a_host_that_returns_at_once_is_served() {
     let (_folder, link, _sensor) = connected("");
     for _ in 0..50 {
@@ -227,15 +213,4 @@ fn a_sensor_that_is_stopped_waits_for_its_reader() {
         (stats.bytes_sent..=stats.bytes_sent + stats.bytes_unread).contains(&read),
         "{read} bytes read of {stats:?}"
     );
-}
-
-#[test]
-fn a_file_in_place_of_the_link_is_unchanged() {
-    let folder = tempfile::tempdir().unwrap();
-    let link = folder.path().join("sensor");
-    fs::write(&link, "precious").unwrap();
-    let options = PtyOptions { link: Some(link.clone()), ..PtyOptions::default() };
-    let error = serve(Device::new(DeviceConfig::default()), options).unwrap_err();
-    assert!(error.to_string().contains("exists and is not a symbolic link"));
-    assert_eq!(fs::read_to_string(&link).unwrap(), "precious");
 }

@@ -179,14 +179,3 @@ fn an_output_set_by_the_user_is_unchanged() {
         }
     }
 }
-
-#[test]
-fn a_sensor_that_does_not_answer_is_absent() {
-    let mut requests = Requests::new(false, None);
-    requests.ask_presence(s(0), s(0));
-    while requests.poll_transmit(requests.poll_timeout().unwrap_or_default()).is_some() {
-        requests.handle_timeout(requests.poll_timeout().unwrap());
-    }
-    assert_eq!(requests.poll_event(), Some(RequestEvent::Absent));
-    assert_eq!(requests.poll_timeout(), None);
-}

