@@ -130,22 +130,6 @@ fn stamps_at_the_ends_of_64_bits_cost_no_sample() {
     assert_eq!((exit, &document["timing"]["samples"]), (0, &2400.into()));
 }
 
-#[test]
-fn a_rate_that_the_stamps_contradict_costs_no_sample() {
-    let folder = tempfile::tempdir().unwrap();
-    let capture = stamped(folder.path(), 40.0, |_| false);
-    for rate in ["20", "50", "200"] {
-        let (document, exit) = replay(&capture, &["--rate", rate]);
-        assert_eq!((exit, &document["timing"]["samples"]), (0, &2400.into()), "--rate {rate}");
-        assert_eq!(document["timing"]["rate_hz"], rate.parse::<f64>().unwrap());
-        assert_eq!(document["timing"]["missing"], Value::Null);
-        assert!(warned(&document, "stamps-doubtful"), "--rate {rate}");
-    }
-    let (document, _) = replay(&capture, &["--rate", "40"]);
-    assert!(!warned(&document, "stamps-doubtful"));
-    assert_eq!(document["timing"]["rate_from"], "option");
-}
-
 /// The clean minute as stored by a laboratory's script: a stamp, and the twelve fields.
 fn as_csv(rows: usize) -> String {
     let text = String::from_utf8(fs::read(replay_log(CLEAN)).unwrap()).unwrap();
@@ -256,51 +240,6 @@ fn advice_on_a_csv_file_is_about_its_rows() {
     assert_eq!(exit, 3);
     let advice = warning(&document, "no-valid-lines");
     assert!(advice.starts_with("100 of 100 lines rejected (number 100). ") && advice.contains("--columns"), "{advice}");
-}
-
-#[test]
-fn stamps_since_a_start_show_their_unit_or_need_it() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("since.csv");
-    let with_step = |step: i64| {
-        let text = as_csv(1000);
-        let mut lines = text.lines();
-        let header = lines.next().unwrap().to_owned() + "\n";
-        lines.enumerate().fold(header, |csv, (row, line)| {
-            let (_, fields) = line.split_once(',').unwrap();
-            csv + &format!("{},{fields}\n", step * row as i64)
-        })
-    };
-    for step in [25, 25_000, 25_000_000] {
-        fs::write(&path, with_step(step)).unwrap();
-        let (document, _) = replay(&path, &[]);
-        assert_eq!(document["timing"]["rate_hz"], 40.0, "{step}");
-    }
-    fs::write(&path, with_step(1000)).unwrap();
-    let refused = vn100().arg("replay").arg(&path).output().unwrap();
-    assert_eq!(refused.status.code(), Some(3));
-    let told = String::from_utf8(refused.stderr).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(told.contains("which may be ms or us") && told.contains("--columns 't=t:ms'"), "{told}");
-    let (document, exit) = replay(&path, &["--columns", "t=t:ms"]);
-    assert_eq!((exit, &document["timing"]["rate_hz"]), (0, &1.0.into()));
-}
-
-#[test]
-fn sentences_in_a_column_keep_their_checksum_and_their_stamp() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("raw.csv");
-    let text = String::from_utf8(fs::read(replay_log(CLEAN)).unwrap()).unwrap();
-    let rows = text.lines().enumerate().filter(|(index, _)| *index != 700);
-    let csv = rows.fold("bag_t,raw_data\n".to_owned(), |csv, (index, line)| {
-        let damaged = if index == 900 { line.replace("*", "0*") } else { line.into() };
-        csv + &format!("{},\"{damaged}\"\n", 1_761_939_167_000_000_000_u64 + 25_000_000 * index as u64)
-    });
-    fs::write(&path, csv).unwrap();
-    let (document, _) = replay(&path, &[]);
-    assert_eq!(document["link"]["bad_frames"]["checksum"], 1);
-    assert!(!document["warnings"].to_string().contains("accepted without a checksum"));
-    let timing = &document["timing"];
-    assert_eq!((&timing["samples"], &timing["missing"], &timing["gaps"]), (&2398.into(), &2.into(), &2.into()));
 }
 
 #[test]

@@ -50,13 +50,22 @@ fn white_noise_is_found_between_a_line_and_the_attitude_filter() {
     assert!(line.contains("gyro_y 18.40 Hz"), "{line}");
 }
 
+/// The reference record of `docs/validation.md`, measured once for all tests.
+pub(crate) fn reference() -> &'static Value {
+    static MEASURED: OnceLock<Value> = OnceLock::new();
+    MEASURED.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let options = ["--message", "VNIMU", "--profile", "lab3", "--duration", "5h", "--seed", "1"];
+        let (document, exit) = replay(&capture(folder.path(), "reference.vnimu", &options), &["--rate", "40"]);
+        assert_eq!(exit, 0);
+        document
+    })
+}
+
 #[test]
 fn five_hours_of_a_published_sensor_give_its_truth() {
-    let folder = tempfile::tempdir().unwrap();
-    let options = ["--profile", "lab3", "--message", "VNIMU", "--duration", "5h"];
-    let (document, exit) = replay(&capture(folder.path(), "lab3.vnymr", &options), &["--rate", "40"]);
-    assert_eq!(exit, 0);
-    let gyro = |term| parameter(&document, "gyro_y", term);
+    let document = reference();
+    let gyro = |term| parameter(document, "gyro_y", term);
     assert!(holds(gyro("white"), 0.354 * DEG_SQRT_H), "{}", gyro("white"));
     assert_eq!(gyro("bias_instability")["status"], "bounded");
     assert_eq!(gyro("rate_random_walk")["status"], "bounded", "five hours are too short for so small a walk");
@@ -64,11 +73,11 @@ fn five_hours_of_a_published_sensor_give_its_truth() {
     assert_eq!(gyro("rate_ramp")["status"], "bounded");
     // five hours give every walk a smaller bound than the level at which six more hours would
     // certainly find one
-    assert_eq!(promises_less_than_is_known(&document, 11.0 * 3600.0), 0);
+    assert_eq!(promises_less_than_is_known(document, 11.0 * 3600.0), 0);
     // the line at 18.4 Hz is in the shortest octaves, as a term in addition to the noise
-    assert_eq!(channel(&document, "gyro_y")["noise"]["fit"]["tau_min_s"], 0.025);
+    assert_eq!(channel(document, "gyro_y")["noise"]["fit"]["tau_min_s"], 0.025);
 
-    let accel = |term| parameter(&document, "accel_y", term);
+    let accel = |term| parameter(document, "accel_y", term);
     assert!(holds(accel("white"), 0.114 / 60.0), "{}", accel("white"));
     assert!(holds(accel("bias_instability"), 0.0131e-3 * 9.80665), "{}", accel("bias_instability"));
     assert_eq!(accel("rate_random_walk")["status"], "estimated");
@@ -76,67 +85,13 @@ fn five_hours_of_a_published_sensor_give_its_truth() {
 
     // as lab reports read the same record: 0.83 deg/h and 0.0356 mg, by twenty seeds 0.39 to 1.14 and 0.033 to 0.041
     let by_rule =
-        |name: &str| channel(&document, name)["noise"]["classical"]["bias_instability"]["value"].as_f64().unwrap();
+        |name: &str| channel(document, name)["noise"]["classical"]["bias_instability"]["value"].as_f64().unwrap();
     assert!((0.39..1.14).contains(&(by_rule("gyro_y") / DEG_H)), "{}", by_rule("gyro_y") / DEG_H);
     assert!((0.032..0.041).contains(&(by_rule("accel_y") / 9.80665e-3)), "{}", by_rule("accel_y") / 9.80665e-3);
 
     let unexpected: Vec<_> =
-        kinds(&document).into_iter().filter(|kind| !["rate-assumed", "vibration-line"].contains(kind)).collect();
+        kinds(document).into_iter().filter(|kind| !["rate-assumed", "vibration-line"].contains(kind)).collect();
     assert!(unexpected.is_empty(), "{unexpected:?}");
-}
-
-/// Averages of 20 refreshes, sent every fourth: white noise is low at short averaging times, and no
-/// bias is removed.
-#[test]
-fn a_window_longer_than_the_interval_is_distinguished_from_a_filter_of_the_bias() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("window.vnymr");
-    let (density, samples) = (6.1e-5, 24_000);
-    let mut state = 1_u64;
-    let mut averaged = |density: f64| -> Vec<f64> {
-        let refreshes: Vec<f64> =
-            (0..samples * 4 + 20).map(|_| density * 800_f64.sqrt() * normal(&mut state)).collect();
-        refreshes.windows(20).step_by(4).map(|window| window.iter().sum::<f64>() / 20.0).collect()
-    };
-    let [x, y, z] = [(); 3].map(|()| averaged(density));
-    let [ahead, right, down] = [(); 3].map(|()| averaged(1.4e-3));
-    let mut capture = sentence("VNRRG,85,0,20,20,0,0,0,3,3,0,0");
-    for i in 0..samples {
-        capture += &sentence(&format!(
-            "VNIMU,+00.2000,+00.0000,+00.4000,{:+08.3},{:+08.3},{:+08.3},{:+011.6},{:+011.6},{:+011.6},+33.0,+00101.325",
-            ahead[i],
-            right[i],
-            down[i] - 9.8,
-            x[i],
-            y[i],
-            z[i],
-        ));
-    }
-    fs::write(&path, capture).unwrap();
-    let (document, _) = replay(&path, &["--rate", "200"]);
-    let axes = ["gyro_x", "gyro_y", "gyro_z"];
-    for name in axes {
-        let white = parameter(&document, name, "white");
-        assert!((white["value"].as_f64().unwrap() / density - 1.0).abs() < 0.02, "{white}");
-        assert_eq!(parameter(&document, name, "rate_random_walk")["status"], "bounded", "{name}");
-    }
-    // of three intervals at 95 % one may miss it
-    let held = axes.iter().filter(|name| holds(parameter(&document, name, "white"), density)).count();
-    assert!(held >= 2, "{held} of 3");
-    assert!(!warned(&document, "compensated-stream"), "{}", document["warnings"]);
-}
-
-/// A sum of twelve uniform numbers: mean 0, variance 1.
-fn normal(state: &mut u64) -> f64 {
-    let uniform = (0..12).map(|_| {
-        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (*state >> 11) as f64 / 2_f64.powi(53)
-    });
-    uniform.sum::<f64>() - 6.0
-}
-
-fn sentence(content: &str) -> String {
-    format!("${content}*{:02X}\r\n", content.bytes().fold(0, |sum, byte| sum ^ byte))
 }
 
 #[test]
@@ -220,10 +175,6 @@ fn intervals_follow_the_confidence() {
     let [wide_point, wide_white] = width(&["--confidence", "0.999"]);
     assert!(narrow_point < point && point < wide_point);
     assert!(narrow_white < white && white < wide_white);
-    for estimator in ["plain", "full"] {
-        width(&["--estimator", estimator]);
-    }
-    width(&["--deviation", "hadamard"]);
     for confidence in ["0", "1", "-1", "95", "NaN", "x"] {
         let output = vn100().args(["replay", "x.vnymr", &format!("--confidence={confidence}")]).output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{confidence}");
@@ -233,7 +184,7 @@ fn intervals_follow_the_confidence() {
 #[test]
 fn a_measurement_ends_when_the_figure_is_known() {
     let folder = tempfile::tempdir().unwrap();
-    let path = capture(folder.path(), "imu.vnymr", &["--message", "VNIMU", "--duration", "20min"]);
+    let path = capture(folder.path(), "imu.vnymr", &["--message", "VNIMU", "--duration", "10min"]);
     let (document, exit) = replay(&path, &["--rate", "40", "--until", "gyro N ±2%"]);
     assert_eq!(exit, 0);
     let duration_s = document["timing"]["duration_s"].as_f64().unwrap();
@@ -249,13 +200,6 @@ fn a_measurement_ends_when_the_figure_is_known() {
     let both = ["--rate", "40", "--until", "gyro N ±2%", "--until", "gyro_x N ±50%", "--estimator", "strided"];
     let (again, _) = replay(&path, &both);
     assert_eq!(again["timing"]["samples"], document["timing"]["samples"]);
-
-    let output =
-        vn100().args(["replay", "--json", "--rate", "40", "--until", "gyro B ±5%"]).arg(&path).output().unwrap();
-    assert_eq!(output.status.code(), Some(4));
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(stderr.contains("gyro B ±5 %") && stderr.contains("gyro_x"), "{stderr}");
-    assert!(!output.stdout.is_empty(), "the result is there all the same");
 }
 
 #[test]

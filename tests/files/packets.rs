@@ -165,21 +165,6 @@ fn uncompensated_packets_with_an_attitude_are_measured_as_such() {
     assert_eq!(document["source"]["compensated"], false);
 }
 
-/// Two runs of the sensor in one file of packets, without arrival times.
-#[test]
-fn a_restart_is_reported_without_arrival_times() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("x.bin");
-    let mut sim = vn100();
-    sim.args(["sim", "--message", "BINARY", "--rate", "200", "--duration", "5s", "-o"]).arg(&file);
-    assert!(sim.status().unwrap().success());
-    let bytes = fs::read(&file).unwrap();
-    fs::write(&file, [&bytes[..], &bytes[..44 * 700]].concat()).unwrap();
-    let (document, _) = replay(&file, &[]);
-    assert_eq!((timing(&document, "segments"), timing(&document, "samples")), (&2.into(), &1700.into()));
-    assert!(document["warnings"].to_string().contains("the sensor restarted 1 time"), "{}", document["warnings"]);
-}
-
 #[test]
 fn lost_packets_are_counted_exactly() {
     let folder = tempfile::tempdir().unwrap();

@@ -211,7 +211,7 @@ fn facts_of_the_sensor_in_a_recording_are_in_the_report() {
 #[test]
 fn a_stream_of_all_samples_has_no_aliasing() {
     let folder = TempDir::new().unwrap();
-    let capture = simulated(&folder, "a.bin", &["--message", "BINARY", "--rate", "800"]);
+    let capture = simulated(&folder, "a.bin", &["--message", "BINARY", "--rate", "800", "--duration", "1min"]);
     let (_, html) = report(&folder, &[&capture], &[]);
     assert!(html.contains("aliasing on board: none at this rate, with any averaging window."));
     for part in ["1 to 1.00 times", "nor entirely missing lines"] {

@@ -67,6 +67,7 @@ fn a_restart_of_the_sensor_is_one_in_the_table() {
     fs::write(&twice, fs::read(boot).unwrap().repeat(2)).unwrap();
     let (written, read) = written_and_read(&twice, &folder.path().join("twice.csv"), &[]);
     assert_eq!(written["timing"]["segments"], 2);
+    assert!(written["warnings"].to_string().contains("the sensor restarted 1 time"), "{}", written["warnings"]);
     assert_eq!(written["timing"], read["timing"]);
 }
 

@@ -25,6 +25,7 @@ const NOT_RUN: &[(&str, &str)] = &[
     ("cargo install --locked --path crates/vn100", "a build"),
     ("cargo bench", "minutes of measuring"),
     ("cargo run -p vn100-sim --example replay_logs", "a test compares what it writes"),
+    ("vn100 replay reference.vnimu --rate 40", "a test compares what it measures"),
     (".ci/package", "a build, with the packages of one distribution"),
     (".ci/archive", "a build for another system"),
     ("pip install maturin && maturin build", "a build, made by the gate"),

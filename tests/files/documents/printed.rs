@@ -1,7 +1,10 @@
 //! The shown output in a document equals the output of the program.
 
 use super::shown::documents;
-use crate::support::{capture, channel, replay, vn100, workspace};
+use crate::{
+    numbers::reference,
+    support::{capture, channel, vn100, workspace},
+};
 
 /// How far the noise of two records of one emulated sensor may be apart: of one that is measured
 /// live the first sample is a matter of chance.
@@ -69,9 +72,7 @@ fn the_reference_record_is_measured_as_documented() {
         .take_while(|line| line.starts_with('|'))
         .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
         .collect();
-    let folder = tempfile::tempdir().unwrap();
-    let options = ["--message", "VNIMU", "--profile", "lab3", "--duration", "5h", "--seed", "1"];
-    let (measured, _) = replay(&capture(folder.path(), "reference.vnimu", &options), &["--rate", "40"]);
+    let measured = reference();
     let mut axis = String::new();
     for row in &rows {
         let [named, name, unit, _truth, shown] = row[..] else { panic!("{row:?}") };
@@ -79,7 +80,7 @@ fn the_reference_record_is_measured_as_documented() {
             axis = format!("{}_{letter}", if sensor == "gyro" { "gyro" } else { "accel" });
         }
         let (field, si) = parameter(name, unit);
-        let noise = &channel(&measured, &axis)["noise"][field];
+        let noise = &channel(measured, &axis)["noise"][field];
         let fields = if shown.starts_with('≤') { &["upper"][..] } else { &["value", "lower", "upper"] };
         let numbers = shown.split([' ', '(', ')', '≤']).filter(|text| text.parse::<f64>().is_ok());
         let numbers: Vec<&str> = numbers.collect();

@@ -51,51 +51,40 @@ fn a_stream_whose_bias_is_tracked_is_found_out() {
     }
     let path = rates(folder.path(), &mut |_, _, rate| rate);
     let (document, _) = replay(&path, &["--columns", COLUMNS]);
-    assert!(!warned(&document, "compensated-stream"));
+    for kind in ["compensated-stream", "vibration-line", "not-stationary", "warm-up"] {
+        assert!(!warned(&document, kind), "{}", document["warnings"]);
+    }
     assert_eq!(parameter(&document, "gyro_x", "bias_instability")["status"], "estimated");
 }
 
 #[test]
 fn a_disturbance_is_reported_with_its_place() {
     let folder = tempfile::tempdir().unwrap();
-    let disturbed = |change: &mut dyn FnMut(usize, usize, f64) -> f64| {
-        let (document, _) = replay(&rates(folder.path(), change), &["--columns", COLUMNS]);
-        document
-    };
-    let text = |document: &Value, kind: &str| {
+    // the standard deviation is 8.6e-4 rad/s
+    let path = rates(folder.path(), &mut |row, axis, rate| {
+        let disturbance = match axis {
+            0 => 1e-3 * (-(row as f64) / 12_000.0).exp(),
+            1 => 4.3e-4 * (std::f64::consts::TAU * 7.3 * row as f64 / 40.0).sin(),
+            _ => 0.0,
+        };
+        rate + disturbance
+    });
+    let (document, _) = replay(&path, &["--columns", COLUMNS]);
+    let text = |kind: &str| {
         let warnings = document["warnings"].as_array().unwrap();
         let warning = warnings.iter().find(|warning| warning["kind"] == kind);
         warning.unwrap_or_else(|| panic!("no {kind} in {warnings:?}"))["text"].as_str().unwrap().to_owned()
     };
-    let kinds = ["vibration-line", "not-stationary", "warm-up"];
-    let clean = disturbed(&mut |_, _, rate| rate);
-    assert!(kinds.iter().all(|kind| !warned(&clean, kind)), "{}", clean["warnings"]);
-
-    // the standard deviation is 8.6e-4 rad/s
-    let sine = |row: usize| 4.3e-4 * (std::f64::consts::TAU * 7.3 * row as f64 / 40.0).sin();
-    let shaken = disturbed(&mut |row, axis, rate| rate + if axis == 1 { sine(row) } else { 0.0 });
-    let vibration = text(&shaken, "vibration-line");
+    let vibration = text("vibration-line");
     assert!(vibration.contains("gyro_y 7.30 Hz"), "{vibration}");
-    let line = &channel(&shaken, "gyro_y")["spectrum"]["lines"][0];
+    let line = &channel(&document, "gyro_y")["spectrum"]["lines"][0];
     assert!((line["amplitude"].as_f64().unwrap() - 4.3e-4).abs() < 4e-5, "{line}");
     assert!((line["frequency_hz"].as_f64().unwrap() - 7.3).abs() < 0.01, "{line}");
 
-    let slammed = disturbed(&mut |row, axis, rate| {
-        rate + if axis == 2 && (72_000..72_040).contains(&row) {
-            4.3e-3 * if row % 8 < 4 { 1.0 } else { -1.0 }
-        } else {
-            0.0
-        }
-    });
-    let slam = text(&slammed, "not-stationary");
-    assert!(slam.contains("gyro_z") && slam.contains("30:0"), "{slam}");
-
-    let warming =
-        disturbed(&mut |row, axis, rate| rate + if axis == 0 { 1e-3 * (-(row as f64) / 12_000.0).exp() } else { 0.0 });
-    let warm_up = text(&warming, "warm-up");
+    let warm_up = text("warm-up");
     assert!(warm_up.contains("gyro_x") && warm_up.contains("--skip"), "{warm_up}");
     let skip: String = warm_up.chars().skip(warm_up.find("--skip ").unwrap() + 7).take_while(|c| *c != '`').collect();
-    let (cured, _) = replay(&folder.path().join("rates.csv"), &["--columns", COLUMNS, "--skip", &skip]);
+    let (cured, _) = replay(&path, &["--columns", COLUMNS, "--skip", &skip]);
     assert!(!warned(&cured, "warm-up"), "--skip {skip} does not cure it");
 }
 
@@ -118,29 +107,4 @@ fn a_ramp_is_found_and_the_hadamard_deviation_does_not_see_it() {
         let ratio = deviation(&ramp, "gyro_x", m) / deviation(&plain, "gyro_x", m);
         assert!((ratio - 1.0).abs() < 2e-3, "{m}: {ratio}");
     }
-}
-
-#[test]
-fn quantisation_is_fitted_on_request() {
-    /// Angles are rounded to this step in rad: Q is the step divided by √12.
-    const STEP_RAD: f64 = 1e-3;
-    /// A value between -1/2 and 1/2, without a pattern (Steele et al., 2014).
-    fn rounding(row: usize) -> f64 {
-        let mut x = (row as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (x ^ (x >> 31)) as f64 / 2_f64.powi(64) - 0.5
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let path = rates(folder.path(), &mut |row, axis, rate| {
-        let rounded = STEP_RAD * 40.0 * (rounding(row + 1) - rounding(row));
-        rate + if axis == 0 { rounded } else { 0.0 }
-    });
-    let (document, _) = replay(&path, &["--columns", COLUMNS, "--quantization"]);
-    let found = parameter(&document, "gyro_x", "quantization");
-    assert_eq!((found["status"].as_str(), found["unit"].as_str()), (Some("estimated"), Some("rad")));
-    assert!(holds(found, STEP_RAD / 12_f64.sqrt()), "{found}");
-    assert_eq!(parameter(&document, "gyro_y", "quantization")["status"], "bounded");
-    let (unasked, _) = replay(&path, &["--columns", COLUMNS]);
-    assert!(parameter(&unasked, "gyro_x", "quantization").is_null());
 }

@@ -13,11 +13,11 @@ const WHITE: f64 = 100.0;
 
 const SHAPED: &str = "gyro_y";
 
-struct Lcg(u64);
+pub(crate) struct Lcg(pub(crate) u64);
 
 impl Lcg {
     /// Nearly normal, of variance 1.
-    fn normal(&mut self) -> f64 {
+    pub(crate) fn normal(&mut self) -> f64 {
         let uniform = (0..12).map(|_| {
             self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (self.0 >> 11) as f64 / 2_f64.powi(53)

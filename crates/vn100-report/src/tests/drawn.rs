@@ -1,6 +1,6 @@
 //! The figures of a record.
 
-use super::fixture::at_rest;
+use super::fixture::{at_rest, long_at_rest};
 use crate::figure::{Figure, Figures};
 
 fn figure<'a>(figures: &'a [Figure], id: &str) -> &'a Figure {
@@ -30,8 +30,7 @@ fn the_figures_of_a_source_under_way_are_those_of_its_noise() {
 /// 15 octaves, of which the last has too few degrees of freedom to be joined to the others.
 #[test]
 fn each_known_deviation_has_a_symbol_and_an_interval() {
-    let measured = at_rest(32_768, &[]);
-    let figures = Figures::of(&measured, "");
+    let figures = Figures::of(long_at_rest(), "");
     let gyro = figure(&figures.allan_sensors, "allan-gyro");
     assert_eq!(gyro.series[0].values.len(), 15);
     let (disc, ring) = ("<circle r=\"3.1\" class=\"a c0\" fill=\"#0072b2\"/>", "<circle r=\"3.1\" class=\"h quiet\"");
@@ -43,8 +42,7 @@ fn each_known_deviation_has_a_symbol_and_an_interval() {
 
 #[test]
 fn a_figure_of_the_data_sheet_for_the_minimum_of_the_curve_is_a_line_at_that_height() {
-    let measured = at_rest(32_768, &[]);
-    let figures = Figures::of(&measured, "");
+    let figures = Figures::of(long_at_rest(), "");
     let gyro = figure(&figures.allan_sensors, "allan-gyro");
     assert_eq!(count(gyro, "stroke-dasharray=\"7 3 1.5 3\" d=\"M"), 4 + 2 + 1);
     // at most 10 °/h
@@ -56,8 +54,7 @@ fn a_figure_of_the_data_sheet_for_the_minimum_of_the_curve_is_a_line_at_that_hei
 
 #[test]
 fn the_legend_of_an_axis_names_the_fitted_model() {
-    let measured = at_rest(32_768, &[]);
-    let figures = Figures::of(&measured, "");
+    let figures = Figures::of(long_at_rest(), "");
     let gyro_z = figure(&figures.allan_axes, "allan-gyro_z");
     for entry in [">fitted model</text>", ">graphical method</text>", ">N 0.10", ">B ≤ ", ">K "] {
         assert_eq!(count(gyro_z, entry), 1, "{entry}");
@@ -70,9 +67,6 @@ fn the_six_highest_peaks_have_their_frequencies_beside_them() {
     let measured = at_rest(32_768, &peaks);
     let figures = Figures::of(&measured, "");
     let accel = figure(&figures.spectra, "spectrum-accel");
-    for (hz, _) in peaks {
-        println!("{hz} {}", count(accel, &format!(">{hz:.1} Hz</text>")));
-    }
     assert_eq!(count(accel, " Hz</text>"), 6);
 }
 
@@ -87,8 +81,7 @@ fn deviations_of_segments_begin_at_zero() {
 
 #[test]
 fn the_normal_curve_lies_in_a_layer_of_its_own_above_the_bars() {
-    let measured = at_rest(32_768, &[]);
-    let figures = Figures::of(&measured, "");
+    let figures = Figures::of(long_at_rest(), "");
     let svg = figure(&figures.histograms, "histogram-gyro_x").svg_element();
     let layers: Vec<&str> = svg.split("class=\"data series ").skip(1).map(|layer| &layer[..2]).collect();
     assert_eq!(layers, ["s0", "s1"]);

@@ -1,6 +1,9 @@
 //! Records of a sensor at rest, by numbers that are the same everywhere.
 
-use std::{f64::consts::TAU, sync::Arc};
+use std::{
+    f64::consts::TAU,
+    sync::{Arc, OnceLock},
+};
 
 use vn100_analysis::{
     Analysis, Assessment, End, Parts, Settings, Snapshot, SourceFacts, SourceResult, UnmetGoal,
@@ -97,6 +100,12 @@ pub(crate) fn at_rest(samples: u64, vibrations: &[(f64, f64)]) -> SourceResult {
             _ => 0.0,
         }
     })
+}
+
+/// Fourteen minutes of it without vibration, measured once for all tests.
+pub(crate) fn long_at_rest() -> &'static SourceResult {
+    static MEASURED: OnceLock<SourceResult> = OnceLock::new();
+    MEASURED.get_or_init(|| at_rest(32_768, &[]))
 }
 
 /// In a room whose temperature rises and falls by 3 °C twice, and with it the bias of the x axis of

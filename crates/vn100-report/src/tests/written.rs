@@ -3,7 +3,7 @@
 use serde_json::Value;
 use vn100_analysis::{Completion, SourceResult, protocol::stream::BagReport};
 
-use super::fixture::at_rest;
+use super::fixture::{at_rest, long_at_rest};
 use crate::remedies::page_words;
 use crate::{Asked, Consumer, Document, Evaluation, FilterNoise, MeasuredSource, metrics_text, summary::Summary};
 
@@ -13,8 +13,7 @@ fn document(result: &SourceResult) -> Value {
 
 #[test]
 fn statistics_have_as_many_decimals_as_their_quantity_needs() {
-    let measured = at_rest(32_768, &[]);
-    let summary = Summary::new(&measured, page_words);
+    let summary = Summary::new(long_at_rest(), page_words);
     let rows: Vec<_> = (summary.statistics.iter())
         .map(|row| {
             format!("{} {}: {}; {}; {}", row.label, row.unit, row.means.join(" "), row.stds.join(" "), row.remark)
@@ -32,9 +31,8 @@ fn statistics_have_as_many_decimals_as_their_quantity_needs() {
 
 #[test]
 fn the_file_for_kalibr_says_of_each_value_what_it_is() {
-    let measured = at_rest(32_768, &[]);
     let kalibr = Consumer::named("kalibr").unwrap();
-    let text = kalibr.file(&FilterNoise::of(&measured, 60.0)).unwrap();
+    let text = kalibr.file(&FilterNoise::of(long_at_rest(), 60.0)).unwrap();
     for lines in [
         "m/s^2/sqrt(Hz): accel_z, estimated\n",
         "\naccelerometer_noise_density: 0.0063428\n",
@@ -76,10 +74,9 @@ fn the_counts_of_a_bag_stand_under_their_names() {
 
 #[test]
 fn a_parameter_that_must_pass_and_does_is_not_reported() {
-    let measured = at_rest(32_768, &[]);
     for (figure, unmet) in [("gyro B", 0), ("accel B", 1)] {
         let asked = Asked { fail_on: vec![figure.parse().unwrap()], typical_is_limit: false };
-        let complete = Evaluation::new(None, asked).unwrap().complete(measured.clone());
+        let complete = Evaluation::new(None, asked).unwrap().complete(long_at_rest().clone());
         assert_eq!(complete.unmet.len(), unmet, "{:?}", complete.unmet);
         let expected = if unmet == 0 { Completion::Complete } else { Completion::NotMet };
         assert_eq!(complete.completion, expected);

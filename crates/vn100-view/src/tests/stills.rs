@@ -34,8 +34,14 @@ const CELL: (f64, f64) = (8.4, 17.0);
 #[test]
 fn a_measurement_from_its_beginning() {
     const MINUTES: [f64; 12] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 90.0, 120.0];
+    let mut generator = Generator::new(&Profile::named("lab3").unwrap(), RATE_HZ, 1).unwrap();
+    let message = Message::named("VNIMU").unwrap();
+    let (mut capture, mut written) = (Vec::new(), 0);
     let frames = MINUTES.map(|minutes| {
-        let source = replayed((minutes * 60.0 * f64::from(RATE_HZ)) as u64);
+        let samples = (minutes * 60.0 * f64::from(RATE_HZ)) as u64;
+        (written..samples).for_each(|_| write_next(&mut capture, message, &mut generator));
+        written = samples;
+        let source = replayed(capture.clone(), samples);
         let state = ViewState { axis: Some(1), ..one() };
         drawn(&state, &[source], THEME, (120, 34))
     });
@@ -54,12 +60,8 @@ fn compare(name: &str, svg: &str, most_bytes: usize) {
     assert!(fs::read_to_string(&file).unwrap_or_default() == svg, "{name} is not what is drawn");
 }
 
-/// A replay that has come so far.
-fn replayed(samples: u64) -> SourceView {
-    let mut generator = Generator::new(&Profile::named("lab3").unwrap(), RATE_HZ, 1).unwrap();
-    let mut capture = Vec::new();
-    let message = Message::named("VNIMU").unwrap();
-    (0..samples).for_each(|_| write_next(&mut capture, message, &mut generator));
+/// A replay that has come so far: to the end of these lines.
+fn replayed(capture: Vec<u8>, samples: u64) -> SourceView {
     let settings = Settings { rate_hz: Some(RATE_HZ.into()), recent: true, ..Settings::default() };
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     let measured = runtime.block_on(async {

@@ -6,6 +6,8 @@ use vn100_analysis::{Analysis, Assessment, Finding, Settings, Snapshot, Warning,
 use vn100_protocol::stream::{Batch, StreamCounts};
 use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, RegisterFields, VNIMU};
 
+use crate::noise_shapes::Lcg;
+
 /// Windows of four refreshes, averaged in both outputs.
 pub(crate) const WINDOWS_OF_4: (u8, &str) = (85, "0,4,4,4,0,0,3,3,3,0");
 
@@ -51,19 +53,12 @@ impl Default for Simulated {
 
 impl Simulated {
     pub(crate) fn record(self) -> (Snapshot, Assessment) {
-        let mut state = self.seed;
-        let mut normal = || {
-            let uniform = (0..12).map(|_| {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                (state >> 11) as f64 / 2_f64.powi(53)
-            });
-            uniform.sum::<f64>() - 6.0
-        };
+        let mut random = Lcg(self.seed);
         let levels: Vec<_> = self.layout.channels.iter().map(self.level).collect();
         let mut counts = Vec::new();
         for sample in 0..self.samples {
             for (channel, (mean, std)) in self.layout.channels.iter().zip(&levels) {
-                counts.push((mean + std * normal() + (self.added)(channel, sample)).round() as i32);
+                counts.push((mean + std * random.normal() + (self.added)(channel, sample)).round() as i32);
             }
         }
         let reply = |&(register, fields): &(u8, &str)| RegisterContents {
