@@ -23,6 +23,9 @@ const ON_TICKS: f64 = 0.05;
 const COARSE_TICKS_S: [f64; 3] = [0.01, 0.015_625, 0.016];
 const NEAR_SUM: f64 = 0.04;
 
+/// Fewer numbers of steps between longer ones must be as even as ticks. Chosen.
+const FEW_PAUSES: usize = 8;
+
 /// The least difference of every other step in pairs, in mean steps. Chosen.
 const PAIRED: f64 = 0.1;
 
@@ -216,8 +219,17 @@ fn change_of_rate(stamps_s: &[f64]) -> Option<(usize, f64, f64)> {
     if first.len().min(rest.len()) < BLOCK {
         return None;
     }
-    let (before, after) = (steps_of(first, None)?.period_s, steps_of(rest, None)?.period_s);
-    (!is_same(before, after)).then_some((place, before, after))
+    let (before, after) = (steps_of(first, None)?, steps_of(rest, None)?);
+    // samples that are missing at random may look like uneven ones for a while
+    let is_lossy = is_lossy(first, before, after) || is_lossy(rest, after, before);
+    (!is_lossy && !is_same(before.period_s, after.period_s)).then_some((place, before.period_s, after.period_s))
+}
+
+/// Whether samples that look uneven have the single step of `others`, of which some are missing.
+fn is_lossy(stamps_s: &[f64], steps: Steps, others: Steps) -> bool {
+    let steps_s = differences(stamps_s);
+    let singles = steps_s.iter().filter(|step_s| (*step_s / others.period_s - 1.0).abs() <= NEAR).count();
+    steps.unevenness.is_some() && others.unevenness.is_none() && 4 * singles >= steps_s.len()
 }
 
 /// The steps of these samples; `None` for fewer than two, or without an even step. `last` are the
@@ -364,7 +376,9 @@ fn even_pauses(periods: &[f64]) -> (bool, f64) {
     let between: Vec<f64> = other.windows(2).map(|pair| (pair[1] - pair[0]) as f64).collect();
     let lengths: Vec<f64> = other.iter().map(|place| periods[*place]).collect();
     let (Some(middle), Some(length)) = (median(&between), median(&lengths)) else { return (false, 0.0) };
-    let is_even = |run: &&[f64]| (run[1] - 0.5 * (run[0] + run[2])).abs() <= f64::max(1.0, NEAR * run[1]);
+    // a few numbers are about even by chance
+    let near = if between.len() < FEW_PAUSES { ON_TICKS } else { NEAR };
+    let is_even = |run: &&[f64]| (run[1] - 0.5 * (run[0] + run[2])).abs() <= f64::max(1.0, near * run[1]);
     let even = between.windows(3).filter(is_even).count();
     (between.len() >= 4 && middle >= 2.0 && 10 * even >= 9 * (between.len() - 2), length)
 }
