@@ -235,7 +235,7 @@ fn events_continue_for_a_returning_reader_and_end_with_the_program() {
 
 #[test]
 fn the_seventeenth_page_gets_the_present_state_and_one_that_is_closed_makes_room() {
-    let served = Served::start(&["attach", "sim", "-d", "30s", "--json"]);
+    let served = Served::start(&["attach", "sim", "--json"]);
     // as the page knows it, even if new states follow each other closely
     fn stays_open(mut events: impl Iterator<Item = String>) -> bool {
         events.find(|line| line == "event: alive" || line == "event: full").is_some_and(|event| event == "event: alive")
