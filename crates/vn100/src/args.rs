@@ -319,6 +319,13 @@ pub(crate) struct JsonArgs {
     pub(crate) json: bool,
 }
 
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub(crate) struct ForceArgs {
+    /// Replace existing files
+    #[arg(long, help_heading = "Output")]
+    pub(crate) force: bool,
+}
+
 /// Diagnostics; without them, warnings only.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Diagnostics")]

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use vn100_report::Consumer;
 
+use super::ForceArgs;
+
 #[derive(Debug, clap::Args)]
 pub(crate) struct ExportArgs {
     /// The data sheet of the sensor: its name, as `vn100 explain` lists them, or a file (TOML)
@@ -28,17 +30,23 @@ pub(crate) struct ExportArgs {
     #[arg(long, help_heading = "Stream", value_name = "HZ", value_parser = positive)]
     pub(crate) refresh: Option<f64>,
 
-    /// Error of the scale factor, which kf-gins needs
-    #[arg(long, help_heading = "Stream", value_name = "PPM", value_parser = positive)]
-    pub(crate) scale_factor: Option<f64>,
+    #[command(flatten)]
+    pub(crate) not_shown: ScaleFactorArgs,
 
     /// The file to write [default: standard output]
     #[arg(short, long, help_heading = "Output", value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 
-    /// Replace an existing file
-    #[arg(long, help_heading = "Output", requires = "output")]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) existing: ForceArgs,
+}
+
+/// What filters need and no record at rest shows.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ScaleFactorArgs {
+    /// Error of the scale factor, which kf-gins needs and no record at rest shows
+    #[arg(long, help_heading = "Exports", value_name = "PPM", value_parser = positive)]
+    pub(crate) scale_factor: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,7 +69,7 @@ fn consumer() -> impl TypedValueParser<Value = &'static Consumer> {
     PossibleValuesParser::new(consumers()).try_map(|name| Consumer::named(&name).ok_or("unknown program"))
 }
 
-pub(super) fn positive(text: &str) -> Result<f64, String> {
+fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
         _ => Err("not a number above 0".into()),

@@ -9,9 +9,9 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use vn100_report::Consumer;
 
 use super::{
-    FileArgs,
+    FileArgs, ForceArgs,
     duration::length,
-    export::{consumers, positive},
+    export::{ScaleFactorArgs, consumers},
 };
 
 #[derive(Debug, clap::Args)]
@@ -24,9 +24,8 @@ pub(crate) struct ReportArgs {
     #[arg(short, long, help_heading = "Output", value_name = "OUT")]
     pub(crate) output: Option<PathBuf>,
 
-    /// Replace existing files
-    #[arg(long, help_heading = "Output")]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) existing: ForceArgs,
 
     /// Write the numbers for other programs beside it: once for each form, or with commas between
     /// them
@@ -43,9 +42,8 @@ pub(crate) struct ReportArgs {
     #[arg(long, help_heading = "Exports")]
     pub(crate) fill_from_datasheet: bool,
 
-    /// Error of the scale factor, which kf-gins needs and no record at rest shows
-    #[arg(long, help_heading = "Exports", value_name = "PPM", value_parser = positive)]
-    pub(crate) scale_factor: Option<f64>,
+    #[command(flatten)]
+    pub(crate) not_shown: ScaleFactorArgs,
 }
 
 impl ReportArgs {

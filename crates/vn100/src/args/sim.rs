@@ -10,7 +10,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use vn100_protocol::{AsyncType, MESSAGES, PACKET_MESSAGES, PacketMessage};
 use vn100_sim::Message;
 
-use super::{duration::duration, link::SimSensorArgs};
+use super::{ForceArgs, duration::duration, link::SimSensorArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct SimArgs {
@@ -53,9 +53,8 @@ pub(crate) struct SimArgs {
         conflicts_with_all = ["output", "link"])]
     tcp: Option<SocketAddr>,
 
-    /// Replace an existing capture
-    #[arg(long, help_heading = "Capture", requires = "output")]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) existing: ForceArgs,
 }
 
 /// This machine alone can open it, at a port that the system chooses.

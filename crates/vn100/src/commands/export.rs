@@ -21,13 +21,13 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Completion> {
     let refresh_hz = args.refresh.or(sheet.onboard.map(|onboard| onboard.refresh_hz));
     let stream = SheetStream { rate_hz, aliasing: aliasing(rate_hz, window, refresh_hz, &sheet.name)? };
     let mut noise = FilterNoise::of_datasheet(&sheet, stream);
-    noise.scale_factor_ppm = args.scale_factor;
+    noise.scale_factor_ppm = args.not_shown.scale_factor;
     let name = args.output.as_deref().unwrap_or_else(|| Path::new(args.to.title));
     let text = args.to.file(&noise).map_err(|error| not_written(name, &error))?;
     match &args.output {
         None => print(&text)?,
         Some(path) => {
-            let output = Output::new(path, args.force);
+            let output = Output::new(path, args.existing.force);
             output.check(path, std::slice::from_ref(&args.datasheet))?;
             output.write(path, |file| Ok(file.write_all(text.as_bytes())?))?;
             print(&format!("wrote {}\n", path.display()))?;

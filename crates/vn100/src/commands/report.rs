@@ -29,7 +29,7 @@ pub(super) use exports::not_written;
 
 pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     let files = &args.files;
-    let output = Output::new(&args.output(), args.force);
+    let output = Output::new(&args.output(), args.existing.force);
     if let Some(page) = output.page() {
         output.check(page, &files.files)?;
     }

@@ -75,7 +75,7 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
         written.context("cannot write to standard output")?;
         return Ok(Completion::Complete);
     }
-    let file = Output::new(output, args.force);
+    let file = Output::new(output, args.existing.force);
     file.check(output, &[])?;
     let is_recording = output.extension().is_some_and(|extension| extension == "mcap");
     file.write(output, |out| {

@@ -116,7 +116,7 @@ impl<'a> Exports<'a> {
         evaluation: &Evaluation,
     ) -> Result<()> {
         let mut noise = FilterNoise::of(record, self.args.span.as_secs_f64());
-        noise.scale_factor_ppm = self.args.scale_factor;
+        noise.scale_factor_ppm = self.args.not_shown.scale_factor;
         if self.args.fill_from_datasheet {
             evaluation.fill(&mut noise, record);
         }
