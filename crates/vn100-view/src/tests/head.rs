@@ -45,12 +45,12 @@ fn the_goal_and_the_time_until_it_are_shown_at_every_size() {
     for (duration_s, until, shown) in [
         (Some(1200), &[][..], "goal: 8 min 20 s of 20 min, 11 min 40 s more"),
         (Some(500), &[], "goal: 8 min 20 s of 8 min 20 s"),
-        (None, &["gyro N ±0.5%"], "goal: gyro N ±1.1 % of ±0.5 %, about 36 min more"),
+        (None, &["gyro N ±0.5%"], "goal: gyro N ±1.1 % of ±0.5 %, about 33 min more"),
         (None, &["gyro N ±3%"], "goal: gyro N ±1.1 % of ±3 %, reached"),
         (None, &["gyro K ±3%"], "goal: gyro K ±3 %: not estimated yet"),
         (Some(1200), &["gyro N ±3%"], "goal: 8 min 20 s of 20 min, 11 min 40 s more"),
-        (Some(1200), &["gyro N ±0.5%"], "gyro N ±1.1 % of ±0.5 %, about 36 min more"),
-        (None, &["gyro N ±0.5%", "accel N ±0.5%"], "gyro N ±1.1 % of ±0.5 %, about 36 min more"),
+        (Some(1200), &["gyro N ±0.5%"], "gyro N ±1.1 % of ±0.5 %, about 33 min more"),
+        (None, &["gyro N ±0.5%", "accel N ±0.5%"], "gyro N ±1.1 % of ±0.5 %, about 33 min more"),
         (None, &["gyro N ±0.5%", "accel K ±0.5%"], "accel K ±0.5 %: not estimated yet"),
     ] {
         let source = with_goals(duration_s, until);

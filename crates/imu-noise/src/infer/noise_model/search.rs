@@ -16,9 +16,9 @@ use super::{
     spectral_rows::ChannelData,
     switching,
     thresholds::{
-        AS_GOOD_AS_ZERO, BENT_LINE, BESIDE_KNOWN_AVERAGING, BEYOND_FILTER, CYCLE, DEFINITE, FILTER_IN_VALUE, FILTERS,
-        HOPELESS, LEAST_RISE, MOST_DEFINITE, NEGLIGIBLE, OVERDISPERSED, PRESENT, PROCESSES, PROCESSES_IN_VALUE,
-        RAMP_PRESENT, RELAXATION, SWITCHING_PARAMETERS,
+        AS_FILTER, AS_GOOD_AS_ZERO, BENT_LINE, BESIDE_KNOWN_AVERAGING, BEYOND_FILTER, CYCLE, DEFINITE, FILTER_IN_VALUE,
+        FILTERS, HOPELESS, LEAST_RISE, LIKE_A_FILTER, MOST_DEFINITE, NEGLIGIBLE, OVERDISPERSED, PRESENT, PROCESSES,
+        PROCESSES_IN_VALUE, RAMP_PRESENT, RELAXATION, STOPPED, SWITCHING_PARAMETERS,
     },
 };
 use crate::infer::chi_squared;
@@ -174,10 +174,11 @@ impl<'a> Search<'a> {
         columns.push(WALK);
         columns.extend(*quantization);
         columns.extend(lines);
+        columns.extend(self.short_process().filter(|_| filter == AS_FILTER));
         if has_processes {
             // shorter ones are part of the filter
-            let shortest = BEYOND_FILTER * FILTERS[filter].memory;
-            let is_longer = |column: &usize| components[*column].process_time().is_some_and(|time| time >= shortest);
+            let shortest = f64::max(BEYOND_FILTER * FILTERS[filter].memory, LIKE_A_FILTER);
+            let is_longer = |column: &usize| self.process_time(*column) >= shortest;
             columns.extend(processes.clone().filter(is_longer));
         }
         let shapes = self.known_shapes().into_iter().chain(more.iter().map(Vec::as_slice)).collect();
@@ -190,6 +191,16 @@ impl<'a> Search<'a> {
             is_restricted: self.ramp().is_some(),
             ..Structure::default()
         }
+    }
+
+    /// Of a column; 0 of one that is none.
+    fn process_time(&self, column: usize) -> f64 {
+        self.layout.components[column].process_time().unwrap_or(0.0)
+    }
+
+    /// The column of the process that stands in the place of a filter; `None` if the record is too short.
+    fn short_process(&self) -> Option<usize> {
+        self.layout.processes.clone().find(|column| self.process_time(*column) < LIKE_A_FILTER)
     }
 
     /// Shapes that no noise explains, beside whatever it is.
@@ -213,7 +224,7 @@ impl<'a> Search<'a> {
     }
 
     fn scan_filters(&mut self) {
-        let filters = if self.layout.cosines.is_empty() { 1 } else { FILTERS.len() };
+        let filters = if self.layout.cosines.is_empty() { 1 } else { AS_FILTER };
         let mut best = f64::NEG_INFINITY;
         for of_memory in FILTERS[..filters].chunk_by(|a, b| a.memory == b.memory) {
             let mut likeliest = f64::NEG_INFINITY;
@@ -228,16 +239,26 @@ impl<'a> Search<'a> {
                 break;
             }
         }
+        if filters > 1 && self.short_process().is_some() {
+            let near = self.candidates.first().map(|candidate| &candidate.scored);
+            let candidate = self.candidate(AS_FILTER, false, near);
+            self.candidates.extend(candidate);
+        }
     }
 
     fn candidate(&self, filter: usize, has_processes: bool, near: Option<&Scored>) -> Option<Candidate> {
         let structure = self.structure(filter, has_processes, &[]);
         let mut scored = self.rows.fit(&structure, near)?;
+        let short = self.short_process().filter(|_| filter == AS_FILTER);
+        if short.is_some_and(|column| scored.parameters[WHITE] < STOPPED * scored.parameters[column]) {
+            return None;
+        }
         let variances = self.rows.variances(&structure, &mut scored);
         // each counts by the part of it that the record decides, and not what is known before (the trace
         // of the smoother, Hastie and Tibshirani, 1990)
         let decided = |(column, variance): (usize, &f64)| 1.0 - (variances[column] / variance).min(1.0);
-        let effective = structure.cosines.clone().zip(&structure.cosine_variances).map(decided).sum();
+        let cosines = structure.cosines.clone().zip(&structure.cosine_variances).map(decided).sum::<f64>();
+        let effective = cosines + if short.is_some() { 1.0 } else { 0.0 };
         let is_filtered = filter > 0;
         let unexpected = if is_filtered && self.data.is_averaging_known { BESIDE_KNOWN_AVERAGING } else { 0.0 };
         let of_filter = if is_filtered { (FILTERS.len() as f64 - 1.0).ln() } else { 0.0 };
@@ -253,7 +274,8 @@ impl<'a> Search<'a> {
         }
         let best = self.candidates.iter().map(|candidate| candidate.score).fold(f64::NEG_INFINITY, f64::max);
         // processes may take the place of cosines
-        let is_near = |candidate: &&Candidate| candidate.score > best - HOPELESS || candidate.filter == 0;
+        let takes_place = |filter: usize| [0, AS_FILTER].contains(&filter);
+        let is_near = |candidate: &&Candidate| candidate.score > best - HOPELESS || takes_place(candidate.filter);
         let near = self.candidates.iter().filter(is_near);
         let added: Vec<Candidate> =
             near.filter_map(|near| self.candidate(near.filter, true, Some(&near.scored))).collect();

@@ -93,7 +93,7 @@ impl Filter {
 }
 
 /// The filters that are possible; each is as likely as any other, and all together as likely as none.
-pub(super) const FILTERS: [Filter; 8] = [
+pub(super) const FILTERS: [Filter; 9] = [
     Filter { part: 0.0, memory: 0.0 },
     Filter { part: 0.1, memory: 1.0 },
     Filter { part: 1.0, memory: 1.0 },
@@ -102,15 +102,22 @@ pub(super) const FILTERS: [Filter; 8] = [
     Filter { part: 1.0, memory: 4.0 },
     Filter { part: 1.0, memory: 10.0 },
     Filter { part: 10.0, memory: 20.0 },
+    // a Gauss-Markov process of a few samples, without cosines
+    Filter { part: 0.0, memory: 0.0 },
 ];
+pub(super) const AS_FILTER: usize = FILTERS.len() - 1;
 
 /// Cosines at most.
 pub(super) const MOST_COSINES: usize = 40;
 
-/// Shortest correlation time of a Gauss-Markov process in samples, and from one to the next:
-/// shorter ones are part of the short filter.
-pub(super) const SHORTEST_PROCESS: f64 = 10.0;
+/// Shortest correlation time of a Gauss-Markov process in samples, and from one to the next.
+pub(super) const SHORTEST_PROCESS: f64 = 2.5;
 pub(super) const PROCESSES_APART: f64 = 4.0;
+
+/// A process of fewer samples stands in the place of a short filter ([`AS_FILTER`]). It is one only if
+/// the white noise beside it is more than what a filter stops: a low pass of the first order is such a
+/// process with nothing beside it.
+pub(super) const LIKE_A_FILTER: f64 = 10.0;
 
 /// Of the record: longer processes are a random walk over this record.
 pub(super) const LONGEST_PROCESS: f64 = 1.0 / 32.0;
@@ -123,7 +130,7 @@ pub(super) const MOST_LINES: usize = 5;
 pub(super) const PLANNED_BIAS: f64 = 1.15;
 pub(super) const PLANNED_WALK: f64 = 1.4;
 
-/// Of the white noise: a density below this is what a filter stops. To follow it a model would have
+/// Of the density at low frequencies: less is what a filter stops. To follow it a model would have
 /// to be as exact as this is small, and it says nothing of N.
 pub(super) const STOPPED: f64 = 0.05;
 
