@@ -23,7 +23,8 @@ const ON_TICKS: f64 = 0.05;
 const COARSE_TICKS_S: [f64; 3] = [0.01, 0.015_625, 0.016];
 const NEAR_SUM: f64 = 0.04;
 
-/// Fewer numbers of steps between longer ones must be as even as ticks. Chosen.
+/// If there are fewer distances between pauses than this, the distances must be as even as ticks: three or
+/// four random ones are often nearly even. Chosen.
 const FEW_PAUSES: usize = 8;
 
 /// The least difference of every other step in pairs, in mean steps. Chosen.
@@ -225,7 +226,8 @@ fn change_of_rate(stamps_s: &[f64]) -> Option<(usize, f64, f64)> {
     (!is_lossy && !is_same(before.period_s, after.period_s)).then_some((place, before.period_s, after.period_s))
 }
 
-/// Whether samples that look uneven have the single step of `others`, of which some are missing.
+/// Whether samples that look uneven are those of `others` with some missing: a quarter of their steps at
+/// least are single steps of `others`.
 fn is_lossy(stamps_s: &[f64], steps: Steps, others: Steps) -> bool {
     let steps_s = differences(stamps_s);
     let singles = steps_s.iter().filter(|step_s| (*step_s / others.period_s - 1.0).abs() <= NEAR).count();
