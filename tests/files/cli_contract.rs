@@ -406,7 +406,7 @@ fn a_full_disk_is_reported() {
 
 #[test]
 fn the_simulated_capture_is_the_shipped_one() {
-    let output = vn100().args("sim -o - --profile lab3 --duration 60s --rate 40 --seed 1".split(' ')).output().unwrap();
+    let output = vn100().args("sim -o - --like lab3 --duration 60s --rate 40 --seed 1".split(' ')).output().unwrap();
     assert!(output.stdout == fs::read(replay_log(CLEAN)).unwrap(), "the recipe of {CLEAN} gives other bytes");
 }
 
@@ -422,7 +422,7 @@ fn sim_replaces_nothing_unasked_and_names_its_choices() {
     assert!(String::from_utf8(refused.stderr).unwrap().contains("--force"));
     assert_eq!(run(&["--force", "--rate", "200"]).status.code(), Some(0));
     assert_eq!(fs::read(&path).unwrap().len(), 200 * 122);
-    let unknown = run(&["--force", "--profile", "mars"]);
+    let unknown = run(&["--force", "--like", "mars"]);
     assert!(String::from_utf8(unknown.stderr).unwrap().contains("lab3"));
     let odd = run(&["--force", "--rate", "33"]);
     assert!(String::from_utf8(odd.stderr).unwrap().contains("200"));

@@ -34,7 +34,7 @@ fn every_message_of_the_emulated_sensor_is_measured_alike() {
     let folder = tempfile::tempdir().unwrap();
     let (clean, _) = replay(&replay_log(CLEAN), &[]);
     for (message, channels) in [("VNMAR", 9), ("VNQMR", 13)] {
-        let options = ["sim", "--message", message, "--profile", "lab3", "--duration", "60s", "--seed", "1", "-o"];
+        let options = ["sim", "--message", message, "--like", "lab3", "--duration", "60s", "--seed", "1", "-o"];
         for name in ["text", "recorded.mcap"] {
             let path = folder.path().join(format!("{message}-{name}"));
             assert!(vn100().args(options).arg(&path).status().unwrap().success());
@@ -263,7 +263,7 @@ fn any_sensor_is_read_by_a_map_of_its_columns() {
 /// The minute as `vn100 sim` records it.
 fn recorded(folder: &Path) -> PathBuf {
     let path = folder.join("minute.mcap");
-    let sim = "sim --profile lab3 --duration 60s --rate 40 --seed 1 -o".split(' ');
+    let sim = "sim --like lab3 --duration 60s --rate 40 --seed 1 -o".split(' ');
     assert!(vn100().args(sim).arg(&path).status().unwrap().success());
     path
 }

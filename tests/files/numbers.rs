@@ -11,7 +11,7 @@ use std::{
     sync::OnceLock,
 };
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::support::{capture, channel, deviation, real_captures, replay, replay_log, vn100, warned};
 
@@ -38,7 +38,7 @@ const DEG_H: f64 = 1.0 / 206_264.806;
 #[test]
 fn white_noise_is_found_between_a_line_and_the_attitude_filter() {
     let folder = tempfile::tempdir().unwrap();
-    let options = ["--profile", "lab3", "--message", "VNYMR", "--duration", "5h"];
+    let options = ["--like", "lab3", "--message", "VNYMR", "--duration", "5h"];
     let (document, _) = replay(&capture(folder.path(), "lab3.vnymr", &options), &["--rate", "40"]);
     let white = parameter(&document, "gyro_y", "white");
     assert_eq!(white["status"], "estimated");
@@ -55,7 +55,7 @@ pub(crate) fn reference() -> &'static Value {
     static MEASURED: OnceLock<Value> = OnceLock::new();
     MEASURED.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
-        let options = ["--message", "VNIMU", "--profile", "lab3", "--duration", "5h", "--seed", "1"];
+        let options = ["--message", "VNIMU", "--like", "lab3", "--duration", "5h", "--seed", "1"];
         let (document, exit) = replay(&capture(folder.path(), "reference.vnimu", &options), &["--rate", "40"]);
         assert_eq!(exit, 0);
         document
@@ -94,10 +94,56 @@ fn five_hours_of_a_published_sensor_give_its_truth() {
     assert!(unexpected.is_empty(), "{unexpected:?}");
 }
 
+/// The drift after rests and coasts of chosen lengths, by the closed forms of white noise; the tilt is
+/// the larger part of velocity and position.
+#[test]
+fn white_noise_drifts_as_the_textbook_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let noise = |name, mean: f64, white: f64| json!({"name": name, "statistics": {"mean": mean}, "noise": {"white": {"value": white}}});
+    let gyro = ["gyro_x", "gyro_y", "gyro_z"].map(|name| noise(name, 0.0, 1e-4));
+    let accel = [("accel_x", 0.0), ("accel_y", 0.0), ("accel_z", -9.797)].map(|(name, mean)| noise(name, mean, 1e-3));
+    let channels = [gyro, accel].concat();
+    let white = json!({"source": {"name": "white"}, "timing": {"rate_hz": 40.0}, "channels": channels});
+    let sensor = folder.path().join("white.json");
+    fs::write(&sensor, white.to_string()).unwrap();
+    let options = ["--message", "VNIMU", "--duration", "1h", "--like", sensor.to_str().unwrap()];
+    let record = capture(folder.path(), "white.vnymr", &options);
+    let (document, _) = replay(&record, &["--rate", "40", "--coast", "20s,10s+1min,2min"]);
+    let density = |name| parameter(&document, name, "white")["value"].as_f64().unwrap();
+    let drifts: Vec<(&str, &Value)> =
+        document["drift"].as_array().unwrap().iter().map(|drift| (drift["of"].as_str().unwrap(), drift)).collect();
+    let mut found = 0;
+    for (rest, coast) in [(20.0_f64, 20.0_f64), (10.0, 60.0), (120.0, 120.0)] {
+        let rate = (coast * (1.0 + coast / rest)).sqrt();
+        let twice = (coast.powi(3) / 3.0 + coast.powi(4) / (4.0 * rest)).sqrt();
+        let three_times = (coast.powi(5) / 20.0 + coast.powi(6) / (36.0 * rest)).sqrt();
+        let own = density("accel_x");
+        let tilt = density("gyro_y") * 9.797;
+        let expected = [
+            ("angle", "gyro_y", density("gyro_y").to_degrees() * rate),
+            ("velocity", "accel_x", (own * rate).hypot(tilt * twice)),
+            ("position", "accel_x", (own * twice).hypot(tilt * three_times)),
+        ];
+        for (of, axis, expected) in expected {
+            let is_asked =
+                |drift: &Value| drift["axis"] == axis && drift["rest_s"] == rest && drift["coast_s"] == coast;
+            let Some((_, drift)) = drifts.iter().find(|(kind, drift)| *kind == of && is_asked(drift)) else {
+                assert!(of != "angle" && coast > 60.0, "no {of} after {rest} s and {coast} s");
+                continue;
+            };
+            found += 1;
+            let std = drift["std"].as_f64().unwrap();
+            assert!((std / expected - 1.0).abs() < 0.15, "{of} after {rest} s and {coast} s: {std} for {expected}");
+            assert!(drift["within"].as_f64().unwrap() > 1.95 * std);
+        }
+    }
+    assert_eq!((found, drifts.len()), (7, 3 * (3 + 2 + 2)));
+}
+
 #[test]
 fn ten_minutes_of_it_give_means_and_white_noise() {
     let folder = tempfile::tempdir().unwrap();
-    let options = ["--profile", "lab3", "--message", "VNIMU", "--duration", "10min", "--seed", "1"];
+    let options = ["--like", "lab3", "--message", "VNIMU", "--duration", "10min", "--seed", "1"];
     let (document, _) = replay(&capture(folder.path(), "lab3.vnymr", &options), &["--rate", "40"]);
     for (name, mean, std) in [
         ("mag_x", 0.225998, 0.001378),

@@ -91,7 +91,7 @@ fn at_800_hz_n_is_that_of_the_sensor_and_slower_channels_have_rates_of_their_own
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("x.bin");
     let made = vn100()
-        .args(["sim", "--message", "BINARY+MAG", "--rate", "800", "--duration", "2m", "--profile", "lab3", "-o"])
+        .args(["sim", "--message", "BINARY+MAG", "--rate", "800", "--duration", "2m", "--like", "lab3", "-o"])
         .arg(&file)
         .status()
         .unwrap();

@@ -68,7 +68,7 @@ fn holds_the_lab(html: &str) {
 #[test]
 fn graphical_readings_come_from_the_allan_deviation() {
     let folder = TempDir::new().unwrap();
-    let capture = simulated(&folder, "lab.vnymr", &["--profile", "lab3", "--message", "VNIMU"]);
+    let capture = simulated(&folder, "lab.vnymr", &["--like", "lab3", "--message", "VNIMU"]);
     let (_, html) = report(&folder, &[&capture], &["--deviation", "hadamard"]);
     assert!(!html.contains("figure-graphical-"), "the rules are none of the Hadamard deviation");
 }
@@ -82,7 +82,7 @@ fn without_scripts(html: &str) -> String {
 #[test]
 fn the_picture_of_a_report_is_its_first_screen() {
     let folder = TempDir::new().unwrap();
-    let capture = simulated(&folder, "lab3.mcap", &["--profile", "lab3", "--message", "VNIMU", "--duration", "2h"]);
+    let capture = simulated(&folder, "lab3.mcap", &["--like", "lab3", "--message", "VNIMU", "--duration", "2h"]);
     let (_, html) = report(&folder, &[&capture], &[]);
     let between = |from: &str, to: &str| html.split(from).nth(1).unwrap().split(to).next().unwrap();
     let style = between("<style>", "</style>");
@@ -119,7 +119,7 @@ fn rows_of(page: &Path, ending: &str) -> Vec<Vec<String>> {
 #[test]
 fn the_graphical_readings_are_drawn_tabled_and_exported_or_not_read_for_a_reason() {
     let folder = TempDir::new().unwrap();
-    let capture = simulated(&folder, "lab.vnymr", &["--profile", "lab3", "--message", "VNIMU", "--duration", "2h"]);
+    let capture = simulated(&folder, "lab.vnymr", &["--like", "lab3", "--message", "VNIMU", "--duration", "2h"]);
     let (page, html) = report(&folder, &[&capture], &["--rate", "40", "--export", "csv,json"]);
     let lab = html.split("<section id=\"lab\">").nth(1).unwrap().split("</section>").next().unwrap();
     for part in ["figure-graphical-gyro_y", "figure-graphical-accel_y", "<b>Grade</b>"] {
@@ -164,7 +164,7 @@ fn printed_pages_name_the_capture_for_any_name() {
 #[test]
 fn every_figure_and_table_of_the_lab_exists_without_external_content() {
     let folder = TempDir::new().unwrap();
-    let capture = simulated(&folder, "lab.vnymr", &["--profile", "lab3"]);
+    let capture = simulated(&folder, "lab.vnymr", &["--like", "lab3"]);
     let (_, html) = report(&folder, &[&capture], &["--compensated", "yes"]);
     holds_the_lab(&html);
     assert!(html.len() < 2_000_000, "{} bytes", html.len());
@@ -397,7 +397,7 @@ fn an_empty_capture_is_reported() {
 #[test]
 fn a_page_uses_one_unit_one_notation_and_one_word_for_one_thing() {
     let folder = TempDir::new().unwrap();
-    let capture = simulated(&folder, "units.vnymr", &["--profile", "lab3", "--duration", "20min"]);
+    let capture = simulated(&folder, "units.vnymr", &["--like", "lab3", "--duration", "20min"]);
     let (_, html) = report(&folder, &[&capture], &["--rate", "40"]);
     assert!(html.contains("typically 0.2 °/√h</td>") && html.contains("= 0.14 mG/√Hz"));
     // but for what is typed into other programs
@@ -450,7 +450,7 @@ fn a_browser_shows_it_without_complaint() {
         return;
     };
     let folder = TempDir::new().unwrap();
-    let capture = simulated(&folder, "lab.vnymr", &["--profile", "lab3"]);
+    let capture = simulated(&folder, "lab.vnymr", &["--like", "lab3"]);
     let (page, html) = report(&folder, &[&capture], &[]);
     let probe = r#"<script>
         window.addEventListener('load', () => {

@@ -30,7 +30,7 @@ fn every_kind_of_record_fits_and_says_what_may_be_wrong_after_the_parameters() {
         &["--message", "VNIMU", "--duration", "2h"],
         &["--message", "VNIMU", "--duration", "10s"],
         &["--message", "VNYMR", "--duration", "10min"],
-        &["--profile", "lab3", "--message", "VNIMU", "--duration", "1h"],
+        &["--like", "lab3", "--message", "VNIMU", "--duration", "1h"],
         &["--message", "VNQMR", "--duration", "5min"],
     ];
     for (number, options) in sims.into_iter().enumerate() {

@@ -179,7 +179,7 @@ fn a_command_line_controls_nothing() {
         &["replay", "x", "--datasheet", HOSTILE],
         &["plan", "--want", HOSTILE],
         &["sim", "--faults", HOSTILE],
-        &["sim", "-o", "-", "--profile", HOSTILE],
+        &["sim", "-o", "-", "--like", HOSTILE],
         &["info", &tcp],
         &["info", HOSTILE],
         &["completions", HOSTILE],

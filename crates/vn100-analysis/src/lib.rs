@@ -15,6 +15,7 @@ pub use vn100_protocol as protocol;
 mod accumulate;
 mod assessment;
 mod averaging_times;
+mod coast;
 mod comparison;
 mod datasheet;
 mod end;
@@ -51,6 +52,7 @@ pub use assessment::{
     WhiteBudget, WhyNoCoefficient, WindowFrom, Withheld,
 };
 pub use averaging_times::AveragingTimes;
+pub use coast::Coast;
 pub use comparison::{
     AxisWhite, Caveat, CaveatKind, Chance, ChannelMeans, ComparedChannel, Comparison, NoPrediction, OctaveTest,
     Population, RankedRecord, Ranking, RecordDisturbance, RecordMean, SameSamples, Spread, UnitValue, WhiteTest,

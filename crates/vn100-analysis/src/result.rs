@@ -30,6 +30,7 @@ use verdict::deciding_record_s;
 
 use crate::{
     assessment::Assessment,
+    coast::Coast,
     datasheet::{Datasheet, DecidedBy, FigureVerdict},
     goal::Goal,
     motion::Motion,
@@ -132,7 +133,11 @@ impl SourceResult {
         let channels = channel::of(&snapshot, &assessment, parts);
         let is_final = parts == Parts::All && snapshot.deviation == Deviation::Allan;
         let was_moved = assessment.motion.is_some();
-        let drift = if is_final { drift::of(&channels, was_moved, assessment.confidence) } else { Vec::new() };
+        let drift = if is_final {
+            drift::of(&channels, &snapshot.coasts, was_moved, assessment.confidence)
+        } else {
+            Vec::new()
+        };
         Self {
             timing: TimeBase::of(&snapshot),
             link: LinkCounts::of(&snapshot),
@@ -149,6 +154,11 @@ impl SourceResult {
             basis: Arc::new(Basis { snapshot, assessment }),
             source,
         }
+    }
+
+    /// Whether the user chose for which coasts the drift is given.
+    pub fn are_coasts_chosen(&self) -> bool {
+        self.basis.snapshot.coasts != Coast::DEFAULTS
     }
 
     /// The result of the same samples, assessed anew: without the intervals of an earlier snapshot.

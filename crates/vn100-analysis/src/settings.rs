@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use imu_noise::{Deviation, Estimator};
 
-use crate::{assessment::DEFAULT_CONFIDENCE, averaging_times::AveragingTimes, goal::Goal};
+use crate::{assessment::DEFAULT_CONFIDENCE, averaging_times::AveragingTimes, coast::Coast, goal::Goal};
 
 /// The default output rate of the sensor in hertz, which is assumed where the rate is not known.
 pub const DEFAULT_RATE_HZ: f64 = 40.0;
@@ -38,6 +38,8 @@ pub struct Settings {
     pub until: Vec<Goal>,
     /// Two-sided level of every interval, 0 < p < 1.
     pub confidence: f64,
+    /// The rests and coasts for which the final result gives the drift.
+    pub coasts: Vec<Coast>,
     /// Whether the latest samples of every channel are kept, for a screen; no result depends on it.
     pub recent: bool,
     /// The shortest interval between two snapshots for faces, to a millisecond.
@@ -53,7 +55,8 @@ impl Settings {
 }
 
 impl Default for Settings {
-    /// Everything included, no rate given, intervals at 95 %, ten snapshots a second.
+    /// Everything included, no rate given, intervals at 95 %, the coasts of [`Coast::DEFAULTS`], ten
+    /// snapshots a second.
     fn default() -> Self {
         Self {
             rate_hz: None,
@@ -67,6 +70,7 @@ impl Default for Settings {
             compensated: None,
             until: Vec::new(),
             confidence: DEFAULT_CONFIDENCE,
+            coasts: Coast::DEFAULTS.to_vec(),
             recent: false,
             watch_every: Duration::from_millis(100),
         }

@@ -16,6 +16,7 @@ use crate::{
         fingerprint::Fingerprint, magnitude::Magnitude, recent::Recent, saturation::Saturation,
         temperature_record::TemperatureRecord,
     },
+    coast::Coast,
     rate_change::{FalseRate, FalseReport, RateChange},
     warning::Warning,
 };
@@ -76,6 +77,8 @@ pub struct Snapshot {
     pub estimator: Estimator,
     /// Data time excluded at the beginning.
     pub skipped: Duration,
+    /// The rests and coasts for which the result gives the drift.
+    pub coasts: Vec<Coast>,
     /// Which deviation the octaves are of.
     pub deviation: Deviation,
     /// Sums of the axes against the temperature of the sensor; `None` where the record contains no

@@ -15,7 +15,7 @@ use pyo3::{
     types::{PyBool, PyDict},
 };
 use vn100_analysis::noise::{Deviation, Estimator};
-use vn100_analysis::{AveragingTimes, Settings};
+use vn100_analysis::{AveragingTimes, Coast, Settings};
 use vn100_capture::{Capture, CaptureOptions, OpenError, RecordingPart, joined_parts, missing_parts};
 use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 use vn100_session::ReplaySpec;
@@ -85,10 +85,8 @@ impl ReplayOptions {
             "deviation" => settings.deviation = deviation(&value.extract::<String>()?)?,
             "confidence" => settings.confidence = confidence(value.extract()?)?,
             "skip" => settings.skip = seconds(value.extract()?)?,
-            "duration" => match seconds(value.extract()?)? {
-                Duration::ZERO => return Err(PyValueError::new_err("0 s contains no sample")),
-                duration => settings.duration = Some(duration),
-            },
+            "duration" => settings.duration = Some(length(value)?),
+            "coast" => settings.coasts = value.try_iter()?.map(|coast| self::coast(&coast?)).collect::<PyResult<_>>()?,
             "quantization" => settings.quantization = value.extract()?,
             "taus" => settings.averaging_times = taus(value)?,
             "window" => settings.window = Some(window(value.extract()?)?),
@@ -220,6 +218,19 @@ pub(crate) fn is_compensated(value: &Bound<'_, PyAny>) -> PyResult<bool> {
 
 fn seconds(seconds: f64) -> PyResult<Duration> {
     Duration::try_from_secs_f64(seconds).map_err(|_| PyValueError::new_err(format!("{seconds:?} s is not a duration")))
+}
+
+fn length(value: &Bound<'_, PyAny>) -> PyResult<Duration> {
+    match seconds(value.extract()?)? {
+        Duration::ZERO => Err(PyValueError::new_err("0 s contains no sample")),
+        length => Ok(length),
+    }
+}
+
+/// A coast after a rest as long, or a pair of rest and coast.
+fn coast(value: &Bound<'_, PyAny>) -> PyResult<Coast> {
+    let (rest, coast) = value.extract().unwrap_or_else(|_| (value.clone(), value.clone()));
+    Ok(Coast { rest: length(&rest)?, coast: length(&coast)? })
 }
 
 fn one_of<T: Copy>(name: &str, choices: &[(&str, T)]) -> PyResult<T> {

@@ -161,6 +161,9 @@ def test_a_file_without_permission_is_a_permission_error(log, tmp_path):
         ({"window": "8"}, TypeError, "window: 'str'"),
         ({"duration": 0}, ValueError, "duration: 0 s contains no sample"),
         ({"duration": -1}, ValueError, "duration: -1.0 s is not a duration"),
+        ({"coast": 60}, TypeError, "coast: "),
+        ({"coast": [60, 0]}, ValueError, "coast: 0 s contains no sample"),
+        ({"coast": [(60, "1")]}, TypeError, "coast: "),
         ({"skip": 60, "duration": 60}, ValueError, "duration: 60 s end within the 60 s that skip excludes"),
         ({"compensated": "perhaps"}, ValueError, 'compensated: "perhaps" is none of yes, no'),
         ({"compensated": 3}, TypeError, "compensated: 'int'"),
@@ -178,6 +181,8 @@ def test_what_is_known_of_the_sensor_is_given(log):
     for compensated in (True, "yes"):
         noise = vn100.replay(log, rate=40, compensated=compensated, window=20).only["gyro_x"].noise
         assert noise.bias_instability.status == "not-measurable"
+    drift = vn100.replay(log, rate=40, coast=[5, (10, 2.5)]).only.to_dict()["drift"]
+    assert {(found["rest_s"], found["coast_s"]) for found in drift} == {(5, 5), (10, 2.5)}
 
 
 def test_other_threads_run_meanwhile(log, tmp_path):

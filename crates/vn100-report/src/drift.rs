@@ -4,10 +4,13 @@ use vn100_analysis::noise::{Sensor, Status};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{DriftResult, Drifting, SourceResult, axes_name};
 
-use crate::numbers::plain::{digits, time};
+use crate::numbers::{
+    duration,
+    plain::{digits, span},
+};
 
 /// What the drift rests on.
-pub(crate) const ASSUMPTIONS: &str = "At rest, at constant temperature, level at the start, without an error of the scale factor; the bias is the mean over a rest as long as the coast.";
+pub(crate) const ASSUMPTIONS: &str = "At rest, at constant temperature, level at the start, without an error of the scale factor; the bias is the mean over the rest before, as long as the coast if no other is named.";
 
 /// The drifts of a kind, in the order of their coasts, of the axis that matters: for the heading the one
 /// along gravity, for velocity and position the worst.
@@ -46,12 +49,21 @@ pub(crate) fn lines(result: &SourceResult) -> Vec<String> {
     heading.into_iter().chain((!along.is_empty()).then(|| along.join("; "))).collect()
 }
 
+/// The length of the coast, and of the rest unless it is as long.
+pub(crate) fn coast(drift: &DriftResult) -> String {
+    let length = |s: f64| if s.fract() == 0.0 { span(s, " ") } else { duration(s) };
+    match length(drift.coast_s) {
+        coast if drift.rest_s == drift.coast_s => coast,
+        coast => format!("{coast} after {}", length(drift.rest_s)),
+    }
+}
+
 /// Such as `0.05 deg (10 s), 0.4 (1 min)`.
 fn values(drifts: &[&DriftResult]) -> Result<String, &'static str> {
     let known = drifts.iter().filter_map(|drift| Some((drift, drift.within?)));
     let value = |(place, (drift, within)): (usize, (&&DriftResult, f64))| {
         let unit = if place == 0 { format!(" {}", drift.unit) } else { String::new() };
-        format!("{}{unit} ({})", digits(within, 2), time(drift.coast_s))
+        format!("{}{unit} ({})", digits(within, 2), coast(drift))
     };
     let texts: Vec<String> = known.enumerate().map(value).collect();
     if !texts.is_empty() {

@@ -6,7 +6,7 @@
 //! ```
 //! use vn100_sim::{Generator, Message, Profile, capture::write_next};
 //!
-//! let mut generator = Generator::new(&Profile::named("lab3")?, 40, 1)?;
+//! let mut generator = Generator::new(&Profile::lab3(), 40, 1)?;
 //! let mut capture = Vec::new();
 //! let message = Message::named("VNYMR").ok_or("no such message")?;
 //! (0..40).for_each(|_| write_next(&mut capture, message, &mut generator));
@@ -43,7 +43,7 @@ pub use device::{Device, DeviceConfig};
 pub use message::Message;
 pub use onboard::{AveragingWindow, LowPass};
 pub use packets::PacketStream;
-pub use profile::{NoTwin, Profile, UnknownProfile};
+pub use profile::{NoTwin, Profile};
 pub use thermal::{Thermal, ThermalError};
 
 pub(crate) const STANDARD_GRAVITY_M_S2: f64 = 9.80665;

@@ -36,11 +36,6 @@ pub struct Profile {
     pub changing: Vec<&'static str>,
 }
 
-/// There is no profile of that name.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("unknown noise profile {:?}: use one of {}", .0, Profile::NAMES.join(", "))]
-pub struct UnknownProfile(String);
-
 /// Why a document describes no sensor that can be emulated, and what would.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{0}")]
@@ -54,15 +49,12 @@ impl Profile {
     /// The names that [`Profile::named`] knows.
     pub const NAMES: [&'static str; 2] = ["datasheet", "lab3"];
 
-    /// The profile with that name.
-    ///
-    /// # Errors
-    /// [`UnknownProfile`] for any other than [`Profile::NAMES`].
-    pub fn named(name: &str) -> Result<Self, UnknownProfile> {
+    /// The profile with that name; `None` for any other than [`Profile::NAMES`].
+    pub fn named(name: &str) -> Option<Self> {
         match name {
-            "datasheet" => Ok(Self::datasheet()),
-            "lab3" => Ok(Self::lab3()),
-            _ => Err(UnknownProfile(name.to_owned())),
+            "datasheet" => Some(Self::datasheet()),
+            "lab3" => Some(Self::lab3()),
+            _ => None,
         }
     }
 

@@ -90,7 +90,6 @@ pub(crate) fn refused(name: &str, refusal: &str) -> clap::Error {
 }
 
 #[derive(Debug, clap::Subcommand)]
-#[expect(clippy::large_enum_variant, reason = "there is one for each run of the program")]
 pub(crate) enum Subcommand {
     /// Measure live sensors until stopped; settings are not changed unless requested
     Attach(AttachArgs),

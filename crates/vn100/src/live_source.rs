@@ -16,6 +16,7 @@ use vn100_sim::{
 use crate::{
     args::{LinkArgs, SimSensorArgs, SourceName},
     log::Entries,
+    twin::profile,
 };
 
 /// A source made ready. An emulated sensor is on as long as the source is kept.
@@ -25,7 +26,7 @@ pub(crate) fn live_source(name: &SourceName, link: &LinkArgs, read: ReadOptions,
         SourceName::Stdin => LiveSource::stream(io::stdin()),
         SourceName::Tcp(address) => LiveSource::link(TcpServer::new(address, clock)?),
         SourceName::Port(port) => LiveSource::link(SerialPorts::new(port, clock)),
-        SourceName::Sim => LiveSource::link(emulated_port(&link.sim, clock).0),
+        SourceName::Sim => LiveSource::link(emulated_port(&link.sim, clock)?.0),
     };
     Ok(as_asked(source, name, link, read, log))
 }
@@ -62,17 +63,17 @@ fn link_hint(hint: LinkHint) -> &'static str {
 }
 
 /// The sensor itself, switched off.
-pub(crate) fn device(args: &SimSensorArgs) -> Device {
-    Device::new(DeviceConfig { profile: args.truth(), seed: args.seed, ..DeviceConfig::default() })
+pub(crate) fn device(args: &SimSensorArgs) -> Result<Device> {
+    Ok(Device::new(DeviceConfig { profile: profile(args)?, seed: args.seed, ..DeviceConfig::default() }))
 }
 
 /// An emulated sensor that a command starts for itself is past its boot of 1.25 s.
 const ON_FOR: Duration = Duration::from_secs(2);
 
 /// The port of the sensor that the options describe, and its baud rate.
-pub(crate) fn emulated_port(args: &SimSensorArgs, clock: Clock) -> (EmulatedPort, u32) {
-    let device = device(args);
+pub(crate) fn emulated_port(args: &SimSensorArgs, clock: Clock) -> Result<(EmulatedPort, u32)> {
+    let device = device(args)?;
     let host_baud = NonZeroU32::new(device.baud()).unwrap_or(NonZeroU32::MIN);
     let wire = Wire::new(device, &args.faults, args.seed, host_baud);
-    (EmulatedPort::new(wire, ON_FOR, clock.now_ns()), host_baud.get())
+    Ok((EmulatedPort::new(wire, ON_FOR, clock.now_ns()), host_baud.get()))
 }

@@ -16,6 +16,7 @@ mod samples;
 mod serve;
 mod status;
 mod text;
+mod twin;
 mod user_files;
 mod watched;
 mod words;
@@ -49,7 +50,7 @@ fn main() -> ExitCode {
         Subcommand::Plan(args) => plan::plan(&args),
         Subcommand::Report(args) => report::report(&args),
         Subcommand::Export(args) => export::export(&args),
-        Subcommand::Sim(args) => sim::sim(args),
+        Subcommand::Sim(args) => sim::sim(&args),
         Subcommand::Witness(args) => witness::witness(&args),
         Subcommand::Selftest(args) => selftest::selftest(&args),
         Subcommand::Explain(args) => explain::explain(&args),

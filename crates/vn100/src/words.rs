@@ -3,11 +3,10 @@
 use std::time::Duration;
 
 use vn100_analysis::RateChange;
-use vn100_report::numbers::plain::time;
+use vn100_driver::Configured;
+use vn100_report::{numbers::plain::time, printable};
 use vn100_session::with_causes;
 use vn100_session::{CommandRefusal, OutputLeft, RateEvent, SessionEvent, SetupError};
-
-use crate::commands::sensor::describe;
 
 const RESTORED: &str = "settings restored";
 
@@ -53,6 +52,16 @@ pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
         SessionEvent::Refused(CommandRefusal::Over) => return Some("the capture has ended".into()),
     };
     Some(format!("{name}: {text}"))
+}
+
+/// What was changed, and whether the sensor does what it is set to.
+pub(crate) fn describe(configured: &Configured) -> String {
+    let changes: Vec<_> = configured.changes.iter().map(ToString::to_string).collect();
+    let changed = if changes.is_empty() { "no change needed".into() } else { changes.join(", ") };
+    let (measured_hz, rate_hz) = (configured.measured_hz, configured.rate_hz);
+    let verdict = if configured.rate_is_kept() { "" } else { ": NOT as configured; check the cable and the baud rate" };
+    let found = if configured.was_paused { "; its output was paused and is on now" } else { "" };
+    printable(&format!("{changed}{found}; {measured_hz:.1} Hz measured, {rate_hz} Hz set{verdict}"))
 }
 
 #[cfg(test)]

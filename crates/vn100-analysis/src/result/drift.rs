@@ -1,19 +1,18 @@
 //! How far angle, velocity and position drift while the sensor coasts after a rest that gave the
 //! bias: from the curves alone.
 
+use std::time::Duration;
+
 use imu_noise::{CurvePoint, Drift, Integral, STANDARD_GRAVITY_M_S2, Status};
 use schemars::JsonSchema;
 use serde::Serialize;
 use vn100_protocol::Quantity;
 
 use super::ChannelResult;
-use crate::assessment::LongTauValidity;
-
-/// Lengths of a coast in seconds, each after a rest of the same length.
-const COASTS_S: [f64; 3] = [10.0, 60.0, 600.0];
+use crate::{assessment::LongTauValidity, coast::Coast};
 
 /// A minute: beyond it the position depends on more than the noise.
-const LONGEST_POSITION_S: f64 = 60.0;
+const LONGEST_POSITION: Duration = Duration::from_secs(60);
 
 /// The drift of one axis while the sensor coasts, after a rest over which its mean was taken for its
 /// bias. It holds at rest, at constant temperature, for a level start and without an error of the
@@ -65,17 +64,17 @@ fn axes(channels: &[ChannelResult], quantity: Quantity) -> Vec<&ChannelResult> {
 }
 
 /// The drifts of all axes; none for a stream without a gyroscope and an accelerometer.
-pub(super) fn of(channels: &[ChannelResult], was_moved: bool, confidence: f64) -> Vec<DriftResult> {
+pub(super) fn of(channels: &[ChannelResult], coasts: &[Coast], was_moved: bool, confidence: f64) -> Vec<DriftResult> {
     let gyroscope = axes(channels, Quantity::AngularRate);
     let accelerometer = axes(channels, Quantity::Acceleration);
-    let made = |axis: &ChannelResult, of, coast_s, found: Result<(Drift, Option<Drift>), Status>| {
+    let made = |axis: &ChannelResult, of, coast, found: Result<(Drift, Option<Drift>), Status>| {
         let found = if was_moved { Err(Status::Moved) } else { found };
-        result(axis, of, coast_s, found, confidence)
+        result(axis, of, coast, found, confidence)
     };
     let angles = gyroscope.iter().flat_map(|axis| {
-        COASTS_S.map(|coast_s| {
-            let found = drift(axis, Integral::Once, coast_s).map(|drift| (times(drift, 1_f64.to_degrees()), None));
-            made(axis, Drifting::Angle, coast_s, found)
+        coasts.iter().map(|coast| {
+            let found = drift(axis, Integral::Once, *coast).map(|drift| (times(drift, 1_f64.to_degrees()), None));
+            made(axis, Drifting::Angle, *coast, found)
         })
     });
     let along = accelerometer.iter().enumerate().flat_map(|(place, axis)| {
@@ -83,29 +82,31 @@ pub(super) fn of(channels: &[ChannelResult], was_moved: bool, confidence: f64) -
             (Drifting::Velocity, Integral::Once, Integral::Twice),
             (Drifting::Position, Integral::Twice, Integral::ThreeTimes),
         ];
-        let coasts = COASTS_S.into_iter().filter(|coast_s| *coast_s <= LONGEST_POSITION_S);
-        let all = coasts.flat_map(move |coast_s| kinds.map(|kind| (kind, coast_s)));
-        let of_kind = |((of, own, tilted), coast_s)| {
-            let own = drift(axis, own, coast_s);
-            let tilt = tilt(&gyroscope, &accelerometer, place, tilted, coast_s);
+        let coasts = coasts.iter().filter(|coast| coast.coast <= LONGEST_POSITION);
+        let all = coasts.flat_map(move |coast| kinds.map(|kind| (kind, *coast)));
+        let of_kind = |((of, own, tilted), coast)| {
+            let own = drift(axis, own, coast);
+            let tilt = tilt(&gyroscope, &accelerometer, place, tilted, coast);
             let found = own.and_then(|own| Ok((sum(&[Some(own), tilt?]), Some(own))));
-            made(axis, of, coast_s, found)
+            made(axis, of, coast, found)
         };
         all.map(of_kind).collect::<Vec<_>>()
     });
     angles.chain(along).collect()
 }
 
-/// The drift in degrees of the angle about an axis, after a rest as long as the coast. `None` if the
-/// record or the message does not show it.
+/// The drift in degrees of the angle about an axis, after a rest as long as the coast of `coast_s`
+/// seconds. `None` if the record or the message does not show it.
 pub fn angle_drift(axis: &ChannelResult, coast_s: f64) -> Option<Drift> {
     let is_gyroscope = axis.quantity == Quantity::AngularRate;
-    let drift = drift(axis, Integral::Once, coast_s).ok().filter(|_| is_gyroscope)?;
+    let as_long = Duration::try_from_secs_f64(coast_s).ok()?;
+    let coast = Coast { rest: as_long, coast: as_long };
+    let drift = drift(axis, Integral::Once, coast).ok().filter(|_| is_gyroscope)?;
     Some(times(drift, 1_f64.to_degrees()))
 }
 
-/// The drift of an axis after a rest as long as the coast.
-fn drift(axis: &ChannelResult, integral: Integral, coast_s: f64) -> Result<Drift, Status> {
+/// The drift of an axis, in its unit and seconds.
+fn drift(axis: &ChannelResult, integral: Integral, coast: Coast) -> Result<Drift, Status> {
     let noise = axis.noise.as_ref().ok_or(Status::NotMeasurable)?;
     match noise.long_taus {
         LongTauValidity::Sensor => {}
@@ -115,7 +116,7 @@ fn drift(axis: &ChannelResult, integral: Integral, coast_s: f64) -> Result<Drift
     let point =
         |point: &super::Point| Some(CurvePoint { tau_s: point.tau_s, deviation: point.deviation?, edf: point.edf? });
     let curve: Vec<CurvePoint> = axis.octaves().iter().map_while(point).collect();
-    Drift::new(&curve, integral, coast_s, coast_s).ok_or(Status::NotObservable)
+    Drift::new(&curve, integral, coast.rest.as_secs_f64(), coast.coast.as_secs_f64()).ok_or(Status::NotObservable)
 }
 
 /// What gravity makes of the drift of the two axes across: the mean specific force along one of them
@@ -125,7 +126,7 @@ fn tilt(
     accelerometer: &[&ChannelResult],
     place: usize,
     integral: Integral,
-    coast_s: f64,
+    coast: Coast,
 ) -> Result<Option<Drift>, Status> {
     let is_whole = gyroscope.len() == 3 && accelerometer.len() == 3;
     if !is_whole {
@@ -136,7 +137,7 @@ fn tilt(
         let mean = accelerometer[force].statistics.mean.ok_or(Status::NotObservable)?;
         // a level axis has no share
         let is_negligible = mean.abs() < 1e-6 * STANDARD_GRAVITY_M_S2;
-        let drift = drift(gyroscope[about], integral, coast_s)?;
+        let drift = drift(gyroscope[about], integral, coast)?;
         Ok((!is_negligible).then(|| times(drift, mean.abs())))
     };
     let both = [of_pair(next, last)?, of_pair(last, next)?];
@@ -158,7 +159,7 @@ fn sum(parts: &[Option<Drift>]) -> Drift {
 fn result(
     axis: &ChannelResult,
     of: Drifting,
-    coast_s: f64,
+    coast: Coast,
     found: Result<(Drift, Option<Drift>), Status>,
     confidence: f64,
 ) -> DriftResult {
@@ -172,8 +173,8 @@ fn result(
             Drifting::Velocity => "m/s",
             Drifting::Position => "m",
         },
-        rest_s: coast_s,
-        coast_s,
+        rest_s: coast.rest.as_secs_f64(),
+        coast_s: coast.coast.as_secs_f64(),
         status: found.err().unwrap_or(Status::Estimated),
         within: drift.and_then(|drift| drift.half_width(confidence)),
         std: drift.map(|drift| drift.std),

@@ -18,6 +18,7 @@ class ReadingOptions(TypedDict, total=False):
 class ReplayOptions(ReadingOptions, total=False):
     """How a capture is read and measured."""
 
+    coast: Sequence[float | tuple[float, float]] | None
     compensated: bool | Literal["yes", "no"] | None
     confidence: float | None
     deviation: Literal["allan", "hadamard"] | None

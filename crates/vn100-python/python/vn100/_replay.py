@@ -66,7 +66,7 @@ def replay(source: Source, *parts: str | os.PathLike[str], **options: Unpack[Rep
     from the first sample, so that ``duration`` includes what ``skip`` excludes),
     ``quantization``, ``taus`` (``"octave"``, or with ``estimator="full"`` ``"decade"`` or a
     list of seconds), ``window``, ``compensated``, ``columns``, ``topic``,
-    ``accept_unchecked``, ``measure``. A given ``rate`` is taken even if the times of a
+    ``coast`` (seconds, or pairs of rest and coast), ``accept_unchecked``, ``measure``. A given ``rate`` is taken even if the times of a
     capture show another, but not for ``BINARY`` packets, whose rate is that of the clock in
     them. Other threads run meanwhile, and Ctrl-C ends it.
 

@@ -7,11 +7,11 @@ use vn100_analysis::{SourceResult, WALK_OF_FLICKER};
 use crate::{
     Consumer, FilterNoise, NotWritten,
     codes::{name_of, word_of},
-    drift::ASSUMPTIONS,
+    drift::{ASSUMPTIONS, coast},
     export::filter_noise::TERMS,
     figure::Figures,
     html::{caption::Captions, figures},
-    numbers::{NOTHING, digits, duration},
+    numbers::{NOTHING, digits},
     units::pretty_unit,
 };
 
@@ -28,7 +28,7 @@ pub(super) fn drift(record: &SourceResult, figures: &Figures, captions: &Caption
             thead { tr { th scope="col" { "axis" } th scope="col" { "drift of the" } th scope="col" { "coast" } th scope="col" { "within" } th scope="col" { "standard deviation" } th scope="col" { "its interval" } th scope="col" { "accelerometer alone" } th scope="col" { "unit" } } }
             tbody { @for found in &record.drift {
                 tr {
-                    th scope="row" { (found.axis) } td { (name_of(found.of)) } td { (duration(found.coast_s)) }
+                    th scope="row" { (found.axis) } td { (name_of(found.of)) } td { (coast(found)) }
                     @if found.status == Status::Estimated {
                         td { (number(found.within)) } td { (number(found.std)) } td { (number(found.lower)) " to " (number(found.upper)) }
                         td { @if found.of_accelerometer.is_some() { (number(found.of_accelerometer)) } } td { (pretty_unit(found.unit)) }

@@ -45,7 +45,7 @@ fn the_curve_of_an_earlier_record_lies_in_the_plot() {
 async fn a_reference_is_measured_from_its_file() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("still.vnymr");
-    let mut generator = vn100_sim::Generator::new(&vn100_sim::Profile::named("lab3").unwrap(), 40, 1).unwrap();
+    let mut generator = vn100_sim::Generator::new(&vn100_sim::Profile::lab3(), 40, 1).unwrap();
     let mut capture = Vec::new();
     let message = vn100_sim::Message::named("VNIMU").unwrap();
     (0..4000).for_each(|_| vn100_sim::capture::write_next(&mut capture, message, &mut generator));

@@ -34,7 +34,7 @@ const CELL: (f64, f64) = (8.4, 17.0);
 #[test]
 fn a_measurement_from_its_beginning() {
     const MINUTES: [f64; 12] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 90.0, 120.0];
-    let mut generator = Generator::new(&Profile::named("lab3").unwrap(), RATE_HZ, 1).unwrap();
+    let mut generator = Generator::new(&Profile::lab3(), RATE_HZ, 1).unwrap();
     let message = Message::named("VNIMU").unwrap();
     let (mut capture, mut written) = (Vec::new(), 0);
     let frames = MINUTES.map(|minutes| {

@@ -51,7 +51,7 @@ pub(crate) fn record(program: &str) -> Record {
         endless: path("endless"),
     };
     for output in [&record.text, &record.recording].into_iter().filter(|output| !Path::new(output).exists()) {
-        let arguments = ["sim", "--profile", "lab3", "--duration", "5h", "--seed", "1", "-o", output];
+        let arguments = ["sim", "--like", "lab3", "--duration", "5h", "--seed", "1", "-o", output];
         assert!(Command::new(program).args(arguments).status().unwrap().success());
     }
     let others = [&record.raw, &record.csv, &record.gzip, &record.damaged, &record.random, &record.endless];

@@ -59,7 +59,7 @@ export: 2
   an MPU-9250 behind its low-pass filter | export --datasheet mpu-9250 --to vins -r 200 -w all
 sim: 2
   an emulated sensor on a port with a fixed name | sim --link /tmp/vn100
-  five hours of known noise at once | sim -o lab.mcap -d 5h --message VNIMU --profile lab3
+  five hours of known noise at once | sim -o lab.mcap -d 5h --message VNIMU --like lab3
   a twin of a measured sensor | sim -o twin.mcap -d 5h --message VNIMU --like night.mcap
 explain: 2
   all codes, by group | explain

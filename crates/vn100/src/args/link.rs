@@ -10,7 +10,7 @@ use vn100_protocol::{
     stream::MeasuredFrames,
 };
 use vn100_session::WallLimits;
-use vn100_sim::{Profile, Thermal, fault::FaultPlan};
+use vn100_sim::{Thermal, fault::FaultPlan};
 
 use super::{LogArgs, duration::length};
 
@@ -94,9 +94,12 @@ pub(crate) struct LinkArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Emulated sensor")]
 pub(crate) struct SimSensorArgs {
-    /// Noise of the emulated sensor: "datasheet" or "lab3"
-    #[arg(long, value_parser = Profile::named, default_value = "datasheet")]
-    pub(crate) profile: Profile,
+    /// Sensor to emulate: "datasheet", "lab3", or the sensor of a measurement of an uncompensated
+    /// message, by its JSON document or its capture: mean, N, B, K, R, correlated noise, spectral
+    /// lines, low pass and resolution of each axis, rate, averaging window and temperature; no
+    /// steps, warm-up, cycles or influence of the temperature
+    #[arg(long, alias = "profile", value_name = "NAME|FILE", default_value = "datasheet")]
+    pub(crate) like: PathBuf,
 
     /// Seed of the emulated sensor; the same seed gives the same noise. Further sources of one
     /// command take the next ones
@@ -113,13 +116,6 @@ pub(crate) struct SimSensorArgs {
     /// power-up
     #[arg(long, value_name = "PLAN", default_value = "", hide_default_value = true)]
     pub(crate) faults: FaultPlan,
-}
-
-impl SimSensorArgs {
-    pub(crate) fn truth(&self) -> Profile {
-        let thermal = self.thermal.unwrap_or(self.profile.thermal);
-        Profile { thermal, ..self.profile.clone() }
-    }
 }
 
 /// Settings of the sensor during the measurement, restored afterwards.

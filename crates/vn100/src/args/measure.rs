@@ -3,12 +3,12 @@
 use std::{path::PathBuf, time::Duration};
 
 use imu_noise::{Deviation, Estimator};
-use vn100_analysis::{DEFAULT_CONFIDENCE, Goal, NoiseFigure, Settings};
+use vn100_analysis::{Coast, DEFAULT_CONFIDENCE, Goal, NoiseFigure, Settings};
 use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 
 use super::{
     choices::one_of,
-    duration::{duration, length},
+    duration::{coast, duration, length},
 };
 
 /// Heading of the options that decide about the end and the exit status.
@@ -69,6 +69,12 @@ pub(crate) struct MeasureArgs {
     #[arg(long, value_name = "P", value_parser = confidence)]
     pub(crate) confidence: Option<f64>,
 
+    /// Length of a coast for which the drift is given, as in "5min", and of the rest that gives the
+    /// bias if it is another, as in "10s+5min"; once for each, or with commas between them
+    /// [default: 10s, 1min, 10min]
+    #[arg(long, value_name = "[REST+]T", value_parser = coast, value_delimiter = ',')]
+    pub(crate) coast: Vec<Coast>,
+
     /// Accept sentences without a checksum
     #[arg(long, help_heading = "Capture")]
     pub(crate) accept_unchecked: bool,
@@ -89,6 +95,7 @@ impl MeasureArgs {
             quantization: self.quantization,
             until: self.until.clone(),
             confidence: self.confidence.unwrap_or(DEFAULT_CONFIDENCE),
+            coasts: if self.coast.is_empty() { Coast::DEFAULTS.to_vec() } else { self.coast.clone() },
             ..Settings::default()
         }
     }

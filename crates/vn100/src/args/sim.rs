@@ -36,13 +36,6 @@ pub(crate) struct SimArgs {
     #[command(flatten)]
     pub(crate) sensor: SimSensorArgs,
 
-    /// Emulate the sensor of this measurement of an uncompensated message, by its JSON document or its
-    /// capture: mean, N, B, K, R, correlated noise, spectral lines, low pass and resolution of each
-    /// axis, rate, averaging window and temperature; no steps, warm-up, cycles or influence of the
-    /// temperature
-    #[arg(long, help_heading = "Emulated sensor", value_name = "FILE", conflicts_with = "profile")]
-    pub(crate) like: Option<PathBuf>,
-
     /// Symbolic link to the emulated port, a pseudo-terminal of Linux; PATH-1 after an unplugging with `:other`
     #[arg(long, help_heading = "Emulated port", value_name = "PATH", conflicts_with = "output")]
     pub(crate) link: Option<PathBuf>,

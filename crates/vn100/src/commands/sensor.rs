@@ -8,7 +8,7 @@ use serde::Serialize;
 use tokio::runtime::Builder;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Completion;
-use vn100_driver::{CommandError, Configured, LinkHandle, OutputSettings};
+use vn100_driver::{CommandError, LinkHandle, OutputSettings};
 use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, ImuFilter, LineForm, LinkLoad, MEASUREMENTS_PER_S, MESSAGES,
     PACKET_MESSAGES, ProtocolControl, Register, RegisterContents, RegisterFields, RegisterValue, RequestFailure,
@@ -22,6 +22,7 @@ use crate::{
     live_source::live_source,
     log::run_logged,
     text::{fill, text},
+    words::describe,
 };
 
 /// What is asked: identity, output, processing.
@@ -285,16 +286,6 @@ pub(crate) fn configure(args: ConfigureArgs) -> Result<Completion> {
     let done = format!("{}: {}{kept}\n", printable(&args.source.to_string()), describe(&configured));
     unless_closed(print(&done))?;
     Ok(if configured.rate_is_kept() { Completion::Complete } else { Completion::Failed })
-}
-
-/// What was changed, and whether the sensor does what it is set to.
-pub(crate) fn describe(configured: &Configured) -> String {
-    let changes: Vec<_> = configured.changes.iter().map(ToString::to_string).collect();
-    let changed = if changes.is_empty() { "no change needed".into() } else { changes.join(", ") };
-    let (measured_hz, rate_hz) = (configured.measured_hz, configured.rate_hz);
-    let verdict = if configured.rate_is_kept() { "" } else { ": NOT as configured; check the cable and the baud rate" };
-    let found = if configured.was_paused { "; its output was paused and is on now" } else { "" };
-    printable(&format!("{changed}{found}; {measured_hz:.1} Hz measured, {rate_hz} Hz set{verdict}"))
 }
 
 #[cfg(test)]

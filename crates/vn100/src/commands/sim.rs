@@ -3,9 +3,9 @@
 #[cfg(target_os = "linux")]
 mod pseudo_terminal;
 mod tcp;
-mod twin;
 
 use std::{
+    collections::BTreeMap,
     io::{self, BufWriter, Write},
     path::Path,
     time::Duration,
@@ -19,23 +19,21 @@ use vn100_sim::{Generator, PacketStream, capture::write_next};
 
 #[cfg(target_os = "linux")]
 use self::pseudo_terminal::emulate;
-use self::{tcp::emulate_at, twin::twin_of};
+use self::tcp::emulate_at;
 use crate::{
     args::{CaptureMessage, SimArgs},
     output::Output,
+    twin::profile,
 };
 
 /// The length of a capture, unless asked for.
 const CAPTURE_DURATION: Duration = Duration::from_secs(60);
 
-pub(crate) fn sim(mut args: SimArgs) -> Result<Completion> {
-    if let Some(like) = &args.like {
-        args.sensor.profile = twin_of(like)?;
-    }
+pub(crate) fn sim(args: &SimArgs) -> Result<Completion> {
     match (&args.output, args.tcp_address()) {
-        (Some(output), _) => capture(&args, output),
-        (None, Some(address)) => emulate_at(address, &args),
-        (None, None) => emulate(&args),
+        (Some(output), _) => capture(args, output),
+        (None, Some(address)) => emulate_at(address, args),
+        (None, None) => emulate(args),
     }
 }
 
@@ -49,7 +47,7 @@ fn times(openings: u64) -> String {
 }
 
 fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
-    let (truth, seed) = (args.sensor.truth(), args.sensor.seed);
+    let (truth, seed) = (profile(&args.sensor)?, args.sensor.seed);
     let (duration, rate_hz) = (args.duration.unwrap_or(CAPTURE_DURATION), args.rate.map_or(truth.rate_hz, f64::from));
     if rate_hz.fract() != 0.0 {
         bail!("it was measured at {rate_hz} Hz, which the emulated sensor does not have: give --rate HZ");
@@ -77,10 +75,13 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
     }
     let file = Output::new(output, args.existing.force);
     file.check(output, &[])?;
+    let thermal = args.sensor.thermal.map(|thermal| ("thermal", format!("{thermal:?}")));
+    let recipe = [("profile", truth.name.clone()), ("rate_hz", rate_hz.to_string()), ("seed", seed.to_string())];
+    let recipe = recipe.into_iter().chain(thermal).map(|(name, value)| (format!("sim.{name}"), value)).collect();
     let is_recording = output.extension().is_some_and(|extension| extension == "mcap");
     file.write(output, |out| {
         let written = match is_recording {
-            true => record(out, &mut *write_frame, samples, rate_hz, args),
+            true => record(out, &mut *write_frame, samples, rate_hz, &recipe),
             false => write(out, &mut *write_frame, samples),
         };
         Ok(written?)
@@ -107,16 +108,9 @@ fn record(
     write_frame: &mut WriteFrame,
     samples: u64,
     rate_hz: u32,
-    args: &SimArgs,
+    recipe: &BTreeMap<String, String>,
 ) -> io::Result<()> {
-    let recipe = [
-        ("profile", args.sensor.profile.name.clone()),
-        ("rate_hz", rate_hz.to_string()),
-        ("seed", args.sensor.seed.to_string()),
-    ];
-    let thermal = args.sensor.thermal.map(|thermal| ("thermal", format!("{thermal:?}")));
-    let recipe = recipe.into_iter().chain(thermal).map(|(name, value)| (format!("sim.{name}"), value)).collect();
-    let mut recording = RecordingWriter::new(out, &recipe)?;
+    let mut recording = RecordingWriter::new(out, recipe)?;
     for sample in 0..samples {
         let mut frame = Vec::new();
         write_frame(&mut frame);

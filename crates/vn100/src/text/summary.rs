@@ -65,7 +65,8 @@ const fn of_severity(severity: Option<Severity>) -> Style {
 
 /// The summary, with a line feed after each line: the noise parameters, whether the record can be
 /// trusted, means and standard deviations, what to do. What has no room is left to the report: the
-/// drift first, then the notes, the statistics, and all findings of an aspect but the first.
+/// drift first unless its coasts were chosen, then the notes, the statistics, and all findings of an
+/// aspect but the first.
 pub(crate) fn summary(result: &SourceResult, is_coloured: bool) -> String {
     let summary = Summary::new(result, remedy_words);
     let new = || Lines { is_coloured, lines: Vec::new() };
@@ -81,12 +82,15 @@ pub(crate) fn summary(result: &SourceResult, is_coloured: bool) -> String {
     let trust = if statuses(MOST_FOUND).len() <= room { statuses(MOST_FOUND) } else { statuses(1) };
     let mut statistics = new();
     write_statistics(&mut statistics, &summary.statistics);
-    let has_room = trust.len() + statistics.lines.len() <= room;
     let mut drift = new();
     write_drift(&mut drift, &summary.drift);
     let notes: usize = summary.notes.iter().map(|note| wrapped(&printable(note), WIDTH - 4).len()).sum();
-    let has_more_room = trust.len() + statistics.lines.len() + notes + drift.lines.len() <= room;
-    lines.lines.extend(drift.lines.into_iter().filter(|_| has_more_room));
+    let with_drift = trust.len() + statistics.lines.len() + drift.lines.len();
+    if !result.are_coasts_chosen() && with_drift + notes > room {
+        drift.lines.clear();
+    }
+    let has_room = trust.len() + statistics.lines.len() + drift.lines.len() <= room;
+    lines.lines.extend(drift.lines);
     lines.lines.extend(trust);
     lines.lines.extend(statistics.lines.into_iter().filter(|_| has_room));
     write_notes(&mut lines, &summary.notes);

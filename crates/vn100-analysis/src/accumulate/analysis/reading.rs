@@ -40,6 +40,7 @@ impl Analysis {
             quantization: settings.quantization,
             given_window: settings.window,
             skipped: span.skip,
+            coasts: settings.coasts.clone(),
             missing_times: Vec::new(),
             channels: Vec::new(),
             magnitudes: accumulators.magnitudes.clone(),

@@ -59,7 +59,7 @@ impl Bench {
     /// A sensor as the options of `sim` describe it; it was switched on two seconds ago.
     pub(super) fn new(options: &str) -> Self {
         let (args, _) = parsed(&format!("attach sim {options}"));
-        let port = emulated_port(&args.live.link.sim, Clock::start()).0;
+        let port = emulated_port(&args.live.link.sim, Clock::start()).unwrap().0;
         Self { port, folder: tempfile::tempdir().unwrap() }
     }
 

@@ -18,7 +18,7 @@ pub(super) fn emulate(args: &SimArgs) -> Result<Completion> {
         let stop = stop_on_interrupt(HangUp::Stops)?;
         let SimSensorArgs { faults, seed, .. } = args.sensor.clone();
         let options = PtyOptions { link: args.link.clone(), faults, seed, ..PtyOptions::default() };
-        let sensor = serve(device(&args.sensor), options)?;
+        let sensor = serve(device(&args.sensor)?, options)?;
         let path = args.link.clone().unwrap_or_else(|| sensor.path());
         print(&format!("{}\n", path.display()))?;
         match args.duration {

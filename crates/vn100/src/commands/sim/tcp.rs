@@ -28,7 +28,7 @@ pub(super) fn emulate_at(address: SocketAddr, args: &SimArgs) -> Result<Completi
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     runtime.block_on(async {
         let stop = stop_on_interrupt(HangUp::Stops)?;
-        let (port, baud) = emulated_port(&args.sensor, Clock::start());
+        let (port, baud) = emulated_port(&args.sensor, Clock::start())?;
         let listener = TcpListener::bind(address).await;
         let listener = listener
             .with_context(|| format!("cannot listen at {address}: choose another port, or 0 for a free one"))?;

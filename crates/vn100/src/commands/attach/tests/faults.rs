@@ -67,7 +67,7 @@ async fn another_message_is_named_with_the_line_that_cures_it() {
     let bench = Bench::new("");
     let configured = bench.configure(message("VNYPR")).await;
     assert!(configured.rate_is_kept(), "its lines come as set");
-    let told = crate::commands::sensor::describe(&configured);
+    let told = crate::words::describe(&configured);
     assert!(told.contains("the message (register 06) from 14 to 1;"), "{told}");
     let told = bench.run("attach --json").await;
     assert_eq!(told.completion, Completion::NoData);

@@ -1,4 +1,5 @@
-//! The twin of a measured sensor: its profile, by the document of the measurement or by its capture.
+//! The profile of an emulated sensor: a built-in one, or that of the twin of a measured sensor, by the document of the
+//! measurement or by its capture.
 
 use std::{
     fs::File,
@@ -11,7 +12,7 @@ use vn100_report::{Document, remedies::remedy_words};
 use vn100_sim::Profile;
 
 use crate::{
-    args::FileArgs,
+    args::{FileArgs, SimSensorArgs},
     commands::replay::{Outputs, measure_files},
     exit::report,
     inputs::inputs,
@@ -21,9 +22,16 @@ use crate::{
 /// A document of a long record with all its figures has some megabytes.
 const MOST_BYTES: u64 = 1 << 28;
 
-/// The profile of the sensor that was measured; channels without noise are reported.
-pub(super) fn twin_of(path: &Path) -> Result<Profile> {
-    let context = || format!("no twin of {}", path.display());
+/// The profile that the options describe; channels of a measured sensor without noise are reported.
+pub(crate) fn profile(args: &SimSensorArgs) -> Result<Profile> {
+    let built_in = args.like.to_str().and_then(Profile::named);
+    let profile = built_in.map_or_else(|| twin_of(&args.like), Ok)?;
+    let thermal = args.thermal.unwrap_or(profile.thermal);
+    Ok(Profile { thermal, ..profile })
+}
+
+fn twin_of(path: &Path) -> Result<Profile> {
+    let context = || format!("no twin of {} ({} are built in)", path.display(), Profile::NAMES.join(" and "));
     let mut text = String::new();
     let is_text = File::open(path).with_context(context)?.take(MOST_BYTES).read_to_string(&mut text).is_ok();
     let document = if is_text && text.trim_start().starts_with('{') { text } else { document_of(path)? };
