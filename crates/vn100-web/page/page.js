@@ -136,11 +136,18 @@ const choose = () => {
   by('save').disabled = !output || !!output.missing;
   by('missing').textContent = output && output.missing || '';
 };
+// what is dropped on the report goes to this page
+const DROPS = `<script>
+for (const name of ['dragover', 'drop']) addEventListener(name, (event) => {
+  event.preventDefault();
+  if (name === 'drop') parent.postMessage([...event.dataTransfer.files], '*');
+});
+</`+`script>`;
 const show = async () => {
   await list();
   const page = outputs.length ? await ask('output', { file: outputs[0].file }) : '';
   by('result').hidden = !page;
-  by('report').srcdoc = page;
+  by('report').srcdoc = page && page.replace('</body>', () => `${DROPS}</body>`);
 };
 const save = (name, content, type) => {
   const url = URL.createObjectURL(new Blob([content], { type }));
@@ -181,10 +188,22 @@ const take = (files) => {
   forget();
   begin([...files]);
 };
+// so that the same file can be chosen again
+by('files').addEventListener('click', ({ target }) => { target.value = ''; });
 by('files').addEventListener('change', ({ target }) => take(target.files));
 by('sample').addEventListener('click', () => { forget(); begin('sample'); });
-by('cancel').addEventListener('click', () => { ready = stop(); });
+by('cancel').addEventListener('click', () => { ready = stop(); by('files').focus(); });
 form.addEventListener('submit', (event) => { event.preventDefault(); if (chosen) begin(chosen); });
+addEventListener('message', ({ source, data }) => {
+  const areFiles = Array.isArray(data) && data.every((file) => file instanceof File);
+  if (areFiles && source === by('report').contentWindow) take(data);
+});
+// a frame prints only what is seen of it: on paper its content stands in the page
+addEventListener('beforeprint', () => {
+  by('paper').replaceChildren(...new DOMParser().parseFromString(by('report').srcdoc, 'text/html').body.childNodes);
+  for (const part of by('paper').querySelectorAll('details')) part.open = true;
+});
+addEventListener('afterprint', () => by('paper').replaceChildren());
 // a drop anywhere on the page counts
 for (const name of ['dragover', 'dragleave', 'drop']) {
   document.addEventListener(name, (event) => {
