@@ -136,6 +136,9 @@ fn the_graphical_readings_are_drawn_tabled_and_exported_or_not_read_for_a_reason
     assert!(graphical[2] == "graphical" && (0.34..0.38).contains(&value), "{graphical:?}");
     assert!(lab.contains(&format!("N {value:.4} °/√h")), "its value is in the figure");
     assert_eq!(row("gyro_y", "white", "deg/sqrt(h)")[7], "", "white noise has no test");
+    let [density, of_sample] = [("white", "rad/s/sqrt(Hz)"), ("white_discrete", "rad/s")]
+        .map(|(name, unit)| row("gyro_y", name, unit)[3].parse::<f64>().unwrap());
+    assert!((of_sample / density / 40_f64.sqrt() - 1.0).abs() < 1e-9, "{of_sample} of {density}");
     let document: Value = serde_json::from_str(&fs::read_to_string(page.with_extension("json")).unwrap()).unwrap();
     let gyro = document["channels"].as_array().unwrap().iter().find(|channel| channel["name"] == "gyro_y").unwrap();
     let read = &gyro["noise"]["classical"]["white"];

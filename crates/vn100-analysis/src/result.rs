@@ -30,7 +30,6 @@ use verdict::deciding_record_s;
 
 use crate::{
     assessment::Assessment,
-    coast::Coast,
     datasheet::{Datasheet, DecidedBy, FigureVerdict},
     goal::Goal,
     motion::Motion,
@@ -158,7 +157,7 @@ impl SourceResult {
 
     /// Whether the user chose for which coasts the drift is given.
     pub fn are_coasts_chosen(&self) -> bool {
-        self.basis.snapshot.coasts != Coast::DEFAULTS
+        !self.basis.snapshot.coasts.is_empty()
     }
 
     /// The result of the same samples, assessed anew: without the intervals of an earlier snapshot.

@@ -38,7 +38,8 @@ pub struct Settings {
     pub until: Vec<Goal>,
     /// Two-sided level of every interval, 0 < p < 1.
     pub confidence: f64,
-    /// The rests and coasts for which the final result gives the drift.
+    /// The rests and coasts for which the final result gives the drift; none for those of
+    /// [`Coast::DEFAULTS`].
     pub coasts: Vec<Coast>,
     /// Whether the latest samples of every channel are kept, for a screen; no result depends on it.
     pub recent: bool,
@@ -55,8 +56,7 @@ impl Settings {
 }
 
 impl Default for Settings {
-    /// Everything included, no rate given, intervals at 95 %, the coasts of [`Coast::DEFAULTS`], ten
-    /// snapshots a second.
+    /// Everything included, no rate given, intervals at 95 %, ten snapshots a second.
     fn default() -> Self {
         Self {
             rate_hz: None,
@@ -70,7 +70,7 @@ impl Default for Settings {
             compensated: None,
             until: Vec::new(),
             confidence: DEFAULT_CONFIDENCE,
-            coasts: Coast::DEFAULTS.to_vec(),
+            coasts: Vec::new(),
             recent: false,
             watch_every: Duration::from_millis(100),
         }

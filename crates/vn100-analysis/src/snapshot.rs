@@ -77,7 +77,7 @@ pub struct Snapshot {
     pub estimator: Estimator,
     /// Data time excluded at the beginning.
     pub skipped: Duration,
-    /// The rests and coasts for which the result gives the drift.
+    /// The rests and coasts for which the user asked for the drift.
     pub coasts: Vec<Coast>,
     /// Which deviation the octaves are of.
     pub deviation: Deviation,

@@ -86,7 +86,9 @@ impl ReplayOptions {
             "confidence" => settings.confidence = confidence(value.extract()?)?,
             "skip" => settings.skip = seconds(value.extract()?)?,
             "duration" => settings.duration = Some(length(value)?),
-            "coast" => settings.coasts = value.try_iter()?.map(|coast| self::coast(&coast?)).collect::<PyResult<_>>()?,
+            "coast" => {
+                settings.coasts = value.try_iter()?.map(|coast| self::coast(&coast?)).collect::<PyResult<_>>()?
+            }
             "quantization" => settings.quantization = value.extract()?,
             "taus" => settings.averaging_times = taus(value)?,
             "window" => settings.window = Some(window(value.extract()?)?),

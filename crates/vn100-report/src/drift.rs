@@ -12,6 +12,8 @@ use crate::numbers::{
 /// What the drift rests on.
 pub(crate) const ASSUMPTIONS: &str = "At rest, at constant temperature, level at the start, without an error of the scale factor; the bias is the mean over the rest before, as long as the coast if no other is named.";
 
+const TOO_SHORT: &str = "not observable in a record of this length and rate";
+
 /// The drifts of a kind, in the order of their coasts, of the axis that matters: for the heading the one
 /// along gravity, for velocity and position the worst.
 fn of_kind(result: &SourceResult, of: Drifting) -> Option<Vec<&DriftResult>> {
@@ -37,15 +39,26 @@ pub(crate) fn lines(result: &SourceResult) -> Vec<String> {
     if result.motion.is_some() {
         return Vec::new();
     }
+    if result.drift.is_empty() && result.are_coasts_chosen() {
+        return vec!["not given: it takes the Allan deviation of a gyroscope or an accelerometer".into()];
+    }
+    let mut is_compensated = false;
     let heading = of_kind(result, Drifting::Angle).map(|found| match values(&found) {
-        Ok(text) => format!("heading ({}) within {text}", found[0].axis),
-        Err(why) => format!("heading {why}"),
+        Ok(text) => format!("{} % of heading errors ({}) within {text}", 100.0 * result.confidence, found[0].axis),
+        Err(status) => {
+            is_compensated = status == Status::NotMeasurable;
+            format!("heading {}", if is_compensated { "not measurable in a compensated message" } else { TOO_SHORT })
+        }
     });
     let along = [(Drifting::Velocity, "velocity"), (Drifting::Position, "position")];
-    let along: Vec<String> = along
-        .into_iter()
-        .filter_map(|(of, name)| Some(format!("{name} {}", values(&of_kind(result, of)?).ok()?)))
-        .collect();
+    let of_kind = |(of, name)| match values(&of_kind(result, of)?) {
+        Ok(text) => Some(format!("{name} {text}")),
+        Err(Status::NotMeasurable) if of == Drifting::Velocity && !is_compensated => {
+            Some("velocity not measurable: the tilt takes three gyroscopes and three accelerometers".into())
+        }
+        Err(_) => None,
+    };
+    let along: Vec<String> = along.into_iter().filter_map(of_kind).collect();
     heading.into_iter().chain((!along.is_empty()).then(|| along.join("; "))).collect()
 }
 
@@ -59,18 +72,15 @@ pub(crate) fn coast(drift: &DriftResult) -> String {
 }
 
 /// Such as `0.05 deg (10 s), 0.4 (1 min)`.
-fn values(drifts: &[&DriftResult]) -> Result<String, &'static str> {
+fn values(drifts: &[&DriftResult]) -> Result<String, Status> {
     let known = drifts.iter().filter_map(|drift| Some((drift, drift.within?)));
     let value = |(place, (drift, within)): (usize, (&&DriftResult, f64))| {
         let unit = if place == 0 { format!(" {}", drift.unit) } else { String::new() };
         format!("{}{unit} ({})", digits(within, 2), coast(drift))
     };
     let texts: Vec<String> = known.enumerate().map(value).collect();
-    if !texts.is_empty() {
-        return Ok(texts.join(", "));
+    match texts.is_empty() {
+        true => Err(drifts.first().map_or(Status::NotObservable, |drift| drift.status)),
+        false => Ok(texts.join(", ")),
     }
-    Err(match drifts.first().map(|drift| drift.status) {
-        Some(Status::NotMeasurable) => "not measurable in a compensated message",
-        _ => "not observable: the record is too short",
-    })
 }

@@ -5,6 +5,7 @@ use std::{
     fs::File,
     io::Read,
     path::{Path, PathBuf},
+    thread,
 };
 
 use anyhow::{Context, Result, bail};
@@ -34,7 +35,10 @@ fn twin_of(path: &Path) -> Result<Profile> {
     let context = || format!("no twin of {} ({} are built in)", path.display(), Profile::NAMES.join(" and "));
     let mut text = String::new();
     let is_text = File::open(path).with_context(context)?.take(MOST_BYTES).read_to_string(&mut text).is_ok();
-    let document = if is_text && text.trim_start().starts_with('{') { text } else { document_of(path)? };
+    let document = match is_text && text.trim_start().starts_with('{') {
+        true => text,
+        false => document_of(path).with_context(context)?,
+    };
     let profile = Profile::like(&document).with_context(context)?;
     if !profile.changing.is_empty() {
         let axes = profile.changing.join(", ");
@@ -47,13 +51,19 @@ fn twin_of(path: &Path) -> Result<Profile> {
     Ok(profile)
 }
 
-/// The document of a capture, measured as `replay` does.
+/// The document of a capture, measured as `replay` does: on a thread of its own, since a live command that asks for it
+/// may run in a runtime already.
 fn document_of(path: &Path) -> Result<String> {
+    let measured = thread::scope(|scope| scope.spawn(|| measured(path)).join());
+    measured.unwrap_or_else(|_| bail!("internal error: the measurement stopped"))
+}
+
+fn measured(path: &Path) -> Result<String> {
     let files = FileArgs { files: vec![PathBuf::from(path)], ..FileArgs::default() };
     let mut documents = Vec::new();
     measure_files(&files, &inputs(&files), evaluation(&files.measure)?, Outputs::default(), |measured| {
         if let Some(error) = &measured.source.error {
-            bail!("{error}");
+            bail!("{error}. Otherwise give its document: `vn100 replay {} --json`, with options", path.display());
         }
         documents.push(serde_json::to_string(&Document::new(&measured, remedy_words))?);
         Ok(())

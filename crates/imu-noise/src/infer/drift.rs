@@ -55,9 +55,9 @@ const CORRELATION: f64 = 0.5;
 
 impl Drift {
     /// The drift after a rest of `rest_s` and a coast of `coast_s` seconds, by a curve at octaves of the
-    /// averaging time. `None` if a time or a point is not above 0, if a point is no octave of the one
-    /// before, and if the curve does not reach far enough with two degrees of freedom: to half of
-    /// rest and coast together.
+    /// averaging time. `None` if a point is not above 0 or no octave of the one before, if a time is
+    /// shorter than the first, and if the curve does not reach far enough with two degrees of
+    /// freedom: to half of rest and coast together.
     pub fn new(curve: &[CurvePoint], integral: Integral, rest_s: f64, coast_s: f64) -> Option<Self> {
         let is_known = |point: &&CurvePoint| {
             let CurvePoint { tau_s, deviation, edf } = **point;
@@ -66,7 +66,8 @@ impl Drift {
         let curve: Vec<CurvePoint> = curve.iter().take_while(is_known).copied().collect();
         let is_octave = |pair: &[CurvePoint]| (pair[1].tau_s / pair[0].tau_s / 2.0 - 1.0).abs() < 1e-6;
         let longest_s = curve.last().filter(|_| curve.windows(2).all(is_octave))?.tau_s;
-        let is_reached = rest_s > 0.0 && coast_s > 0.0 && (rest_s + coast_s) / 2.0 <= longest_s * (1.0 + 1e-9);
+        let is_reached = rest_s.min(coast_s) >= curve[0].tau_s * (1.0 - 1e-9)
+            && (rest_s + coast_s) / 2.0 <= longest_s * (1.0 + 1e-9);
         if !is_reached {
             return None;
         }

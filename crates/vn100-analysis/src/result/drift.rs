@@ -65,6 +65,13 @@ fn axes(channels: &[ChannelResult], quantity: Quantity) -> Vec<&ChannelResult> {
 
 /// The drifts of all axes; none for a stream without a gyroscope and an accelerometer.
 pub(super) fn of(channels: &[ChannelResult], coasts: &[Coast], was_moved: bool, confidence: f64) -> Vec<DriftResult> {
+    let mut distinct: Vec<Coast> = Vec::new();
+    for coast in if coasts.is_empty() { &Coast::DEFAULTS } else { coasts } {
+        if !distinct.contains(coast) {
+            distinct.push(*coast);
+        }
+    }
+    let coasts = distinct;
     let gyroscope = axes(channels, Quantity::AngularRate);
     let accelerometer = axes(channels, Quantity::Acceleration);
     let made = |axis: &ChannelResult, of, coast, found: Result<(Drift, Option<Drift>), Status>| {
@@ -85,9 +92,8 @@ pub(super) fn of(channels: &[ChannelResult], coasts: &[Coast], was_moved: bool, 
         let coasts = coasts.iter().filter(|coast| coast.coast <= LONGEST_POSITION);
         let all = coasts.flat_map(move |coast| kinds.map(|kind| (kind, *coast)));
         let of_kind = |((of, own, tilted), coast)| {
-            let own = drift(axis, own, coast);
             let tilt = tilt(&gyroscope, &accelerometer, place, tilted, coast);
-            let found = own.and_then(|own| Ok((sum(&[Some(own), tilt?]), Some(own))));
+            let found = tilt.and_then(|tilt| drift(axis, own, coast).map(|own| (sum(&[Some(own), tilt]), Some(own))));
             made(axis, of, coast, found)
         };
         all.map(of_kind).collect::<Vec<_>>()

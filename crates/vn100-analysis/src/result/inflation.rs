@@ -58,7 +58,7 @@ impl Inflation {
     }
 }
 
-/// Frequency and upper bound of the two-sided density at each octave, as far as the time of use.
+/// Frequency and upper bound of the two-sided density at each octave, to the first that is as long as the time of use.
 ///
 /// The Allan variance is the density seen through a band-pass of about an octave: S(c/τ) = τ σ²(τ),
 /// with c = 1/(4 ln 2) = 0.361 for flicker noise and √3/(2π) = 0.276 for a walk (IEEE Std 952); white
@@ -72,7 +72,10 @@ fn densities(octaves: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let slope = (next.1 / variance).log2().clamp(0.0, 1.0);
         ((OF_FLICKER + slope * (OF_WALK - OF_FLICKER)) / tau_s, tau_s * variance)
     };
-    known.iter().enumerate().map(density).take_while(|(hz, _)| *hz >= 1.0 / USE_S).collect()
+    let mut densities: Vec<(f64, f64)> = known.iter().enumerate().map(density).collect();
+    let shorter = densities.iter().take_while(|(hz, _)| *hz > 1.0 / USE_S).count();
+    densities.truncate(shorter + 1);
+    densities
 }
 
 /// The density of a walk of K = 1.

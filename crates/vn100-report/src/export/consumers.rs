@@ -131,7 +131,7 @@ impl Consumer {
             white: VARIANCE_OF_A_SAMPLE,
             walk: Some(formula("K^2 rate", ("(rad/s^2)^2", "(m/s^3)^2"), |_, value, rate| value * value * rate)),
             code: "hku-mars/FAST_LIO 7cc4175d, include/IKFoM_toolkit/esekfom/esekfom.hpp:381, src/IMU_Processing.hpp:280",
-            remark: "right to 2.5 % at 200 Hz and 10 scans per second, since the end of a scan cuts a sample in two",
+            remark: "right to half the scans per second over the rate (2.5 % at 200 Hz and 10 scans), since the end of a scan cuts a sample in two",
             needs_rate: true,
             template: include_str!("../../templates/fast-lio.txt"),
         },

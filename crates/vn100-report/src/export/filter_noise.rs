@@ -118,6 +118,7 @@ impl FilterNoise {
             "N and K of the noisiest axis, as measured in this stream at this rate".into(),
             format!("K: the larger of the random walk and 1.15 B/sqrt({span_s} s)"),
         ];
+        remarks.extend(QUANTITIES.into_iter().filter_map(|of| least(record, of)));
         if record.timing.is_rate_assumed() {
             remarks.push("the rate is assumed, and N and K with it".into());
         }
@@ -284,6 +285,18 @@ fn random_walk(axis: &ChannelResult, span_s: f64) -> Option<KnownValue> {
     Some(KnownValue { value, label })
 }
 
+/// The lower bound of inflation of a sensor, in the SI units of N and K: the largest of its axes. `None`
+/// without one.
+fn least(record: &SourceResult, (quantity, sensor): (Quantity, Sensor)) -> Option<String> {
+    let bounds = record.of(quantity).into_iter().filter_map(|axis| axis.inflation);
+    let (white, walk) = bounds.map(|bound| (bound.white, bound.walk)).reduce(|a, b| (a.0.max(b.0), a.1.max(b.1)))?;
+    let values = [(Term::White, white), (Term::RateRandomWalk, walk)].into_iter().filter(|(_, value)| *value > 0.0);
+    let texts: Vec<String> = values
+        .map(|(term, value)| format!("{} {value:.3e} {}", name_of(sensor, term), si_unit(sensor, term)))
+        .collect();
+    Some(format!("no less, by the lower bound of inflation: {}", texts.join(", ")))
+}
+
 /// N or K by a data sheet.
 fn printed(sheet: &Datasheet, sensor: Sensor, term: Term, aliasing: f64) -> FilterValue {
     let of_sheet = if term == Term::RateRandomWalk { Term::BiasInstability } else { term };
@@ -295,7 +308,7 @@ fn printed(sheet: &Datasheet, sensor: Sensor, term: Term, aliasing: f64) -> Filt
             remedies: vec![Remedy::GiveDatasheet, Remedy::Record],
         });
     };
-    let largest = figure.claim.ends().1;
+    let (smallest, largest) = figure.claim.ends();
     let figures = printable(&figure.printed);
     let (value, label) = if term == Term::White {
         let sides = if figure.is_of_unknown_sides { ", taken as two-sided; as one-sided 0.707 times" } else { "" };
@@ -303,7 +316,7 @@ fn printed(sheet: &Datasheet, sensor: Sensor, term: Term, aliasing: f64) -> Filt
     } else if figure.term == Term::RateRandomWalk {
         (largest, format!("data sheet, {figures}"))
     } else {
-        let [high, low] = [SHEET_WALK_S.0, SHEET_WALK_S.1].map(|time_s| largest / time_s.sqrt());
+        let (high, low) = (largest / SHEET_WALK_S.0.sqrt(), smallest / SHEET_WALK_S.1.sqrt());
         (high, format!("data sheet, upper end of {low:.2e} to {high:.2e}, B {figures}"))
     };
     Ok(KnownValue { value, label })

@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use vn100_analysis::noise::{Claim, Parameter, Term, conventions};
 use vn100_analysis::{
-    Completion, Device, InUnit, ParameterResult, Point, RemedyWords, SourceResult, Statistics, TemperatureResult,
+    Completion, Device, Discrete, InUnit, ParameterResult, Point, RemedyWords, SourceResult, Statistics,
+    TemperatureResult,
 };
 
 use crate::warnings::{details, headline};
@@ -142,9 +143,10 @@ fn parameters(table: &mut Table, record: &SourceResult) {
     }
 }
 
-/// A row for each unit of a parameter; none without the parameter.
+/// A row for each unit of a parameter, and one for its discrete form at the rate of the record; none
+/// without the parameter.
 fn in_units(table: &mut Table, channel: &str, name: &str, found: Option<&ParameterResult>) {
-    let Some(ParameterResult { parameter, unit, conventions, .. }) = found else { return };
+    let Some(ParameterResult { parameter, unit, conventions, discrete, .. }) = found else { return };
     let Parameter { status, value, lower, upper, p } = *parameter;
     let si = InUnit { unit, sides: None, value, lower, upper };
     for (place, InUnit { unit, sides, value, lower, upper }) in [&si].into_iter().chain(conventions).enumerate() {
@@ -152,6 +154,11 @@ fn in_units(table: &mut Table, channel: &str, name: &str, found: Option<&Paramet
         let sides = sides.map_or_else(String::new, name_of);
         let is_si = if place == 0 { "true" } else { "false" };
         table.row(&[channel, name, &name_of(status), &value, &lower, &upper, unit, &p, &sides, is_si]);
+    }
+    if let Some(Discrete { unit, value, lower, upper, .. }) = *discrete {
+        let [value, lower, upper] = [value, lower, upper].map(number);
+        let name = format!("{name}_discrete");
+        table.row(&[channel, &name, &name_of(status), &value, &lower, &upper, unit, "", "", "true"]);
     }
 }
 

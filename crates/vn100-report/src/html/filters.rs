@@ -1,8 +1,8 @@
 //! What the noise costs while a sensor coasts, and what a filter is given.
 
 use maud::{Markup, html};
-use vn100_analysis::noise::Status;
-use vn100_analysis::{SourceResult, WALK_OF_FLICKER};
+use vn100_analysis::noise::{Status, Term};
+use vn100_analysis::{ChannelResult, SourceResult, WALK_OF_FLICKER};
 
 use crate::{
     Consumer, FilterNoise, NotWritten,
@@ -23,7 +23,7 @@ pub(super) fn drift(record: &SourceResult, figures: &Figures, captions: &Caption
     let number = |value: Option<f64>| value.map_or_else(|| NOTHING.into(), |value| digits(value, 3));
     html! {
         p { (ASSUMPTIONS) " One drift lies within the given limit with the probability of the confidence level, the uncertainty of the standard deviation included; apart from it stands the interval of the standard deviation." }
-        (figures::grid(&figures.drifts, captions))
+        @if !figures.drifts.is_empty() { (figures::grid(&figures.drifts, captions)) }
         div.scroll { table aria-label="Drift while coasting" {
             thead { tr { th scope="col" { "axis" } th scope="col" { "drift of the" } th scope="col" { "coast" } th scope="col" { "within" } th scope="col" { "standard deviation" } th scope="col" { "its interval" } th scope="col" { "accelerometer alone" } th scope="col" { "unit" } } }
             tbody { @for found in &record.drift {
@@ -43,6 +43,12 @@ pub(super) fn drift(record: &SourceResult, figures: &Figures, captions: &Caption
 fn inflation(record: &SourceResult) -> Markup {
     let axes: Vec<_> = record.channels.iter().filter_map(|axis| Some((axis, axis.inflation?))).collect();
     let factor = |value: Option<f64>| value.map_or_else(|| NOTHING.into(), |value| format!("{value:.2}"));
+    // without an estimate of B or K nothing of the record needs a walk
+    let least = |axis: &ChannelResult, term, value: f64| {
+        let parameter = axis.noise.as_ref().and_then(|noise| noise.parameter_in_units(term)).filter(|_| value > 0.0);
+        parameter
+            .map_or_else(|| NOTHING.into(), |parameter| format!("{} {}", digits(value, 3), pretty_unit(parameter.unit)))
+    };
     html! {
         @if let Some((_, first)) = axes.first() {
             p {
@@ -52,7 +58,7 @@ fn inflation(record: &SourceResult) -> Markup {
             div.scroll { table aria-label="Lower bound of inflation" {
                 thead { tr { th scope="col" { "axis" } th scope="col" { "N at least" } th scope="col" { "over N" } th scope="col" { "K at least" } th scope="col" { "over K" } } }
                 tbody { @for (axis, found) in &axes {
-                    tr { th scope="row" { (axis.name) } td { (digits(found.white, 3)) } td { (factor(found.white_factor)) } td { (digits(found.walk, 3)) } td { (factor(found.walk_factor)) } }
+                    tr { th scope="row" { (axis.name) } td { (least(axis, Term::White, found.white)) } td { (factor(found.white_factor)) } td { (least(axis, Term::RateRandomWalk, found.walk)) } td { (factor(found.walk_factor)) } }
                 } }
             } }
         }

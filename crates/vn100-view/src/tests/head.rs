@@ -96,7 +96,7 @@ fn the_noise_panel_has_the_rows_of_the_summary() {
             let Some((figure, verdict)) = &row.figure else { continue };
             assert!(screen.contains(&format!("data sheet: {figure} ")) && screen.contains(&verdict.word), "{screen}");
         }
-        assert!(screen.contains("drift: heading (gyro_z) within "), "{screen}");
+        assert!(screen.contains("drift: 95 % of heading errors (gyro_z) within "), "{screen}");
     }
 }
 

@@ -95,7 +95,7 @@ impl MeasureArgs {
             quantization: self.quantization,
             until: self.until.clone(),
             confidence: self.confidence.unwrap_or(DEFAULT_CONFIDENCE),
-            coasts: if self.coast.is_empty() { Coast::DEFAULTS.to_vec() } else { self.coast.clone() },
+            coasts: self.coast.clone(),
             ..Settings::default()
         }
     }

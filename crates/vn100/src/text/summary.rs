@@ -86,14 +86,15 @@ pub(crate) fn summary(result: &SourceResult, is_coloured: bool) -> String {
     write_drift(&mut drift, &summary.drift);
     let notes: usize = summary.notes.iter().map(|note| wrapped(&printable(note), WIDTH - 4).len()).sum();
     let with_drift = trust.len() + statistics.lines.len() + drift.lines.len();
-    if !result.are_coasts_chosen() && with_drift + notes > room {
+    let has_drift = result.are_coasts_chosen() || with_drift + notes <= room;
+    if !has_drift {
         drift.lines.clear();
     }
     let has_room = trust.len() + statistics.lines.len() + drift.lines.len() <= room;
     lines.lines.extend(drift.lines);
     lines.lines.extend(trust);
     lines.lines.extend(statistics.lines.into_iter().filter(|_| has_room));
-    write_notes(&mut lines, &summary.notes);
+    write_notes(&mut lines, &summary.notes, !has_drift);
     lines.lines.join("\n") + "\n"
 }
 
@@ -177,7 +178,7 @@ fn write_statistics(lines: &mut Lines, rows: &[StatisticsRow]) {
 }
 
 /// As many notes as there is room for; the last line names the others.
-fn write_notes(lines: &mut Lines, notes: &[String]) {
+fn write_notes(lines: &mut Lines, notes: &[String], lacks_drift: bool) {
     let mut room = MOST_LINES.saturating_sub(lines.lines.len() + 1);
     let mut left_out = Vec::new();
     for (place, note) in notes.iter().enumerate() {
@@ -189,9 +190,10 @@ fn write_notes(lines: &mut Lines, notes: &[String]) {
         room -= rows.len();
         lines.push_beside(&format!("{:<4}", format!("[{}]", place + 1)), 4, &rows);
     }
-    let everything = match left_out.is_empty() {
+    let drift = if lacks_drift { " the drift" } else { "" };
+    let everything = match left_out.is_empty() && !lacks_drift {
         true => "everything: `vn100 report FILE` as a page, --json as a document".to_owned(),
-        false => format!("everything, also{}: `vn100 report FILE`, or --json", marks(&left_out)),
+        false => format!("everything, also{drift}{}: `vn100 report FILE`, or --json", marks(&left_out)),
     };
     wrapped(&everything, WIDTH).iter().take(1).for_each(|line| lines.push(&lines.paint(line, FAINT)));
 }
