@@ -113,7 +113,7 @@ impl Evaluation {
 }
 
 /// Whether the samples are those of a VN-100, by its own word or by its messages.
-fn is_of_vn100(result: &SourceResult) -> bool {
+pub(crate) fn is_of_vn100(result: &SourceResult) -> bool {
     let model = result.source.device.as_ref().and_then(|device| device.model.as_ref());
     let message = result.source.message.as_deref().unwrap_or_default();
     match model {

@@ -75,7 +75,10 @@ pub fn timing(result: &SourceResult) -> Vec<Row> {
         fact("Rejected lines", rejected_lines(link)),
         fact("Damaged packets", grouped(link.damaged_packets)),
         fact("Packets", grouped(link.binary_packets)),
-        fact("Valid sentences", sentences),
+        match result.source.csv {
+            Some(_) => fact("Valid rows", grouped(link.frames)),
+            None => fact("Valid sentences", sentences),
+        },
         fact("Bytes", bytes),
         fact("Reconnections", link.reconnects.to_string()),
     ];

@@ -80,11 +80,14 @@ fn deciding(noise: &NoiseResult) -> String {
     format!("{bias}, {}", of("the sensor's own N", Term::White, noise.unaliased_white()))
 }
 
-/// What the parameters and terms of a report mean, from the glossary.
-pub(crate) fn background(words: RemedyWords) -> Markup {
+/// What the parameters and terms of a report mean, from the glossary; for another sensor than a VN-100 without
+/// what concerns its settings.
+pub(crate) fn background(words: RemedyWords, is_of_vn100: bool) -> Markup {
+    const OF_VN100: &str = "aliasing";
     let entry = |code: &str| explain(code).into_iter().next();
-    let entries: Vec<(&str, Explanation)> = ["N", "B", "K", "allan", "edf", "confidence interval", "aliasing"]
+    let entries: Vec<(&str, Explanation)> = ["N", "B", "K", "allan", "edf", "confidence interval", OF_VN100]
         .into_iter()
+        .filter(|code| is_of_vn100 || *code != OF_VN100)
         .filter_map(|code| Some((code, entry(code)?)))
         .collect();
     html! {
@@ -93,7 +96,8 @@ pub(crate) fn background(words: RemedyWords) -> Markup {
                 div id={ "background-" (code.replace(' ', "-")) } {
                     dt { b { (entry.code) } @if !entry.title.eq_ignore_ascii_case(&entry.code) { ", " (with_minus(&entry.title)) } }
                     dd {
-                        (with_code(&with_minus(&entry.meaning))) " " (with_code(entry.why)) " " (with_code(&entry.advice(words)))
+                        (with_code(&with_minus(&entry.meaning))) " " (with_code(entry.why))
+                        @if is_of_vn100 { " " (with_code(&entry.advice(words))) }
                         @if !entry.source.is_empty() { " (" (entry.source) ")" }
                     }
                 }

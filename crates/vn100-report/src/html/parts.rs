@@ -8,6 +8,7 @@ use crate::html::{
     statistics,
 };
 use crate::{
+    evaluation::is_of_vn100,
     figure::Figures,
     goals::warm_up,
     summary::Summary,
@@ -151,7 +152,7 @@ fn advice(record: &SourceResult, summary: &Summary) -> Markup {
         p {
             "One record at rest does not show bias from turn-on to turn-on, scale factor, misalignment, or the sensitivity to " (temperature)
             "supply and acceleration. Slow motion that looks like noise is not detected. "
-            @if record.source.device.is_none() {
+            @if record.source.device.is_none() && is_of_vn100(record) {
                 "The record does not hold the registers of the sensor: its averaging window, calibration and filter modes are unknown. "
             }
             @if record.source.meta.is_none() { "Place, mounting, ambient temperature and supply were not recorded." }

@@ -1,6 +1,7 @@
 //! The report: one HTML file that needs nothing else.
 
 use crate::{
+    evaluation::is_of_vn100,
     facts::NOT_RECORDED,
     figure::{Figures, ReportFigures},
     names::{run_name, run_prefix},
@@ -35,7 +36,7 @@ pub fn report_page(records: &[SourceResult], figures: &ReportFigures, options: P
                 }
             }
         }
-        @if has_results { section id="background" { h2 { "Background" } (lab::background(options.words)) } }
+        @if has_results { section id="background" { h2 { "Background" } (lab::background(options.words, records.iter().any(is_of_vn100))) } }
         div.end {
             @if has_results { section id="references" { h2 { "References" } ol.references { @for reference in REFERENCES { li { (reference) } } } } }
             footer { p { "Made by " (options.program.name) ", commit " (options.program.commit.unwrap_or(NOT_RECORDED)) ", from the capture alone: the same capture and options give the same page, byte by byte." } }

@@ -2,6 +2,7 @@
 
 use crate::html::glance;
 use crate::{
+    evaluation::is_of_vn100,
     figure::{Figure, Figures, id_of},
     names::{NEUTRAL_SERIES, QUANTITIES, names_of},
     numbers::{NOTHING, digits, grouped, signed},
@@ -57,7 +58,7 @@ pub(crate) fn statistics(record: &SourceResult, figures: &Figures, words: Remedy
                 @if !drawn.is_empty() { (grid(drawn, captions)) }
             } @else if quantity == Quantity::Temperature {
                 h3 { (name) }
-                p { "Not recorded: this message carries no temperature, and none was read between its lines. "(glance::with_code(&words(&Remedy::ReadTemperature))) "; the message VNIMU carries it." }
+                p { "Not recorded: this message carries no temperature, and none was read between its lines. " @if is_of_vn100(record) { (glance::with_code(&words(&Remedy::ReadTemperature))) "; the message VNIMU carries it." } }
             }
         }
     }
