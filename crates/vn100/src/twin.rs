@@ -73,3 +73,21 @@ fn measured(path: &Path) -> Result<String> {
         streams => bail!("{} has {streams} streams, and a twin is of one: give its document", path.display()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use vn100_sim::{Generator, Message, capture::write_next};
+
+    use super::*;
+
+    #[tokio::test]
+    async fn a_capture_is_measured_within_the_runtime_of_a_live_command() {
+        let capture = tempfile::NamedTempFile::new().unwrap();
+        let (message, mut bytes) = (Message::named("VNIMU").unwrap(), Vec::new());
+        let mut generator = Generator::for_message(&Profile::lab3(), message, 40, 1).unwrap();
+        (0..400).for_each(|_| write_next(&mut bytes, message, &mut generator));
+        std::fs::write(capture.path(), bytes).unwrap();
+        let document = document_of(capture.path()).unwrap();
+        assert!(document.contains("\"message\":\"VNIMU\""), "{document}");
+    }
+}
