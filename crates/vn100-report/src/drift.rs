@@ -7,6 +7,7 @@ use vn100_analysis::{DriftResult, Drifting, SourceResult, axes_name};
 use crate::numbers::{
     duration,
     plain::{digits, span},
+    trimmed,
 };
 
 /// What the drift rests on.
@@ -44,7 +45,10 @@ pub(crate) fn lines(result: &SourceResult) -> Vec<String> {
     }
     let mut is_compensated = false;
     let heading = of_kind(result, Drifting::Angle).map(|found| match values(&found) {
-        Ok(text) => format!("{} % of heading errors ({}) within {text}", 100.0 * result.confidence, found[0].axis),
+        Ok(text) => {
+            let percent = trimmed(100.0 * result.confidence, 3);
+            format!("{percent} % of heading errors ({}) within {text}", found[0].axis)
+        }
         Err(status) => {
             is_compensated = status == Status::NotMeasurable;
             format!("heading {}", if is_compensated { "not measurable in a compensated message" } else { TOO_SHORT })

@@ -2,6 +2,8 @@
 
 use vn100_analysis::{ChannelResult, angle_drift};
 
+use crate::numbers::trimmed;
+
 use super::{Figure, LegendSample, PlotAxis, PlottedSeries, Shape, axes::Scale, solid};
 
 /// Half the width of the interval of one drift, at the level of the curves, at each octave. `None` if no
@@ -21,7 +23,8 @@ pub(crate) fn drift(axes: &[&ChannelResult]) -> Option<Figure> {
             (LegendSample::Both(solid(index, 1.1), Shape::of_series(index).filled()), axis.name.clone())
         })
         .collect();
-    let title = format!("Drift of the angle while coasting, {} % of drifts", 100.0 * first.allan.confidence);
+    let percent = trimmed(100.0 * first.allan.confidence, 3);
+    let title = format!("Drift of the angle while coasting, {percent} % of drifts");
     let mut plot = Figure::new("drift-gyro".into(), title, x, y, &legend);
     for (index, (_, points)) in curves.iter().enumerate() {
         plot.draw(index, plot.marked_line(index, points, solid(index, 1.1)));
