@@ -147,6 +147,8 @@ fn a_killed_table_of_samples_holds_the_first_of_those_recorded() {
         let whole = &table[..table.rfind('\n').map_or(0, |end| end + 1)];
         let replayed = run(vn100().arg("replay").arg(&recording).args(["--samples", "-"]));
         let replayed = String::from_utf8(replayed.stdout).unwrap();
+        // the last line may be recorded without its end, and then has the time of the read before
+        let replayed = replayed.trim_end().rsplit_once('\n').map_or("", |(before, _)| before);
         // either may be longer, because each is flushed at its own times
         let common = whole.len().min(replayed.len());
         assert_eq!(whole[..common], replayed[..common], "kill {kill}");
