@@ -36,7 +36,7 @@ pub use search::Rival;
 pub(super) use shapes::{MeanShape, MeanShapes};
 use spectral_rows::{ChannelData, Grid, GridOctave};
 pub use term::Term;
-use thresholds::{LONGEST_PROCESS, MOST_COSINES, PROCESSES_APART, SHORTEST_PROCESS};
+use thresholds::{LIKE_A_FILTER, LONGEST_PROCESS, MOST_COSINES, PROCESSES_APART, SHORT_PROCESSES};
 
 /// A noise model for all channels that were sampled together: it holds what their statistics have in
 /// common.
@@ -102,9 +102,11 @@ fn layout(shape: &RecordShape, window: Option<BoxcarWindow>, is_quantized: bool)
     let quantization = is_quantized.then_some(components.len());
     components.extend(quantization.map(|_| Component::Quantization));
     let first = components.len();
-    let longest = Some(LONGEST_PROCESS * shape.samples as f64);
-    let times = core::iter::successors(longest, |time| Some(time / PROCESSES_APART));
-    components.extend(times.take_while(|time| *time >= SHORTEST_PROCESS).map(Component::GaussMarkov));
+    let longest = LONGEST_PROCESS * shape.samples as f64;
+    let times = core::iter::successors(Some(longest), |time| Some(time / PROCESSES_APART));
+    let times = times.take_while(|time| *time >= LIKE_A_FILTER);
+    let short = SHORT_PROCESSES.into_iter().filter(|time| *time <= longest);
+    components.extend(times.chain(short).map(Component::GaussMarkov));
     let processes = first..components.len();
     let most = if is_quantized { 0 } else { MOST_COSINES };
     components.extend((1..=most).map(Component::Cosine));

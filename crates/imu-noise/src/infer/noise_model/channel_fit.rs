@@ -20,9 +20,9 @@ impl NoiseModel {
     /// level, and of the octaves what neither holds. Components are white noise behind any filter that
     /// forgets within forty samples, of whose stop band the record says nothing, flicker noise, a random
     /// walk, Gauss-Markov processes with correlation times of a thirty-second of the record over powers
-    /// of four down to ten samples, and lines; the mean may have a ramp, a warm-up or a cycle. The order
-    /// of the filter is not chosen: intervals hold with every structure that the record does not decide
-    /// against.
+    /// of four down to ten samples, shorter ones in the place of the filter, and lines; the mean may have
+    /// a ramp, a warm-up or a cycle. The order of the filter is not chosen: intervals hold with every
+    /// structure that the record does not decide against.
     ///
     /// A parameter is [`Status::Estimated`] where the likelihood excludes its absence by more than 1.96
     /// standard deviations (a ramp by 2.25) beside every warm-up, cycle, process and noise that switches
@@ -32,7 +32,8 @@ impl NoiseModel {
     /// that the level holds whichever comes out. Where density and octaves deviate from the model more
     /// than by chance, limits are wider by as much; beyond six times the expected squares the model is
     /// rejected, and N is bounded by the curve. It is bounded by the fit where lines cover more than half
-    /// of the frequencies. N lies below what the octaves longer than any possible filter leave.
+    /// of the frequencies. N lies below what the octaves longer than any possible filter leave, and these alone
+    /// bound it where it is not estimated.
     pub fn fit(&self, curve: &ChannelCurve<'_>, confidence: f64) -> NoiseFit {
         self.fit_octaves(curve, self.grid.octaves.len(), confidence)
     }
@@ -189,10 +190,9 @@ impl<'a> ReadOut<'a> {
     fn white(&self, confidence: f64) -> Option<Found> {
         let search = &self.search;
         let mut white = search.white();
-        if white.value <= 0.0 || white.lower <= 0.0 && !search.data.has_segments() {
-            let ceiling = self.white_ceiling(MOST_COSINES as f64, 1.0 - confidence);
-            // without segments no filter is looked for: one may be why short octaves show no white noise
-            white.upper = if search.data.has_segments() { white.upper.min(ceiling) } else { ceiling };
+        if white.value <= 0.0 || white.lower <= 0.0 {
+            // a filter of any memory may be why short octaves show no white noise
+            white.upper = self.white_ceiling(MOST_COSINES as f64, 1.0 - confidence);
             return Some(Found { value: 0.0, lower: 0.0, ..white });
         }
         // heavy tails make the power of all frequencies together less certain

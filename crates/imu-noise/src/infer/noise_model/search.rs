@@ -174,7 +174,7 @@ impl<'a> Search<'a> {
         columns.push(WALK);
         columns.extend(*quantization);
         columns.extend(lines);
-        columns.extend(self.short_process().filter(|_| filter == AS_FILTER));
+        columns.extend(self.short_processes().filter(|_| filter == AS_FILTER));
         if has_processes {
             // shorter ones are part of the filter
             let shortest = f64::max(BEYOND_FILTER * FILTERS[filter].memory, LIKE_A_FILTER);
@@ -198,9 +198,9 @@ impl<'a> Search<'a> {
         self.layout.components[column].process_time().unwrap_or(0.0)
     }
 
-    /// The column of the process that stands in the place of a filter; `None` if the record is too short.
-    fn short_process(&self) -> Option<usize> {
-        self.layout.processes.clone().find(|column| self.process_time(*column) < LIKE_A_FILTER)
+    /// The columns of the processes that stand in the place of a filter; none if the record is too short.
+    fn short_processes(&self) -> impl Iterator<Item = usize> {
+        self.layout.processes.clone().filter(|column| self.process_time(*column) < LIKE_A_FILTER)
     }
 
     /// Shapes that no noise explains, beside whatever it is.
@@ -239,7 +239,7 @@ impl<'a> Search<'a> {
                 break;
             }
         }
-        if filters > 1 && self.short_process().is_some() {
+        if filters > 1 && self.short_processes().next().is_some() {
             let near = self.candidates.first().map(|candidate| &candidate.scored);
             let candidate = self.candidate(AS_FILTER, false, near);
             self.candidates.extend(candidate);
@@ -249,8 +249,8 @@ impl<'a> Search<'a> {
     fn candidate(&self, filter: usize, has_processes: bool, near: Option<&Scored>) -> Option<Candidate> {
         let structure = self.structure(filter, has_processes, &[]);
         let mut scored = self.rows.fit(&structure, near)?;
-        let short = self.short_process().filter(|_| filter == AS_FILTER);
-        if short.is_some_and(|column| scored.parameters[WHITE] < STOPPED * scored.parameters[column]) {
+        let short: f64 = self.short_processes().map(|column| scored.parameters[column]).sum();
+        if filter == AS_FILTER && scored.parameters[WHITE] < STOPPED * short {
             return None;
         }
         let variances = self.rows.variances(&structure, &mut scored);
@@ -258,7 +258,7 @@ impl<'a> Search<'a> {
         // of the smoother, Hastie and Tibshirani, 1990)
         let decided = |(column, variance): (usize, &f64)| 1.0 - (variances[column] / variance).min(1.0);
         let cosines = structure.cosines.clone().zip(&structure.cosine_variances).map(decided).sum::<f64>();
-        let effective = cosines + if short.is_some() { 1.0 } else { 0.0 };
+        let effective = cosines + if filter == AS_FILTER { 1.0 } else { 0.0 };
         let is_filtered = filter > 0;
         let unexpected = if is_filtered && self.data.is_averaging_known { BESIDE_KNOWN_AVERAGING } else { 0.0 };
         let of_filter = if is_filtered { (FILTERS.len() as f64 - 1.0).ln() } else { 0.0 };

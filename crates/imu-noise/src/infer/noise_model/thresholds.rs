@@ -102,7 +102,7 @@ pub(super) const FILTERS: [Filter; 9] = [
     Filter { part: 1.0, memory: 4.0 },
     Filter { part: 1.0, memory: 10.0 },
     Filter { part: 10.0, memory: 20.0 },
-    // a Gauss-Markov process of a few samples, without cosines
+    // Gauss-Markov processes of a few samples, without cosines
     Filter { part: 0.0, memory: 0.0 },
 ];
 pub(super) const AS_FILTER: usize = FILTERS.len() - 1;
@@ -110,14 +110,15 @@ pub(super) const AS_FILTER: usize = FILTERS.len() - 1;
 /// Cosines at most.
 pub(super) const MOST_COSINES: usize = 40;
 
-/// Shortest correlation time of a Gauss-Markov process in samples, and from one to the next.
-pub(super) const SHORTEST_PROCESS: f64 = 2.5;
+/// From the correlation time of one Gauss-Markov process to that of the next.
 pub(super) const PROCESSES_APART: f64 = 4.0;
 
-/// A process of fewer samples stands in the place of a short filter ([`AS_FILTER`]). It is one only if
-/// the white noise beside it is more than what a filter stops: a low pass of the first order is such a
-/// process with nothing beside it.
+/// Processes of fewer samples stand in the place of a short filter ([`AS_FILTER`]), with these times: N is
+/// wrong by more than it claims if they are further apart. They are there only if the white noise beside
+/// them is more than what a filter stops: a low pass of the first order is such a process with nothing
+/// beside it.
 pub(super) const LIKE_A_FILTER: f64 = 10.0;
+pub(super) const SHORT_PROCESSES: [f64; 3] = [8.0, 4.5, 2.5];
 
 /// Of the record: longer processes are a random walk over this record.
 pub(super) const LONGEST_PROCESS: f64 = 1.0 / 32.0;
