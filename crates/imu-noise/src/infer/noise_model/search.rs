@@ -17,8 +17,8 @@ use super::{
     switching,
     thresholds::{
         AS_FILTER, AS_GOOD_AS_ZERO, BENT_LINE, BESIDE_KNOWN_AVERAGING, BEYOND_FILTER, CYCLE, DEFINITE, FILTER_IN_VALUE,
-        FILTERS, HOPELESS, LEAST_RISE, LIKE_A_FILTER, MOST_DEFINITE, NEGLIGIBLE, OVERDISPERSED, PRESENT, PROCESSES,
-        PROCESSES_IN_VALUE, RAMP_PRESENT, RELAXATION, STOPPED, SWITCHING_PARAMETERS,
+        FILTERS, HOPELESS, LEAST_RISE, LIKE_A_FILTER, MOST_DEFINITE, NEGLIGIBLE, NO_DENSITY, OVERDISPERSED, PRESENT,
+        PROCESSES, PROCESSES_IN_VALUE, RAMP_PRESENT, RELAXATION, STOPPED, SWITCHING_PARAMETERS,
     },
 };
 use crate::infer::chi_squared;
@@ -322,8 +322,9 @@ impl<'a> Search<'a> {
         let (weight, sum) = weighted.fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
         let value = sum / weight;
         let (lower, upper) = self.limits_of_white();
-        // a part so small of the value is as good as zero
-        let lower = if lower < AS_GOOD_AS_ZERO * value { 0.0 } else { lower };
+        // a part so small of the value is as good as zero, and so is one that no step of the fit leads to zero itself
+        let least = AS_GOOD_AS_ZERO * value.max(NO_DENSITY * self.rows.mean_density);
+        let lower = if lower < least { 0.0 } else { lower };
         let evidence = if lower > 0.0 { f64::INFINITY } else { 0.0 };
         Found { value, lower: lower.min(value), upper: upper.max(value), evidence, rival: None }
     }

@@ -160,6 +160,10 @@ pub(super) const BEYOND_FILTER: f64 = 4.0;
 /// Of a square: at zero itself the model may lack what keeps the other terms apart.
 pub(super) const AS_GOOD_AS_ZERO: f64 = 1e-3;
 
+/// Of the mean density over the band: the steps of the fit make white noise that is not there ever smaller,
+/// and do not reach zero.
+pub(super) const NO_DENSITY: f64 = 1e-6;
+
 /// A bound of so many times the variance of the first octave, which is a hundred times its deviation, says
 /// nothing: the parameter is not observable.
 pub(super) const NO_BOUND: f64 = 1e4;
