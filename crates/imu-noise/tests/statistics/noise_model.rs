@@ -162,9 +162,31 @@ fn a_line_does_not_affect_the_filter() {
 }
 
 #[test]
+fn an_average_as_long_as_a_part_of_the_record_bounds_n_above_the_truth() {
+    for (samples, average) in [(425, 21), (600, 30), (749, 10)] {
+        for seed in 1..=8 {
+            let (white, ..) = Synthesis::new(samples + average, seed).next_record();
+            let values: Vec<f64> = white.windows(average).map(|all| all.iter().sum::<f64>() / average as f64).collect();
+            let fit = fit_record(&values, None, false);
+            let white = fit.parameter(Term::White).unwrap();
+            let truth = INTERVAL_S.sqrt();
+            assert!(white.upper.is_none_or(|upper| upper > truth), "{average} of {samples}, {seed}: {white:?}");
+        }
+    }
+}
+
+#[test]
 fn correlated_noise_is_distinguished_from_white_noise() {
-    for (seed, time_s, sigma) in [(51, 0.5, 0.5), (52, 5.0, 0.5), (53, 20.0, 0.5)] {
-        let mut synthesis = Synthesis::new(24_000, seed);
+    // five samples, half a second and more
+    for (seed, samples, time_s, sigma) in [
+        (48, 19_113, 0.125, 0.34),
+        (49, 19_113, 0.125, 0.34),
+        (50, 19_113, 0.125, 0.34),
+        (51, 24_000, 0.5, 0.5),
+        (52, 24_000, 5.0, 0.5),
+        (53, 24_000, 20.0, 0.5),
+    ] {
+        let mut synthesis = Synthesis::new(samples, seed);
         let (white, ..) = synthesis.next_record();
         let (driving, ..) = synthesis.next_record();
         let kept = (-INTERVAL_S / time_s).exp();

@@ -322,8 +322,8 @@ impl<'a> Search<'a> {
         let (weight, sum) = weighted.fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
         let value = sum / weight;
         let (lower, upper) = self.limits_of_white();
-        // a part so small of the value is as good as zero, and so is one that no step of the fit leads to zero itself
-        let least = AS_GOOD_AS_ZERO * value.max(NO_DENSITY * self.rows.mean_density);
+        // so small a part of the value, or of all noise, is as good as zero
+        let least = f64::max(AS_GOOD_AS_ZERO * value, NO_DENSITY * self.rows.mean_density);
         let lower = if lower < least { 0.0 } else { lower };
         let evidence = if lower > 0.0 { f64::INFINITY } else { 0.0 };
         Found { value, lower: lower.min(value), upper: upper.max(value), evidence, rival: None }

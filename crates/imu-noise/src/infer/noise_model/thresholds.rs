@@ -113,10 +113,10 @@ pub(super) const MOST_COSINES: usize = 40;
 /// From the correlation time of one Gauss-Markov process to that of the next.
 pub(super) const PROCESSES_APART: f64 = 4.0;
 
-/// Processes of fewer samples stand in the place of a short filter ([`AS_FILTER`]), with these times: N is
-/// wrong by more than it claims if they are further apart. They are there only if the white noise beside
-/// them is more than what a filter stops: a low pass of the first order is such a process with nothing
-/// beside it.
+/// Processes of fewer samples than this stand in the place of a short filter ([`AS_FILTER`]), with the times
+/// below: with fewer of them N is wrong by more than its interval says. They are there only if the white
+/// noise beside them is more than what a filter stops: a low pass of the first order is such a process with
+/// nothing beside it.
 pub(super) const LIKE_A_FILTER: f64 = 10.0;
 pub(super) const SHORT_PROCESSES: [f64; 3] = [8.0, 4.5, 2.5];
 
@@ -160,9 +160,9 @@ pub(super) const BEYOND_FILTER: f64 = 4.0;
 /// Of a square: at zero itself the model may lack what keeps the other terms apart.
 pub(super) const AS_GOOD_AS_ZERO: f64 = 1e-3;
 
-/// Of the mean density over the band: the steps of the fit make white noise that is not there ever smaller,
-/// and do not reach zero.
-pub(super) const NO_DENSITY: f64 = 1e-6;
+/// Of the mean density over the band: white noise that is not there becomes smaller with each step of the
+/// fit, and never zero.
+pub(super) const NO_DENSITY: f64 = 1e-9;
 
 /// A bound of so many times the variance of the first octave, which is a hundred times its deviation, says
 /// nothing: the parameter is not observable.
