@@ -4,6 +4,7 @@
 use std::{
     fs::{self, File, OpenOptions},
     io::{Read, Write},
+    path::Path,
     process::Command,
     thread,
 };
@@ -14,6 +15,7 @@ use rustix::{
     termios::{OptionalActions, tcgetattr, tcsetattr},
 };
 use serde_json::Value;
+use vn100_driver::other_program_on;
 
 use crate::sensor::Sensor;
 use crate::support::{Running, document, interrupted_after, replay, run, vn100, warned};
@@ -129,6 +131,21 @@ fn a_port_that_only_hands_back_what_is_sent_is_named_with_what_to_do() {
     for command in running {
         command.join().unwrap();
     }
+}
+
+/// Until it runs its own program, a process has all files of the one that started it.
+#[test]
+fn a_program_that_is_being_started_has_no_port_open() {
+    let (name, _line, _device) = port();
+    let starting = thread::spawn(|| {
+        for _ in 0..500 {
+            Command::new("true").status().unwrap();
+        }
+    });
+    while !starting.is_finished() {
+        assert_eq!(other_program_on(Path::new(&name)), None);
+    }
+    starting.join().unwrap();
 }
 
 #[test]

@@ -234,7 +234,8 @@ fn programs_on(path: &Path) -> impl Iterator<Item = (u32, String)> {
         let holds =
             files.iter().any(reads) && !files.iter().any(|file| is_other_side(&process, &file.file_name(), port));
         let name = holds.then(|| fs::read_to_string(process.join("comm")).ok()).flatten()?;
-        Some((number, name.trim().into()))
+        // a process that is about to run another program had the files of the first one until now
+        files.iter().any(reads).then(|| (number, name.trim().into()))
     })
 }
 
