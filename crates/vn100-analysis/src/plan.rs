@@ -11,6 +11,7 @@ use vn100_protocol::{
 
 use crate::{
     datasheet::{Datasheet, floor_of_flicker},
+    noise_figure::NoiseFigure,
     sensor::{sensor_name, sensor_of},
     want::{Known, Want},
 };
@@ -207,7 +208,8 @@ pub enum TakenFrom {
 pub struct PlanningError(String);
 
 impl Plan {
-    /// The fraction of records of the planned length that meet a want on all of its axes together.
+    /// The fraction of records of the planned length that meet a want on all of its axes together; a
+    /// rate random walk on each of them.
     pub const MET_IN: f64 = 0.8;
 
     /// The part of the baud rate up to which a rate is recommended: the rest is room for replies
@@ -293,7 +295,7 @@ impl PlannedWant {
         }
         let truth: Vec<_> =
             typical.iter().copied().filter(|(named, _)| assumed.is_none() || *named != term).chain(assumed).collect();
-        let missed = 1.0 - Plan::MET_IN.powf(1.0 / f64::from(want.figure.axes()));
+        let missed = missed_on_an_axis(&want.figure);
         let length = |truth: &[(Term, f64)]| {
             Wanted { term, aim, truth, missed, tests: SLOW_TERMS }.record_s(interval_s, confidence)
         };
@@ -319,6 +321,14 @@ impl TakenAt {
             None => (Self::BESIDE * limit, TakenFrom::LimitAlone),
         }
     }
+}
+
+/// The share of records in which one axis may miss the figure. A random walk is planned for each axis
+/// alone: a process of a thirty-second of the record, however long that is, explains the record
+/// about as well on one of six axes, so that the walk is seldom found on three axes at once.
+fn missed_on_an_axis(figure: &NoiseFigure) -> f64 {
+    let together = if figure.term == Term::RateRandomWalk { 1 } else { figure.axes() };
+    1.0 - Plan::MET_IN.powf(1.0 / f64::from(together))
 }
 
 /// The factory default of the baud rate where the message fits it, and the highest rate that it has

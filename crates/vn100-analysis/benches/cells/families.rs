@@ -134,6 +134,11 @@ pub(crate) fn walking() -> Cell {
     Cell::new("white and walk", 1.0, &[walk_crossing(60.0)])
 }
 
+/// White noise with a walk and flicker noise; likewise.
+pub(crate) fn walking_beside_flicker() -> Cell {
+    Cell::new("white, flicker and walk", 1.0, &[flicker_crossing(20.0), walk_crossing(60.0)])
+}
+
 struct Cells {
     duration_s: f64,
     /// That of most cells.
