@@ -147,7 +147,8 @@ fn one_noisy_axis_fails_only_if_what_is_typical_is_a_limit() {
     assert!(ratio(&document, "gyro_x", "white").1 > 1.25 && ratio(&document, "gyro_y", "white").2 < 1.3);
     let asked = [&RATE[..], &["--fail-on", "gyro N"]].concat();
     let (exit, said) = ended(&file, &asked);
-    assert!(exit == 0 && said.contains("--fail-on \"gyro N\" needs a limit"), "{said}");
+    assert!(exit == 4 && said.contains("--fail-on \"gyro N\" needs a limit"), "{said}");
+    assert!(said.contains("gyro_x has no limit in the data sheet"), "{said}");
     let (exit, said) = ended(&file, &[&asked[..], &["--typical-is-limit"]].concat());
     assert_eq!(exit, 4);
     assert!(said.contains("gyro_x is fail, measured") && !said.contains("gyro_y"), "{said}");
@@ -349,7 +350,10 @@ fn a_wrong_sheet_or_figure_is_reported_before_any_read() {
     let file = capture(folder.path(), "short.txt", "VNIMU", "20s", "");
     let (exit, said) = ended(&file, &["--rate", "40", "--fail-on", "mag_x N", "--fail-on", "gyro_x K"]);
     assert_eq!(exit, 4);
-    assert!(said.contains("\"mag_x N\" needs a limit") && said.contains("gyro_x has no such figure"), "{said}");
+    assert!(
+        said.contains("\"mag_x N\" needs a limit") && said.contains("gyro_x has no limit in the data sheet"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -279,13 +279,7 @@ impl PlannedWant {
             from,
             is_minimum,
         });
-        let is_quoted = |term| typical.iter().any(|(quoted, _)| *quoted == term);
-        let missing = match (is_quoted(Term::White), assumed.is_some() || is_quoted(term)) {
-            (true, true) => None,
-            (true, false) => Some("its own size"),
-            (false, _) => Some("the white noise"),
-        };
-        if let Some(missing) = missing {
+        if let Some(missing) = want.missing_in(datasheet) {
             return Err(PlanningError(format!(
                 "the length for {:?} depends on {missing}, which the data sheet {:?} does not give for that sensor: \
                  add it, or give a value, as in \"gyro K >= 0.5 deg/h^1.5\"",

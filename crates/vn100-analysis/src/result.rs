@@ -110,6 +110,11 @@ pub enum Completion {
     NotGiven,
 }
 
+impl Completion {
+    /// Every outcome, the best first.
+    pub const ALL: [Self; 5] = [Self::Complete, Self::NotMet, Self::Failed, Self::NoData, Self::NotGiven];
+}
+
 /// The parts of a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parts {
@@ -197,9 +202,8 @@ impl SourceResult {
     }
 
     /// The channels of `figure` whose verdicts are not all a pass, each with such a verdict; empty if
-    /// all pass. Typical figures without a verdict do not count. `None` stands for a channel without
-    /// a figure, and, under the name of the figure, for a record without such a channel or for no
-    /// data sheet.
+    /// all pass. `None` stands for a channel without a limit, such as one with a typical figure alone,
+    /// and, under the name of the figure, for a record without such a channel or for no data sheet.
     pub fn not_passed(&self, figure: &NoiseFigure) -> Vec<(String, Option<&FigureVerdict>)> {
         if self.datasheet.is_none() || !self.has_channel_of(figure) {
             return vec![(figure.to_string(), None)];
@@ -207,7 +211,7 @@ impl SourceResult {
         let mut reasons = Vec::new();
         for channel in self.channels_of(figure) {
             let of_term = || channel.verdicts().iter().filter(|verdict| verdict.figure.term == figure.term);
-            if of_term().next().is_none() {
+            if of_term().all(|judged| judged.verdict.is_none()) {
                 reasons.push((channel.name.clone(), None));
             }
             let worse = of_term().filter(|judged| judged.verdict.is_some_and(|verdict| verdict != Verdict::Pass));

@@ -158,7 +158,7 @@ pub struct FileFacts {
 pub struct RecordingFacts {
     /// Program that wrote the recording, with its version; null if the recording does not say.
     pub program: Option<String>,
-    /// Time of the first byte, RFC 3339; null without a date. In nanoseconds since 1970-01-01 UTC.
+    /// Time of the first byte, RFC 3339; null without a date.
     #[serde(rename = "started", serialize_with = "as_utc")]
     #[schemars(with = "Option<String>")]
     pub started_ns: Option<i64>,
@@ -170,7 +170,7 @@ pub struct RecordingFacts {
 /// How a recording ended.
 #[derive(Debug, Clone, Default, PartialEq, Eq, JsonSchema, Serialize)]
 pub struct RecordingEndFacts {
-    /// Time of the last byte, RFC 3339; null without a date. In nanoseconds since 1970-01-01 UTC.
+    /// Time of the last byte, RFC 3339; null without a date.
     #[serde(rename = "ended", serialize_with = "as_utc")]
     #[schemars(with = "Option<String>")]
     pub ended_ns: Option<i64>,

@@ -5,6 +5,7 @@ use std::{fmt, str::FromStr};
 use imu_noise::{Sides, Term, conventions};
 
 use crate::{
+    datasheet::Datasheet,
     invalid_text::InvalidText,
     noise_figure::{NoiseFigure, in_percent, share_of_percent},
 };
@@ -70,6 +71,21 @@ impl FromStr for Want {
             _ => return Err(InvalidText(format!("the precision of {figure} is missing, as in \"{figure} ±5%\""))),
         };
         Ok(Self { figure, known })
+    }
+}
+
+impl Want {
+    /// What the length of a record for it depends on, and the data sheet does not give of the sensor: its
+    /// white noise, or the size of the parameter if the want does not state it. `None` if nothing is missing.
+    pub fn missing_in(&self, datasheet: &Datasheet) -> Option<&'static str> {
+        let typical = datasheet.typical_noise(self.figure.sensor);
+        let is_given = |term| typical.iter().any(|(given, _)| *given == term);
+        let states_size = matches!(self.known, Known::AtLeast(_) | Known::AtMost(_));
+        match (is_given(Term::White), states_size || is_given(self.figure.term)) {
+            (true, true) => None,
+            (true, false) => Some("its own size"),
+            (false, _) => Some("the white noise"),
+        }
     }
 }
 

@@ -136,7 +136,7 @@ fn why_absent(figure: &NoiseFigure, result: &SourceResult) -> &'static str {
     } else if result.datasheet.is_none() {
         "cannot be compared: the sensor is not known to be a VN-100, and no other data sheet is given"
     } else {
-        "has no such figure in the data sheet"
+        "has no limit in the data sheet"
     }
 }
 
@@ -179,6 +179,6 @@ mod tests {
         let mut result = result(facts("a"), snapshot);
         assert!(why_absent(&figure, &result).starts_with("cannot be compared"));
         Evaluation::new(None, Asked::default()).unwrap().judge(&mut result);
-        assert_eq!(why_absent(&figure, &result), "has no such figure in the data sheet");
+        assert_eq!(why_absent(&figure, &result), "has no limit in the data sheet");
     }
 }

@@ -288,7 +288,9 @@ pub fn headline(warning: &Warning) -> String {
         Finding::Rejected(what, count, of) => rejected(what, *count, *of),
         Finding::Repeated(count, of) => format!("{count} of {} repeat an earlier one exactly", counted(*of, "sample")),
         Finding::TooShort(samples @ 0..2) => format!("{}: a deviation needs at least 2", counted(*samples, "sample")),
-        Finding::TooShort(samples) => format!("{} are too few to fit N, B and K", counted(*samples, "sample")),
+        Finding::TooShort(samples) => {
+            format!("{} are few: N, B and K are uncertain, or not observable", counted(*samples, "sample"))
+        }
         Finding::RateAssumed(hz) => format!("sample rate unknown: {hz} Hz assumed, the factory default"),
         Finding::RateUnsure(hz, missing) => {
             format!("rate of {hz:.2} Hz unsure: by its times {:.0} % of the samples are missing", 100.0 * missing)

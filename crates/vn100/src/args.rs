@@ -101,8 +101,7 @@ pub(crate) enum Subcommand {
     Configure(ConfigureArgs),
     /// Measure recorded captures, as fast as the machine can
     Replay(ReplayArgs),
-    /// Measure every capture below some folders, on all cores: a row for each recording and
-    /// channel, and the recordings of each sensor as one
+    /// Measure every capture below some folders, on all cores: a row for each recording and channel
     Archive(ArchiveArgs),
     /// Compare captures: which one to use, which is disturbed, and whether they differ
     /// significantly

@@ -11,7 +11,7 @@ pub(super) const TOGETHER_PERIODS: f64 = 0.2;
 /// Longest interval that the percentiles distinguish: longer ones count as one hour.
 const MAX_INTERVAL_US: u64 = 3_600_000_000;
 
-/// Times between samples over the whole stream, changes of rate included.
+/// Times between samples over the whole stream, changes of rate included; of a live link since it was up last.
 #[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Arrivals {
     /// Median time between samples in microseconds, to three digits.

@@ -91,7 +91,7 @@ pub struct DetectableRrw {
     /// Length of that record in seconds.
     pub duration_s: f64,
     /// Smallest K in unit/√s that about nine of ten such records estimate with the N and B of this
-    /// one, see [`NoiseModel::least_found`]; a B that is only bounded is taken at its bound.
+    /// one; a B that is only bounded is taken at its bound.
     pub at_least: f64,
 }
 

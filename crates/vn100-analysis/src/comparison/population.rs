@@ -28,7 +28,8 @@ pub struct Population {
     /// The units, in the order of their first recordings.
     #[serde(rename = "sensors")]
     pub units: Vec<UnitValue>,
-    /// The median over units; over the recordings if all are of one unit.
+    /// The median over units; over the recordings if all are of one unit. With a bound among them this and
+    /// the next two are bounds.
     pub median: f64,
     /// The lowest value of a recording.
     pub lowest: f64,

@@ -73,7 +73,9 @@ fn lines(snapshot: &Snapshot, findings: &StreamFindings) -> impl Iterator<Item =
     });
     let rows = link.rejected_rows.unwrap_or_default();
     let of_rows = rows.total();
-    let damaged = tally.rejected.total().saturating_sub(tally.rejected.unchecked).saturating_sub(of_rows);
+    // an end between two bytes of a sentence damages nothing
+    let undamaged = tally.rejected.unchecked + of_rows + link.cut_sentences;
+    let damaged = tally.rejected.total().saturating_sub(undamaged);
     // values of a sensor other than a VN-100 never had a checksum
     let has_checksums = !rates_hz(snapshot.layout.as_deref()).is_empty();
     let accepted = if has_checksums { tally.unchecked_sentences } else { 0 };

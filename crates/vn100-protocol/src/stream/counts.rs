@@ -22,6 +22,8 @@ pub struct StreamCounts {
     pub baud_scan_bytes: u64,
     /// Bytes known to be lost between the port and this program.
     pub overrun_bytes: u64,
+    /// Sentences that the end of the stream, or of a connection, cut; part of the rejected ones.
+    pub cut_sentences: u64,
     /// Reads of the host that the line echoed; part of the tally's replies, but no answers.
     pub echoes: u64,
     /// Unsolicited device errors: `VNERR` messages that answer no command of this program.

@@ -168,11 +168,13 @@ impl SampleReader {
 
     /// Decides about the pending bytes, because no byte follows them.
     fn cut(&mut self) {
+        let rejected = self.tally().rejected.total();
         if self.line_by_line {
             self.decode_line_by_line(true);
         } else {
             self.decoder.finish(|item| self.stream.item(item));
         }
+        self.stream.link.cut_sentences += self.tally().rejected.total() - rejected;
     }
 
     /// Marks a row that the source has rejected, and counted by its reason.

@@ -1,7 +1,11 @@
 //! Properties of any stream, for every division and any content.
 
 use proptest::{collection::vec, prelude::*, sample::Index};
-use vn100_protocol::{CheckDigits, Decoder, Frame, Item, Options, RejectReason, crc16, xor8};
+use vn100_protocol::{
+    CheckDigits, Decoder, Frame, Item, Options, RejectReason, crc16,
+    stream::{ReadOptions, SampleReader},
+    xor8,
+};
 
 use crate::support::{YMR, concat, counts, decode_in_pieces, frames, packet, piece, sentence, ymr_body};
 
@@ -302,5 +306,19 @@ fn a_cut_packet_does_not_borrow_the_start_of_the_next_line() {
             decoder.finish(|_| {});
             assert_eq!((decoder.tally().other, decoder.tally().packets), (1, packets), "pieces of {size}");
         }
+    }
+}
+
+#[test]
+fn a_sentence_that_the_end_cuts_is_counted_as_such() {
+    const BODY: &str =
+        "VNIMU,+01.0640,-00.2531,+03.0614,+00.005,+00.344,-09.758,-0.001222,-0.000450,-0.001218,+16.8,+103.186";
+    let (line, damaged) = (sentence(BODY), format!("${BODY}*00\r\n"));
+    for cut in 1..line.len() {
+        let mut reader = SampleReader::new(ReadOptions::default());
+        reader.push(format!("{line}{damaged}{}", &line[..cut]).as_bytes(), None);
+        let link = reader.finish().last().unwrap().link;
+        assert_eq!(link.tally.rejected.total(), 1 + link.cut_sentences, "cut at {cut}");
+        assert_eq!(link.samples() + link.cut_sentences, 2, "cut at {cut}");
     }
 }

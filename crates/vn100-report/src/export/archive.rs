@@ -61,23 +61,24 @@ impl ArchiveRow {
         columns().join(",") + "\n"
     }
 
-    /// The file and the number of rows of it, as a line of JSON or of a table says; `None` for a
-    /// line that is no row.
-    pub fn file_of_line(line: &str) -> Option<(ArchivedFile, usize)> {
+    /// The file, the number of its rows and the outcome of the recording, as a line of JSON or of a
+    /// table says; `None` for a line that is no row.
+    pub fn file_of_line(line: &str) -> Option<(ArchivedFile, usize, Completion)> {
         let cells: Vec<String> = match serde_json::from_str::<Value>(line) {
             Ok(Value::Object(row)) => {
                 columns().into_iter().map(|column| row.get(column).map_or_else(String::new, text)).collect()
             }
             _ => table_cells(line)?,
         };
-        let [path, bytes, modified_ns, options, rows, ..] = &cells[..] else { return None };
+        let [path, bytes, modified_ns, options, rows, completion, ..] = &cells[..] else { return None };
         let file = ArchivedFile {
             path: path.clone(),
             bytes: bytes.parse().ok()?,
             modified_ns: modified_ns.parse().ok()?,
             options: options.clone(),
         };
-        (cells.len() == columns().len()).then_some((file, rows.parse().ok()?))
+        let completion = Completion::ALL.into_iter().find(|of| name_of(of) == *completion)?;
+        (cells.len() == columns().len()).then_some((file, rows.parse().ok()?, completion))
     }
 }
 
@@ -110,6 +111,7 @@ fn cells(
         ("modified_ns", json!(file.modified_ns)),
         ("options", json!(file.options)),
         ("rows", json!(rows)),
+        ("completion", json!(result.map(|result| result.completion))),
         ("name", json!(source.map(|source| &source.name))),
         ("serial", json!(device.map(|device| &device.serial_number))),
         ("model", json!(device.map(|device| &device.model))),
@@ -119,7 +121,6 @@ fn cells(
         ("duration_s", json!(timing.map(|timing| timing.duration_s))),
         ("samples", json!(timing.map(|timing| timing.samples))),
         ("missing", json!(timing.and_then(|timing| timing.missing))),
-        ("complete", json!(result.map(|result| result.completion == Completion::Complete))),
         ("channel", json!(channel.map(|channel| &channel.name))),
         ("unit", json!(channel.map(|channel| &channel.unit))),
         ("mean", json!(statistics.and_then(|statistics| statistics.mean))),
@@ -215,7 +216,7 @@ mod tests {
         unread.note_failure("not read,\nas \"it\" is".into());
         let row = ArchiveRow::of_file(&file, &[unread]).remove(0);
         for line in [row.json_line(), row.table_line()] {
-            assert_eq!(ArchiveRow::file_of_line(&line), Some((file.clone(), 1)), "{line}");
+            assert_eq!(ArchiveRow::file_of_line(&line), Some((file.clone(), 1, Completion::Failed)), "{line}");
             assert_eq!(line.matches('\n').count(), 1, "{line}");
             assert_eq!(ArchiveRow::file_of_line(&line[..line.len() - 3]), None, "a line that was cut");
         }

@@ -294,7 +294,10 @@ fn least(record: &SourceResult, (quantity, sensor): (Quantity, Sensor)) -> Optio
     let texts: Vec<String> = values
         .map(|(term, value)| format!("{} {value:.3e} {}", name_of(sensor, term), si_unit(sensor, term)))
         .collect();
-    Some(format!("no less, by the lower bound of inflation: {}", texts.join(", ")))
+    Some(format!(
+        "the values are as measured; a filter that shall not be too sure takes at least: {}",
+        texts.join(", ")
+    ))
 }
 
 /// N or K by a data sheet.

@@ -82,6 +82,11 @@ fn words(key: &str, code: &str) -> (&'static str, &'static str, &'static [Remedy
         ("end_reason", "no-measurement" | "not-started") => {
             ("There is no result.", "Read the error: it names what failed.", &[])
         }
+        ("end_reason", "stopped" | "wall-time") => (
+            "The result holds what came before, and its intervals are valid for that.",
+            "Measure longer if it is too short.",
+            &[],
+        ),
         _ => (
             "The result holds what came before, and its intervals are valid for that.",
             "Check cable, adapter and supply of the sensor. After a restart set it again, and save the settings.",

@@ -250,7 +250,7 @@ pub(crate) fn method(record: &SourceResult, asked: &str) -> Vec<Row> {
         ),
         fact(
             "Model",
-            "N²/τ + 0.4413·B² + K²τ/3 + R²τ²/2 [4], squared amplitudes not negative, all octaves weighed by their joint covariance; the shortest are excluded until p ≥ 0.01",
+            "N²/τ + 0.4413·B² + K²τ/3 + R²τ²/2 [4], squared amplitudes not negative: one penalised likelihood of the spectral density, of the level by blocks and of the octaves that neither holds",
         ),
         fact(
             "Conventions",

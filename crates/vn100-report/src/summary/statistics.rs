@@ -12,7 +12,9 @@ const WIDTH: usize = 7;
 
 pub(super) fn rows(result: &SourceResult) -> Vec<StatisticsRow> {
     let of_quantity = |quantity| {
-        let axes = result.of(quantity);
+        // what is read from registers beside a stream that has it would be the same sensor twice
+        let streamed: Vec<_> = result.streamed().filter(|channel| channel.quantity == quantity).collect();
+        let axes = if streamed.is_empty() { result.of(quantity) } else { streamed };
         axes.chunks(AXES).map(|axes| of_axes(quantity, axes, result)).collect::<Vec<_>>()
     };
     QUANTITIES.into_iter().flat_map(of_quantity).collect()

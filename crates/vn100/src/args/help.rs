@@ -40,7 +40,7 @@ replay: 4
   the samples as a table | replay capture.mcap --samples capture.csv
   a night in minutes, in the live view and on a page | replay night.mcap --speed 600x --serve
   another sensor's table | replay imu.csv --columns t=stamp:ns,gyro_x=wx:deg/s
-  incoming inspection | replay unit.mcap --fail-on 'gyro N' --fail-on 'accel N' -q
+  incoming inspection | replay unit.mcap --fail-on 'gyro N' --typical-is-limit -q
 archive: 4
   every capture below a folder as lines of JSON | archive captures/ -o rows.jsonl
   as a table; the same command later reads only what is new | archive captures/ -o rows.csv
@@ -56,7 +56,7 @@ report: 4
   with tables and figures for other programs | report capture.mcap -o report.html --export csv,kalibr,svg
 export: 2
   a VN-100 of 40 Hz for Kalibr | export --datasheet vn-100 --to kalibr -r 40 -w 4
-  an MPU-9250 behind its low-pass filter | export --datasheet mpu-9250 --to vins -r 200 -w all
+  an ADIS16470 for a robot | export --datasheet adis16470 --to vins -r 200 -w all
 sim: 2
   an emulated sensor on a port with a fixed name | sim --link /tmp/vn100
   five hours of known noise at once | sim -o lab.mcap -d 5h --message VNIMU --like lab3

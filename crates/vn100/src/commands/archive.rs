@@ -88,8 +88,8 @@ struct ArchivedCapture {
 
 fn archived(args: &FileArgs, files: Vec<PathBuf>) -> Vec<ArchivedCapture> {
     let measure = &args.measure;
-    let judged_by = match (&measure.datasheet, measure.typical_is_limit) {
-        (None, false) => String::new(),
+    let judged_by = match (&measure.datasheet, measure.typical_is_limit, &measure.fail_on[..]) {
+        (None, false, []) => String::new(),
         judged_by => format!("{judged_by:?}"),
     };
     let options = any_input(args).options_digest(&judged_by);
@@ -137,7 +137,8 @@ async fn measure_all(
         log,
         stop: stop_on_interrupt(HangUp::Stops)?,
     });
-    let (total, mut written, mut completion) = (captures.len(), 0, Completion::Complete);
+    let (total, mut written) = (captures.len(), 0);
+    let mut completion = output.as_ref().map_or(Completion::Complete, |rows| rows.completion);
     let mut captures = captures.into_iter();
     let mut started: VecDeque<JoinHandle<Result<Found>>> = VecDeque::new();
     loop {

@@ -35,19 +35,22 @@ const USUAL: [&str; 13] = [
     "mag N ±5%",
 ];
 
-/// Those of them that the message, if one is given, carries.
-fn usual_wants(message: Option<PlannedMessage>) -> Result<Vec<Want>> {
+/// Those of them that the message, if one is given, carries, and of which the data sheet gives what their
+/// length depends on; without any, those that it carries.
+fn usual_wants(message: Option<PlannedMessage>, sheet: &Datasheet) -> Result<Vec<Want>> {
     let all = USUAL.iter().map(|want| want.parse()).collect::<Result<Vec<Want>, _>>()?;
     let is_carried = |want: &Want| message.is_none_or(|message| message.holds(want.figure.sensor));
-    Ok(all.into_iter().filter(is_carried).collect())
+    let carried: Vec<Want> = all.into_iter().filter(is_carried).collect();
+    let known: Vec<Want> = carried.iter().filter(|want| want.missing_in(sheet).is_none()).cloned().collect();
+    Ok(if known.is_empty() { carried } else { known })
 }
 
 pub(crate) fn plan(args: &PlanArgs) -> Result<Completion> {
     let Fixed { message, rate_hz, baud } = args.fixed;
     let given = Given { message, rate_hz, baud, confidence: args.confidence };
     let asked = !args.want.is_empty();
-    let wants = if asked { args.want.clone() } else { usual_wants(message)? };
     let sheet = args.datasheet.as_deref().map_or_else(|| Ok(vn100_datasheet()?), open_datasheet)?;
+    let wants = if asked { args.want.clone() } else { usual_wants(message, &sheet)? };
     let plan = Plan::new(&wants, given, &sheet)?;
     if args.output.json {
         let commands = commands(&plan, given, asked);
@@ -276,21 +279,35 @@ fn coarse(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
+    use vn100_report::DATASHEETS;
+
     use super::*;
 
     #[test]
     fn a_message_is_planned_with_what_it_carries() {
         for (name, excluded) in [("BINARY", 1), ("BINARY+MAG", 0), ("VNIMU", 0)] {
             let message = PlannedMessage::named(name);
-            let wants = usual_wants(message).unwrap();
+            let sheet = vn100_datasheet().unwrap();
+            let wants = usual_wants(message, &sheet).unwrap();
             assert_eq!(wants.len(), USUAL.len() - excluded, "{name}");
             for rate_hz in [None, Some(200)] {
                 let given = Given { message, rate_hz, baud: None, confidence: 0.95 };
-                let sheet = vn100_datasheet().unwrap();
                 let plan = Plan::new(&wants, given, &sheet).unwrap();
                 let text = text(|out| write_plan(out, &plan, given, &sheet, false));
                 assert_eq!(text.contains("Hz, as given"), rate_hz.is_some(), "{text}");
             }
+        }
+    }
+
+    #[test]
+    fn every_built_in_sheet_has_a_plan() {
+        let given = Given { message: None, rate_hz: None, baud: None, confidence: 0.95 };
+        for (name, _) in DATASHEETS {
+            let sheet = open_datasheet(Path::new(name)).unwrap();
+            let wants = usual_wants(None, &sheet).unwrap();
+            assert!(Plan::new(&wants, given, &sheet).is_ok_and(|plan| !plan.wants.is_empty()), "{name}");
         }
     }
 

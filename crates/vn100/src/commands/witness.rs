@@ -98,6 +98,9 @@ pub(crate) fn witness(args: &WitnessArgs) -> Result<Completion> {
     let (Some(source), Some(kit)) = (&args.source, &args.output) else {
         bail!("give a port and -o KIT.zip, or --check KIT.zip")
     };
+    if fs::symlink_metadata(kit).is_ok() {
+        bail!("{} exists: give the kit another name", kit.display());
+    }
     let output = Output::new(kit, false);
     output.check(kit, &[])?;
     let conditions = read_conditions(args.meta.as_deref())?;

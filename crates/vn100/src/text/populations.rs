@@ -58,15 +58,13 @@ fn write_axes(out: &mut String, axes: &[&Population]) -> fmt::Result {
         let label: String = format!("  {}", printable(name)).chars().take(23).collect();
         row(out, &label, axes, |axis| {
             let unit = axis.units.iter().find(|unit| unit.name == name);
-            unit.map_or("-".into(), |unit| {
-                let sign = if unit.is_bound { "<= " } else { "" };
-                format!("{sign}{}", four_digits(unit.value))
-            })
+            unit.map_or("-".into(), |unit| value(unit.is_bound, unit.value))
         })?;
     }
-    row(out, "  median", axes, |axis| four_digits(axis.median))?;
-    row(out, "    lowest", axes, |axis| four_digits(axis.lowest))?;
-    row(out, "    highest", axes, |axis| four_digits(axis.highest))?;
+    let of_all = |axis: &Population, all| value(axis.units.iter().any(|unit| unit.is_bound), all);
+    row(out, "  median", axes, |axis| of_all(axis, axis.median))?;
+    row(out, "    lowest", axes, |axis| of_all(axis, axis.lowest))?;
+    row(out, "    highest", axes, |axis| of_all(axis, axis.highest))?;
     row(out, "  spread, %", axes, |axis| axis.spread.map_or("-".into(), |spread| format!("{:.1}", 100.0 * spread)))?;
     row(out, "  next, lower", axes, |axis| axis.next_lower.map_or("-".into(), four_digits))?;
     row(out, "    upper", axes, |axis| axis.next_upper.map_or("-".into(), four_digits))?;
@@ -79,6 +77,10 @@ fn write_axes(out: &mut String, axes: &[&Population]) -> fmt::Result {
     reasons
         .iter()
         .try_for_each(|why| writeln!(out, "{}", fill(&format!("no interval: {}", no_prediction(*why)), "  ", "    ")))
+}
+
+fn value(is_bound: bool, value: f64) -> String {
+    format!("{}{}", if is_bound { "<= " } else { "" }, four_digits(value))
 }
 
 /// A row of a table with an axis in each column.

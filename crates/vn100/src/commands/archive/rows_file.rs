@@ -8,6 +8,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
+use vn100_analysis::Completion;
 use vn100_report::{ArchiveRow, ArchivedFile};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,6 +47,8 @@ struct Block {
     file: Option<ArchivedFile>,
     rows: usize,
     found: usize,
+    /// The worst of its recordings.
+    completion: Completion,
 }
 
 /// A file of rows, open at its end.
@@ -55,6 +58,8 @@ pub(super) struct RowsFile {
     file: File,
     /// The captures whose rows are there.
     measured: BTreeSet<String>,
+    /// The worst outcome of those captures that are wanted.
+    pub(super) completion: Completion,
 }
 
 impl RowsFile {
@@ -64,11 +69,16 @@ impl RowsFile {
     pub(super) fn open(path: &Path, wanted: &BTreeMap<String, ArchivedFile>) -> Result<Self> {
         let form = RowForm::of(path);
         let blocks = if path.exists() { blocks(path, form)? } else { Vec::new() };
-        let mut measured = BTreeSet::new();
+        let (mut measured, mut completion) = (BTreeSet::new(), Completion::Complete);
         let is_kept = |block: &Block| {
             block.file.as_ref().is_some_and(|file| {
-                let is_current = wanted.get(&file.path).is_none_or(|now| now == file);
-                block.found == block.rows && is_current && measured.insert(file.path.clone())
+                let now = wanted.get(&file.path);
+                let is_current = now.is_none_or(|now| now == file);
+                let is_kept = block.found == block.rows && is_current && measured.insert(file.path.clone());
+                if is_kept && now.is_some() {
+                    completion = completion.max(block.completion);
+                }
+                is_kept
             })
         };
         let kept: Vec<bool> = blocks.iter().map(is_kept).collect();
@@ -77,7 +87,7 @@ impl RowsFile {
         }
         let file = OpenOptions::new().append(true).open(path);
         let file = file.with_context(|| format!("cannot write {}", path.display()))?;
-        Ok(Self { path: path.to_owned(), form, file, measured })
+        Ok(Self { path: path.to_owned(), form, file, measured, completion })
     }
 
     pub(super) fn holds(&self, path: &str) -> bool {
@@ -101,11 +111,16 @@ fn blocks(path: &Path, form: RowForm) -> Result<Vec<Block>> {
         }
         let is_whole = line.ends_with('\n');
         match ArchiveRow::file_of_line(&line).filter(|_| is_whole) {
-            Some((file, rows)) => match blocks.last_mut() {
-                Some(last) if last.file.as_ref() == Some(&file) && last.found < last.rows => last.found += 1,
-                _ => blocks.push(Block { file: Some(file), rows, found: 1 }),
+            Some((file, rows, completion)) => match blocks.last_mut() {
+                Some(last) if last.file.as_ref() == Some(&file) && last.found < last.rows => {
+                    last.found += 1;
+                    last.completion = last.completion.max(completion);
+                }
+                _ => blocks.push(Block { file: Some(file), rows, found: 1, completion }),
             },
-            None if !is_whole && number > 0 => blocks.push(Block { file: None, rows: 1, found: 1 }),
+            None if !is_whole && number > 0 => {
+                blocks.push(Block { file: None, rows: 1, found: 1, completion: Completion::Complete });
+            }
             None => {
                 let (number, path) = (number + 1, path.display());
                 bail!("line {number} of {path} is no row of an archive: give another name for the rows")
