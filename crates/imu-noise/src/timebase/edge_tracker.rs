@@ -159,6 +159,8 @@ pub(super) struct EdgeTracker {
     /// The number of intervals without a long gap, including those of dropped samples, and their sum
     /// in seconds.
     pub(super) even: (u64, f64),
+    /// Decided samples after the last one whose stamp differs from that before.
+    together: u64,
     /// Number of samples at the beginning that arrived together, after they were due.
     pub(super) flushed: u64,
     pub(super) envelope: Envelope,
@@ -347,14 +349,21 @@ impl EdgeTracker {
     /// Decides that the first `samples` have no gap before them.
     fn drop(&mut self, samples: usize) -> Decision {
         let at_s = self.pending[samples - 1];
+        let with_last = self.pending.iter().take(samples).rev().take_while(|other| **other == at_s).count() as u64;
         self.previous_s = at_s;
         self.block.0 += samples as u64;
         self.pending.drain(..samples);
         self.index += samples as u64;
         self.settled += samples as u64;
-        if let Some(last_s) = self.last_s.replace(at_s) {
-            self.even.0 += samples as u64;
-            self.even.1 += at_s - last_s;
+        // samples with the stamp of the one before count with the next later stamp
+        match self.last_s {
+            Some(last_s) if at_s > last_s => {
+                self.even.0 += std::mem::replace(&mut self.together, with_last - 1) + samples as u64 + 1 - with_last;
+                self.even.1 += at_s - last_s;
+                self.last_s = Some(at_s);
+            }
+            Some(_) => self.together += samples as u64,
+            None => (self.last_s, self.together) = (Some(at_s), 0),
         }
         // samples that were in doubt were late: only the last of them may be on the envelope
         if self.envelope.push(self.index, at_s) && self.follows_fit {

@@ -233,7 +233,8 @@ fn change_of_rate(stamps_s: &[f64]) -> Option<(usize, f64, f64)> {
 fn is_lossy(stamps_s: &[f64], steps: Steps, others: Steps) -> bool {
     let steps_s = differences(stamps_s);
     let singles = steps_s.iter().filter(|step_s| (*step_s / others.period_s - 1.0).abs() <= NEAR).count();
-    steps.unevenness.is_some() && others.unevenness.is_none() && 4 * singles >= steps_s.len()
+    let is_slower = steps.period_s > others.period_s;
+    is_slower && steps.unevenness.is_some() && others.unevenness.is_none() && 4 * singles >= steps_s.len()
 }
 
 /// The steps of these samples; `None` for fewer than two, or without an even step. `last` are the
@@ -354,6 +355,11 @@ fn singles(steps_s: &[f64]) -> Option<Option<Steps>> {
     let alone = |most: f64| kept.windows(2).filter(|pair| pair[1] < most && (SHORT..2.5).contains(&pair[0])).count();
     let on_ticks = count(&|periods| (periods - periods.round()).abs() <= ON_TICKS);
     let summed = (IN_A_SUM / (mean - 1.0).abs()).ceil() as usize;
+    // lost samples lengthen steps at random and shorten none; a clock repeats ticks about as often, or skips
+    // them evenly
+    let (repeated, longer) = (count(&|periods| periods <= ON_TICKS), count(&|periods| periods >= 1.5));
+    let is_even = || are_balanced(&kept, summed.min(MOST_BALANCED).min(kept.len() / 8).max(LEAST_BALANCED));
+    let is_of_clock = alone(ON_TICKS) > 0 && (2 * repeated >= longer || is_even());
     // uneven stamps are late at times, for long
     let uneven = |unevenness| {
         let period_s = mean * single_s;
@@ -361,7 +367,7 @@ fn singles(steps_s: &[f64]) -> Option<Option<Steps>> {
     };
     Some(match () {
         // a clock whose ticks are about as long as the steps skips one occasionally, or repeats one
-        () if 20 * on_ticks >= 19 * kept.len() && (alone(ON_TICKS) > 0 || every && length < 2.5) => {
+        () if 20 * on_ticks >= 19 * kept.len() && (is_of_clock || every && length < 2.5) => {
             uneven(Unevenness::CoarseClock)
         }
         () if summed <= MOST_BALANCED.min(kept.len() / 8) && are_balanced(&kept, summed.max(LEAST_BALANCED)) => {

@@ -158,8 +158,10 @@ impl RateSearch {
     /// Whether no sample is missing at this rate, and a reader takes all available samples, except
     /// in this many `late` reads: the last sample of each read is less than a period late.
     fn is_read_in_time(&self, hz: f64, late: usize) -> bool {
+        // the read of the last sample may not be over
         let waits = |place: usize| {
-            self.pending_s.get(place + 1).is_none_or(|next_s| (next_s - self.pending_s[place]) * hz >= TOGETHER_PERIODS)
+            let next_s = self.pending_s.get(place + 1);
+            next_s.is_some_and(|next_s| (next_s - self.pending_s[place]) * hz >= TOGETHER_PERIODS)
         };
         let ends = self.pending_s.iter().enumerate().skip(1).filter(|(place, _)| waits(*place));
         let mut lags: Vec<f64> = ends.map(|(place, at_s)| at_s * hz - place as f64).collect();

@@ -91,6 +91,29 @@ proptest! {
     }
 
     #[test]
+    fn a_repeated_stamp_hides_no_dropped_samples(
+        rate_hz in rate(), lost in 0.03..0.4, kept in prop::collection::vec(0.0..1.0_f64, 2000..4000), repeated in any::<prop::sample::Index>(),
+    ) {
+        let is_kept = |place: &usize| *place == 0 || *place == kept.len() - 1 || kept[*place] >= lost;
+        let mut stamps_s: Vec<f64> = (0..kept.len()).filter(is_kept).map(|place| place as f64 / rate_hz).collect();
+        let dropped = (kept.len() - stamps_s.len()) as u64;
+        let repeated = 1 + repeated.index(stamps_s.len() - 1);
+        stamps_s[repeated] = stamps_s[repeated - 1];
+        let (found_hz, missing, changes, summary) = detected(&stamps_s);
+        prop_assert!(is_near(found_hz, rate_hz, 0.005) && changes.is_empty(), "{found_hz:?} of {rate_hz}, {changes:?}: {summary:?}");
+        prop_assert!(missing.abs_diff(dropped) as f64 <= 3.0 + 0.01 * kept.len() as f64, "{missing} of {dropped}: {summary:?}");
+    }
+
+    #[test]
+    fn samples_after_the_clock_has_stopped_do_not_change_the_rate(rate_hz in rate(), samples in 1500_usize..4000, stopped in 0.02..0.45) {
+        let running = samples - (stopped * samples as f64) as usize;
+        let stamps_s: Vec<f64> = (0..samples).map(|place| place.min(running) as f64 / rate_hz).collect();
+        let (found_hz, missing, changes, summary) = detected(&stamps_s);
+        let is_measured = is_near(found_hz, rate_hz, 0.01) && missing == 0 && changes.is_empty();
+        prop_assert!(is_measured || summary.refusal.is_some(), "{found_hz:?} of {rate_hz}, {missing}, {changes:?}");
+    }
+
+    #[test]
     fn a_clock_with_ticks_of_many_samples_drops_nothing_or_is_refused(
         rate_hz in 5.0..400.0, tick_s in 0.05..1.0, samples in 1500_usize..6000, phase in 0.0..1.0_f64,
     ) {
