@@ -139,7 +139,11 @@ impl Histogram {
         let occupied: Vec<i64> = middle.map(|(lowest, _)| lowest).collect();
         match (occupied.first(), occupied.last()) {
             (Some(first), Some(last)) if first < last => (last - first) as f64 / (occupied.len() - 1) as f64,
-            _ => f64::INFINITY,
+            // more than half of the samples have one value: the least distance of any two
+            _ => {
+                let all: Vec<i64> = self.bins().map(|(lowest, _)| lowest).collect();
+                all.windows(2).map(|pair| (pair[1] - pair[0]) as f64).fold(f64::INFINITY, f64::min)
+            }
         }
     }
 

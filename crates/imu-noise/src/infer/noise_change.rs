@@ -74,7 +74,9 @@ impl ChannelSignal {
     pub fn noise_changes(&self, histogram: &Histogram, interval_s: f64) -> NoiseChanges {
         let blocks = self.spreads();
         let Some(std_counts) = self.std_within_windows(&blocks) else { return NoiseChanges::default() };
-        if blocks.len() < MIN_BLOCKS || std_counts < LEAST_STEPS * histogram.spacing_counts() {
+        if blocks.len() < MIN_BLOCKS
+            || histogram.bin_width_counts() == 1 && std_counts < LEAST_STEPS * histogram.spacing_counts()
+        {
             return NoiseChanges::default();
         }
         let noise = BlockNoise::new(&blocks);

@@ -41,10 +41,12 @@ impl Spikes {
     pub(super) fn find(histogram: &Histogram, std_counts: f64) -> Option<Self> {
         let [below, median, above] = [0.158_655, 0.5, 0.841_345].map(|p| histogram.quantile_counts(p));
         let (median, half) = (median?, (above? - below?) / 2.0);
-        if half > MOST_SLOW * std_counts.max(histogram.spacing_counts()) {
+        // bins that a single far sample widened do not resolve the noise
+        let bin = if histogram.bin_width_counts() > 1 { histogram.bin_width_counts() as f64 } else { 0.0 };
+        if half > MOST_SLOW * std_counts.max(histogram.spacing_counts()).max(bin) {
             return None;
         }
-        let std = half.max(std_counts);
+        let std = half.max(std_counts).max(bin);
         let middle = (histogram.bin_width_counts() - 1) as f64 / 2.0;
         let sigmas = |lowest: i64| (lowest as f64 + middle - median).abs() / std;
         let (mut tail, mut near, mut far, mut farthest) = (0, 0, 0, 0.0_f64);

@@ -114,3 +114,41 @@ fn an_empty_record_has_no_findings() {
     assert_eq!(LevelSearch::of([&constant]).find(&constant, 0.025, 3), LevelFindings::default());
     assert_eq!(constant.noise_changes(&Histogram::new(), 0.025), NoiseChanges::default());
 }
+
+/// Counts of noise with a standard deviation of 30, the sum of twelve uniform numbers each.
+fn noise(samples: usize) -> Vec<i32> {
+    let mut state = 7_u64;
+    let mut uniform = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / 2_f64.powi(31)
+    };
+    (0..samples).map(|_| (30.0 * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0)) as i32).collect()
+}
+
+fn changes(counts: &[i32]) -> NoiseChanges {
+    let (mut signal, mut histogram) = (ChannelSignal::new(&SpectrumPlan::new()), Histogram::new());
+    signal.push(counts);
+    histogram.push(counts);
+    signal.noise_changes(&histogram, 0.01)
+}
+
+#[test]
+fn a_single_sample_is_an_outlier_however_far_it_lies() {
+    assert_eq!(changes(&noise(8000)).spikes, None);
+    for far in [1_000, 10_000, 100_000, 1_000_000, 1_000_000_000] {
+        let mut counts = noise(8000);
+        counts[5000] += far;
+        assert_eq!(changes(&counts).spikes.map(|spikes| spikes.count), Some(1), "{far} counts");
+    }
+}
+
+#[test]
+fn a_sensor_that_stands_still_is_frozen_for_whatever_part_of_the_record() {
+    for part in [0.2, 0.45, 0.55, 0.8] {
+        let mut counts = noise(8000);
+        let last = counts[((1.0 - part) * 8000.0) as usize..].iter_mut();
+        last.for_each(|count| *count = 12);
+        let frozen = changes(&counts).frozen.unwrap();
+        assert!((frozen.duration_s / (80.0 * part) - 1.0).abs() < 0.02, "{part}: {frozen:?}");
+    }
+}
