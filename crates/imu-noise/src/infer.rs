@@ -11,7 +11,6 @@ pub(crate) mod level_series;
 pub(crate) mod narrow_bands;
 pub(crate) mod noise_change;
 pub(crate) mod noise_model;
-pub(crate) mod normality;
 pub(crate) mod power_law;
 pub(crate) mod spectral_lines;
 pub(crate) mod spikes;

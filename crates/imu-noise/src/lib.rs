@@ -43,7 +43,7 @@
 //! zero or NaN.
 //!
 //! [`ChannelSignal`] detects what invalidates such results: spectral peaks, disturbances, warm-up
-//! and steps of the level, values that are not normally distributed.
+//! and steps of the level.
 //!
 //! Each accumulator holds one channel, and knows no sensor, no clock and no sampling interval: the
 //! averaging time is m times the interval that the user of the result knows.
@@ -113,7 +113,6 @@ pub use infer::noise_model::{
     PROVED_P, Parameter, Rival, SlopeLine, SlowNoise, Status, Term, Wanted, classical_reading, curve_minimum,
     white_deficit,
 };
-pub use infer::normality::{Normality, NotJudged};
 pub use infer::power_law::PowerLaw;
 pub use infer::spectral_lines::SpectralLine;
 pub use infer::spikes::Spikes;

@@ -15,8 +15,7 @@ mod units;
 mod white_budget;
 
 use imu_noise::{
-    ChannelCurve, Interval, LevelSearch, Normality, NotJudged, Octave, OctaveSum, PowerLaw, RecordShape,
-    counts_to_unit, noise_types,
+    ChannelCurve, Interval, LevelSearch, Octave, OctaveSum, PowerLaw, RecordShape, counts_to_unit, noise_types,
 };
 use vn100_protocol::Channel;
 
@@ -68,8 +67,6 @@ pub struct ChannelAssessment {
     pub noise: Option<ChannelNoise>,
     /// Vibration, disturbances, changes of level; not searched where the sensor was moved.
     pub stationarity: Stationarity,
-    /// Whether the values are normally distributed; `None` for channels that are not in the stream.
-    pub normality: Option<Result<Normality, NotJudged>>,
     /// What the sensor does on board to the white noise of the channel; `None` where that is not
     /// known.
     pub onboard: Option<Onboard>,
@@ -167,8 +164,7 @@ impl ChannelAssessment {
         }
         let fitted = |octave: &Octave| noise.as_ref().and_then(|noise| noise.fit.edf(octave.m));
         let octaves = assess_octaves(curve, fitted, known);
-        let normality = results.signal.as_ref().map(|signal| signal.normality(&results.moments));
-        Self { octaves, points: Vec::new(), noise, stationarity, normality, onboard }
+        Self { octaves, points: Vec::new(), noise, stationarity, onboard }
     }
 }
 

@@ -33,7 +33,7 @@ fn nearly_normal(ratio: f64, edf_a: f64, edf_b: f64) -> Option<f64> {
 /// alarm stays that of a single test (Holm, "A simple sequentially rejective multiple test
 /// procedure", Scandinavian Journal of Statistics 6, 1979). It holds however the tests depend on
 /// each other, and errs on the side of no alarm. None is below the one it comes from, none above 1.
-pub fn holm(probabilities: &[f64]) -> Vec<f64> {
+pub(crate) fn holm(probabilities: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..probabilities.len()).collect();
     order.sort_by(|&a, &b| probabilities[a].total_cmp(&probabilities[b]));
     let mut corrected = vec![0.0; probabilities.len()];

@@ -61,7 +61,6 @@ pub use datasheet::{Datasheet, DatasheetFigure, DecidedBy, FigureVerdict, Ratio,
 pub use end::{End, Shortfall, StartCure};
 pub use goal::{Goal, UnmetGoal, WhyUnmet};
 pub use goals_decided::GoalCheck;
-pub use hypothesis_tests::holm;
 pub use invalid_text::InvalidText;
 pub use motion::Motion;
 pub use noise_figure::NoiseFigure;
@@ -71,8 +70,8 @@ pub use remedy::{Remedy, RemedyWords, Setting};
 pub use result::{
     BlockValues, Budget, ChannelResult, ComparedSheet, Completion, Curve, Discrete, DriftResult, Drifting, Graded,
     GraphicalReading, GraphicalReadings, HistogramBars, History, HistoryColumn, InUnit, Inflation, LinkCounts,
-    NoiseResult, Norm, NormalityTest, ParameterResult, Parts, Point, SourceResult, Spectrum, Statistics,
-    TemperatureResult, TimeBase, WALK_OF_FLICKER, angle_drift,
+    NoiseResult, Norm, ParameterResult, Parts, Point, SourceResult, Spectrum, Statistics, TemperatureResult, TimeBase,
+    WALK_OF_FLICKER, angle_drift,
 };
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};

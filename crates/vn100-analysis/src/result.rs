@@ -17,7 +17,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use vn100_protocol::Quantity;
 
-pub use channel::{BlockValues, ChannelResult, Curve, HistogramBars, Norm, NormalityTest, Point, Spectrum, Statistics};
+pub use channel::{BlockValues, ChannelResult, Curve, HistogramBars, Norm, Point, Spectrum, Statistics};
 pub use drift::{DriftResult, Drifting, angle_drift};
 pub use history::{History, HistoryColumn};
 pub use inflation::{Inflation, WALK_OF_FLICKER};

@@ -11,7 +11,7 @@ use vn100_protocol::stream::{BagReport, CsvReport, FileReport};
 
 use crate::{
     snapshot::PlaceMark,
-    warning::{Finding, Severity, Warning, WarningKind},
+    warning::{Finding, Severity, Warning},
 };
 
 /// What is known of a source besides its samples. A session fills in the facts; those that the
@@ -236,7 +236,7 @@ impl RecordingEndFacts {
     /// The warning of a recording that was cut, as by a loss of power, or where a copy of the file
     /// is not whole; `None` for one that was finished.
     pub fn warning(&self) -> Option<Warning> {
-        let found = Warning::new(WarningKind::Incomplete, Finding::RecordingCut);
+        let found = Warning::new(Finding::RecordingCut);
         (!self.complete).then(|| found.as_severe_as(Severity::Caution))
     }
 }

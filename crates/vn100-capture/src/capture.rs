@@ -15,15 +15,16 @@ use crate::{
     capture_options::CaptureOptions,
     counted_reader::CountedReader,
     csv::{CsvReader, Said},
-    detect_format::{Detected, Format, detect_format},
+    detect_format::{Detected, Format, detect_format, is_capture_ending, no_capture},
     open_error::{OpenError, Problem},
-    read_samples::{Event, FileEvents, FileReader, read_file, read_samples},
-    recording::{LaterParts, Recorded, RecordingError, RecordingReader, RecordingSamples},
+    read_samples::{Event, FileEvents, read_file, read_samples},
+    readable::{Readable, Reading, StartReading},
+    recording::Recorded,
     source::ReaderSource,
     stored_file::StoredFile,
     telnet::{Undoubled, doubles_ff},
     timing_sidecar::{BytesReader, Sidecar},
-    unpack::{unpacked, unpacked_stored},
+    unpack::{KnownBy, unpacked, unpacked_stored},
 };
 use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 
@@ -47,21 +48,6 @@ pub struct Capture {
     /// The metadata of a recording of this program; `None` for any other capture.
     pub recorded: Option<Recorded>,
     start_reading: StartReading,
-}
-
-type StartReading = Box<dyn FnOnce(ReadOptions) -> io::Result<Reading> + Send>;
-
-/// A capture that is ready to be read.
-enum Reading {
-    File(FileEvents),
-    /// A read of a stream may wait for bytes indefinitely.
-    Stream(ReaderSource, ReadOptions),
-}
-
-impl Reading {
-    fn of(file: impl FileReader) -> io::Result<Self> {
-        Ok(Self::File(FileEvents::new(Box::new(file))))
-    }
 }
 
 impl Capture {
@@ -119,7 +105,7 @@ impl Capture {
             return Self::of_bag(Bag::new(form, vec![file]), stored_bytes, read, options);
         }
         let counted = |inner| CountedReader { inner, read: Arc::clone(&read) };
-        let reader = unpacked_stored(&*file, counted, &is_capture)?;
+        let reader = unpacked_stored(&*file, counted, IN_ARCHIVE)?;
         Self::start(reader, stored_bytes, read, sidecar, options, path)
     }
 
@@ -193,18 +179,21 @@ impl Capture {
         // the bytes read of an unpacked bag are not the stored bytes
         let stored_bytes_read = if bag.unpacked_bytes > 0 { read } else { Arc::default() };
         let counted = if bag.unpacked_bytes > 0 { Arc::default() } else { Arc::clone(&stored_bytes_read) };
-        Ok(Self {
-            format: Format::Bag(bag.form),
-            stored_bytes,
-            stored_bytes_read,
-            holds_values: stream.holds_values(),
-            lacks_times: false,
-            recorded: None,
-            topic: Some(stream.topic.name.clone()),
-            start_reading: Box::new(move |options| {
-                Reading::of(BagSamples::open(&bag, stream, options, &counted).map_err(io::Error::other)?)
-            }),
-        })
+        let (format, holds_values, topic) = (Format::Bag(bag.form), stream.holds_values(), stream.topic.name.clone());
+        let readable = Readable::new(move |options| {
+            Reading::of(BagSamples::open(&bag, stream, options, &counted).map_err(io::Error::other)?)
+        });
+        let readable = Readable { holds_values, topic: Some(topic), ..readable };
+        Ok(Self::new(format, stored_bytes, stored_bytes_read, readable))
+    }
+
+    fn new(
+        format: Format,
+        stored_bytes: Option<u64>,
+        stored_bytes_read: Arc<AtomicU64>,
+        Readable { holds_values, lacks_times, topic, recorded, start: start_reading }: Readable,
+    ) -> Self {
+        Self { format, stored_bytes, stored_bytes_read, holds_values, lacks_times, topic, recorded, start_reading }
     }
 
     fn start(
@@ -227,61 +216,31 @@ impl Capture {
             matches!(detected, Detected::Bytes(Format::Raw, _)) && sidecar.is_none() && doubles_ff(&head.bytes);
         let whole = head.chain(reader);
         let reader: Box<dyn Read + Send> = if is_of_telnet { Box::new(Undoubled::new(whole)) } else { Box::new(whole) };
-        let mut recorded = None;
-        let (holds_values, lacks_times) = match &detected {
-            Detected::Csv(plan) => (plan.holds_values(), plan.lacks_times()),
-            _ => (false, false),
-        };
-        let (format, start_reading): (_, StartReading) = match detected {
+        let (format, readable) = match detected {
+            Detected::ByMagic(format, open) => (format, open(reader, options, &stored_bytes_read)?),
             Detected::Csv(plan) => {
-                (Format::Csv, Box::new(|options| Reading::of(CsvReader::new(*plan, reader, options))))
+                let (holds_values, lacks_times) = (plan.holds_values(), plan.lacks_times());
+                let topic = options.topic.clone().filter(|_| holds_values);
+                let readable = Readable::new(|options| Reading::of(CsvReader::new(*plan, reader, options)));
+                (Format::Csv, Readable { holds_values, lacks_times, topic, ..readable })
             }
             Detected::Bytes(format, measured) => {
                 let chosen = move |options: ReadOptions| match options.measured {
                     MeasuredFrames::First => ReadOptions { measured, ..options },
                     _ => options,
                 };
-                let start: StartReading = if sidecar.is_some() || is_file {
-                    Box::new(move |options| Reading::of(BytesReader::new(reader, sidecar, chosen(options))))
+                let readable = if sidecar.is_some() || is_file {
+                    Readable::new(move |options| Reading::of(BytesReader::new(reader, sidecar, chosen(options))))
                 } else {
                     let source = ReaderSource::spawn(reader, None)?;
-                    Box::new(move |options| Ok(Reading::Stream(source, chosen(options))))
+                    Readable::new(move |options| Ok(Reading::Stream(source, chosen(options))))
                 };
-                (format, start)
-            }
-            Detected::Mcap => {
-                let recording = RecordingReader::open(reader).map_err(|problem| match problem {
-                    RecordingError::Io(error) => Problem::Io(error),
-                    problem => Problem::NotACapture(format!("a recording this program reads: {problem}")),
-                })?;
-                let later = LaterParts::new(&options.later_parts, &stored_bytes_read);
-                recorded = Some(match options.later_parts.is_empty() {
-                    true => recording.recorded().clone(),
-                    false => later.joined(recording.recorded()),
-                });
-                let start: StartReading =
-                    Box::new(|options| Reading::of(RecordingSamples::new(recording, later, options)));
-                (Format::Mcap, start)
+                (format, readable)
             }
             Detected::UnusableCsv(problem) => return Err(problem.into()),
-            Detected::Unknown(found) => {
-                return Err(Problem::NotACapture(format!(
-                    "a capture this program reads: searched for VectorNav sentences ($VNYMR,… or $VNIMU,… with a checksum), \
-                     0xFA binary packets, CSV columns of known names and MCAP recordings, also inside gzip, zstd, bzip2, xz \
-                     and ZIP; found {found}"
-                )));
-            }
+            Detected::Unknown(found) => return Err(no_capture(&found)),
         };
-        Ok(Self {
-            format,
-            stored_bytes,
-            stored_bytes_read,
-            holds_values,
-            lacks_times,
-            recorded,
-            topic: options.topic.clone().filter(|_| format == Format::Csv && holds_values),
-            start_reading,
-        })
+        Ok(Self::new(format, stored_bytes, stored_bytes_read, readable))
     }
 }
 
@@ -305,7 +264,7 @@ fn stream_names(file: Box<dyn StoredFile>, path: &Path, options: &CaptureOptions
     if options.topic.is_some() {
         return None;
     }
-    let mut reader = unpacked_stored(&*file, |file| file, &is_capture).ok()?;
+    let mut reader = unpacked_stored(&*file, |file| file, IN_ARCHIVE).ok()?;
     let name = path.file_name().map(|name| name.to_string_lossy());
     let said = Said { map: options.columns.as_ref(), stream: None, file: name.as_deref() };
     match detect_format(&mut reader, said).ok()? {
@@ -313,6 +272,13 @@ fn stream_names(file: Box<dyn StoredFile>, path: &Path, options: &CaptureOptions
         _ => None,
     }
 }
+
+/// How a capture is known among the files of an archive. Of two more endings there are many files
+/// that are none, so that in folders they do not count.
+const IN_ARCHIVE: KnownBy = KnownBy {
+    ending: |ending| is_capture_ending(ending) || ["asc", "dat"].iter().any(|also| ending.eq_ignore_ascii_case(also)),
+    beginning: is_capture,
+};
 
 /// Whether a file of this name begins like a capture.
 fn is_capture(mut bytes: &mut dyn Read, name: &str) -> bool {

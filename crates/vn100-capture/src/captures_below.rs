@@ -6,17 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use vn100_protocol::MESSAGES;
-
-/// Endings of the names of captures, compressed or not, besides the names of messages; other files
-/// in a folder are ignored.
-const ENDINGS: [&str; 14] =
-    ["bag", "bin", "bz2", "csv", "db3", "gz", "log", "mcap", "raw", "tsv", "txt", "xz", "zip", "zst"];
-
-/// Whether the ending of a name, in any letter case, is a message that is measured: `run.vnymr`.
-pub(crate) fn is_message(ending: &str) -> bool {
-    MESSAGES.iter().any(|layout| layout.message.eq_ignore_ascii_case(ending))
-}
+use crate::{detect_format::is_capture_ending, unpack::PACKED_ENDINGS};
 
 /// All captures below `path`, sorted by name: files by their endings, and the folders of ROS 2 bags;
 /// hidden files and folders are skipped. A `path` that is a file is always in the list, under any
@@ -40,7 +30,8 @@ fn add(path: &Path, is_named: bool, above: &mut Vec<PathBuf>, captures: &mut Vec
         return;
     }
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    if is_named || path.is_dir() || ending.is_some_and(|ending| ENDINGS.contains(&&*ending) || is_message(&ending)) {
+    let is_known = |ending: String| is_capture_ending(&ending) || PACKED_ENDINGS.contains(&&*ending);
+    if is_named || path.is_dir() || ending.is_some_and(is_known) {
         captures.push(path.to_owned());
     }
 }

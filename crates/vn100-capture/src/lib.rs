@@ -36,6 +36,7 @@ mod file_stamp;
 mod mcap_records;
 mod open_error;
 mod read_samples;
+mod readable;
 mod recording;
 mod rows_of_samples;
 mod source;

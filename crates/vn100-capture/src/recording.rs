@@ -19,7 +19,7 @@
 //! as well, and so is form 1, which has no `/vn100/reads`.
 
 pub(crate) mod part;
-mod reader;
+pub(crate) mod reader;
 mod reads;
 mod recorder;
 mod samples;
@@ -34,7 +34,7 @@ use vn100_protocol::{
 pub use part::{RecordingPart, Rotation, joined_parts, missing_parts, part_path, recording_path};
 pub use reader::{Recorded, RecordingEnd, RecordingError, RecordingReader};
 pub use recorder::{LowSpace, RecordError, Recorder, RecordingState};
-pub(crate) use samples::{LaterParts, RecordingSamples};
+pub(crate) use samples::open;
 pub use writer::RecordingWriter;
 
 /// The first bytes of every MCAP file.

@@ -14,7 +14,6 @@ use ruzstd::decoding::FrameDecoder;
 use zip::{CompressionMethod, ZipArchive};
 
 use crate::{
-    captures_below::is_message,
     open_error::Problem,
     stored_file::{ReadSeek, StoredFile},
     zstd_reader::ZstdReader,
@@ -32,9 +31,8 @@ const XZ_MEMORY_KIB: u32 = 72 << 10;
 /// The most files of an archive whose contents are compared.
 const MOST_EXAMINED: usize = 64;
 
-/// Endings of the names of captures, besides the names of messages, used if an archive holds other
-/// files as well.
-const CAPTURE_ENDINGS: [&str; 8] = ["csv", "tsv", "txt", "log", "dat", "asc", "bin", "mcap"];
+/// Endings of the names of compressed captures.
+pub(crate) const PACKED_ENDINGS: [&str; 5] = ["bz2", "gz", "xz", "zip", "zst"];
 
 /// The error for an archive that is a document of another program, recognised by the name of a file
 /// in it.
@@ -54,15 +52,21 @@ fn damaged(problem: impl fmt::Display) -> Problem {
     Problem::new(format!("a ZIP archive that is damaged: {problem}"))
 }
 
-/// Whether a file in an archive begins like a capture: its bytes, and its name.
-pub(crate) type IsCapture<'a> = &'a dyn Fn(&mut dyn Read, &str) -> bool;
+/// How a capture is known among the files of an archive.
+#[derive(Clone, Copy)]
+pub(crate) struct KnownBy {
+    /// Whether the ending of a name is that of a capture.
+    pub(crate) ending: fn(&str) -> bool,
+    /// Whether a file of this name begins like a capture.
+    pub(crate) beginning: fn(&mut dyn Read, &str) -> bool,
+}
 
 /// The decompressed content of a file; `counted` wraps the file to count the bytes read from it. If
-/// an archive has several files, the one that satisfies `is_capture` is taken.
+/// an archive has several files, the capture among them is taken.
 pub(crate) fn unpacked_stored<R: Read + Send + 'static>(
     file: &dyn StoredFile,
     counted: impl FnOnce(Box<dyn ReadSeek>) -> R,
-    is_capture: IsCapture<'_>,
+    known_by: KnownBy,
 ) -> Result<Box<dyn Read + Send>, Problem> {
     let mut magic = Vec::new();
     file.open()?.take(ZIP_MAGIC.len() as u64).read_to_end(&mut magic)?;
@@ -70,7 +74,7 @@ pub(crate) fn unpacked_stored<R: Read + Send + 'static>(
     if magic != ZIP_MAGIC {
         return unpacked(counted(opened));
     }
-    let member = Member::only(file, is_capture)?;
+    let member = Member::only(file, known_by)?;
     opened.seek(SeekFrom::Start(member.start))?;
     unpacked(MemberReader { inner: CrcReader::new(member.content(counted(opened))), member })
 }
@@ -156,7 +160,7 @@ struct Member {
 
 impl Member {
     /// The only file, or the only file that may be a capture by its name or its first bytes.
-    fn only(file: &dyn StoredFile, holds_capture: IsCapture<'_>) -> Result<Self, Problem> {
+    fn only(file: &dyn StoredFile, known_by: KnownBy) -> Result<Self, Problem> {
         let opened = file.open().map_err(damaged)?;
         let mut archive = ZipArchive::new(BufReader::new(opened)).map_err(damaged)?;
         let mut names: Vec<(usize, String)> = Vec::new();
@@ -167,10 +171,7 @@ impl Member {
                 names.push((place, entry.name().to_owned()));
             }
         }
-        let is_capture = |name: &str| {
-            let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending);
-            is_message(ending) || CAPTURE_ENDINGS.iter().any(|end| ending.eq_ignore_ascii_case(end))
-        };
+        let is_capture = |name: &str| (known_by.ending)(name.rsplit_once('.').map_or("", |(_, ending)| ending));
         let captures = names.iter().filter(|(_, name)| is_capture(name)).count();
         let document = names.iter().find_map(|(_, name)| document_with(name));
         if let Some(document) = document.filter(|_| captures == 0) {
@@ -181,7 +182,7 @@ impl Member {
         }
         if names.len() > 1 {
             let is_one = |(place, _): &&(usize, String)| {
-                Self::at(&mut archive, *place).is_ok_and(|member| member.begins_as(file, holds_capture))
+                Self::at(&mut archive, *place).is_ok_and(|member| member.begins_as(file, known_by))
             };
             let found: Vec<_> = names.iter().take(MOST_EXAMINED).filter(is_one).cloned().collect();
             names = if found.is_empty() { names } else { found };
@@ -227,9 +228,9 @@ impl Member {
     }
 
     /// Whether its first bytes are those of a capture.
-    fn begins_as(&self, file: &dyn StoredFile, is_capture: IsCapture<'_>) -> bool {
+    fn begins_as(&self, file: &dyn StoredFile, known_by: KnownBy) -> bool {
         let Ok(mut file) = file.open() else { return false };
-        file.seek(SeekFrom::Start(self.start)).is_ok() && is_capture(&mut self.content(file), &self.name)
+        file.seek(SeekFrom::Start(self.start)).is_ok() && (known_by.beginning)(&mut self.content(file), &self.name)
     }
 }
 

@@ -1,8 +1,7 @@
 //! A result that is over: whether it is complete, and why not.
 
 use vn100_analysis::{
-    Completion, End, Finding, RemedyWords, Severity, Shortfall, SourceResult, StartCure, UnmetGoal, Warning,
-    WarningKind, WhyUnmet,
+    Completion, End, Finding, RemedyWords, Severity, Shortfall, SourceResult, StartCure, UnmetGoal, Warning, WhyUnmet,
 };
 
 use crate::words;
@@ -57,7 +56,7 @@ impl Ended<'_> {
         }
         if let Some((text, details)) = early {
             let said = if details.is_empty() { text.clone() } else { format!("{text}. {details}") };
-            let mut warning = Warning::new(WarningKind::Incomplete, Finding::Said(said));
+            let mut warning = Warning::new(Finding::Said(said));
             if is_live {
                 result.note_failure(format!("{}: {text}", result.source.name));
             } else {
@@ -74,7 +73,7 @@ impl Ended<'_> {
 
 /// Notes that the recording is incomplete for the reason `text`: the measurement has failed.
 pub fn note_failed_recording(result: &mut SourceResult, text: String) {
-    result.warn(Warning::new(WarningKind::Incomplete, Finding::Said(text)));
+    result.warn(Warning::new(Finding::Said(text)));
     result.completion = result.completion.max(Completion::Failed);
 }
 
@@ -116,7 +115,7 @@ fn not_met(name: &str, UnmetGoal { goal, why }: &UnmetGoal) -> String {
 mod tests {
     use std::{sync::Arc, time::Duration};
 
-    use vn100_analysis::{Assessment, SourceFacts, protocol::VNIMU};
+    use vn100_analysis::{Assessment, SourceFacts, WarningKind, protocol::VNIMU};
 
     use super::*;
     use crate::{

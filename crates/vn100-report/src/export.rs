@@ -3,6 +3,7 @@
 pub(crate) mod archive;
 pub(crate) mod consumers;
 pub(crate) mod filter_noise;
+pub(crate) mod forms;
 pub(crate) mod metrics;
 pub(crate) mod own;
 pub(crate) mod samples;

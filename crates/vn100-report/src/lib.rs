@@ -52,6 +52,7 @@ pub use export::{
     archive::{ArchiveRow, ArchivedFile},
     consumers::{Consumer, Formula},
     filter_noise::{DEFAULT_SPAN_S, FilterNoise, Missing, NotWritten, SheetStream},
+    forms::{ExportForm, Exported, ExportedFile, FIGURES_ENDING, figure_files},
     metrics::{METRICS_TYPE, MeasuredSource, metrics_text},
     own::is_export,
     samples::SampleTable,

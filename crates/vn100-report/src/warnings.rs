@@ -285,7 +285,7 @@ pub fn headline(warning: &Warning) -> String {
         Finding::OutOfRange(count, rows) => {
             format!("{count} of {rows} values of {on} are far beyond those of the first rows, and missing")
         }
-        Finding::Rejected(what, count, of) => rejected(what, *count, *of),
+        Finding::Rejected(what, count, of) | Finding::AllRejected(what, count, of) => rejected(what, *count, *of),
         Finding::Repeated(count, of) => format!("{count} of {} repeat an earlier one exactly", counted(*of, "sample")),
         Finding::TooShort(samples @ 0..2) => format!("{}: a deviation needs at least 2", counted(*samples, "sample")),
         Finding::TooShort(samples) => {
@@ -531,7 +531,9 @@ mod tests {
     use crate::remedies::{page_words, python_words, remedy_words};
 
     fn on(kind: WarningKind, finding: Finding) -> Warning {
-        Warning::new(kind, finding).of(["gyro_x".into(), "gyro_y".into()])
+        let warning = Warning::new(finding).of(["gyro_x".into(), "gyro_y".into()]);
+        assert_eq!(warning.kind, kind, "{warning:?}");
+        warning
     }
 
     /// One finding of each kind at least, and what its headline says.
@@ -665,7 +667,7 @@ mod tests {
             read: "kPa".into(),
             likely: "hPa",
         };
-        let warning = Warning::new(WarningKind::UnitDoubtful, Finding::UnitDoubtful(vec![doubt]));
+        let warning = Warning::new(Finding::UnitDoubtful(vec![doubt]));
         let warning = warning.cured_by(Remedy::MapColumns(Some("pressure=p:hPa,t=t:s".into())));
         let text = in_words(&warning, page_words);
         assert!(text.contains("are the columns in hPa? A wrong unit"), "{text}");

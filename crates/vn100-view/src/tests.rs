@@ -117,7 +117,8 @@ fn every_warning_is_listed_and_read_in_full() {
     // the words of the real ones are tested where they are made
     let warning = |kind: WarningKind| {
         let text = format!("{}the_end", "with much to be said about it, ".repeat(5));
-        Warning::new(kind, Finding::Said(text)).of(["accel_x".into(), "accel_y".into()])
+        let said = Warning::new(Finding::Said(text)).of(["accel_x".into(), "accel_y".into()]);
+        Warning { kind, severity: kind.severity(), ..said }
     };
     let source = SourceView { warnings: every.map(warning).into(), ..measured() };
     for (place, kind) in every.into_iter().enumerate() {

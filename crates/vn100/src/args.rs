@@ -33,7 +33,7 @@ use link::baud_rate;
 pub(crate) use link::{ChangeArgs, LimitArgs, LinkArgs, OnHangup, RecordingArgs, SimSensorArgs, SourceName};
 pub(crate) use measure::MeasureArgs;
 pub(crate) use plan::{Fixed, PlanArgs};
-pub(crate) use report::{ExportForm, ReportArgs, is_page};
+pub(crate) use report::{ReportArgs, is_page};
 pub(crate) use result::{Ndjson, OutputFormat, ResultArgs};
 pub(crate) use serve::ServeArgs;
 pub(crate) use sim::{CaptureMessage, SimArgs};

@@ -242,39 +242,6 @@ impl Spectrum {
         let points_unit2_hz = points_unit2_hz.collect();
         Some(Density { sides, segment_samples, segments, averages, step_hz, points_unit2_hz })
     }
-
-    /// Autocovariances within segments in counts² (Wiener and Khinchin), from lag 0 to a quarter of
-    /// a segment: up to there the window reduces them by at most 35 %. `None` before four segments
-    /// are full.
-    pub(crate) fn autocovariances_counts2(&self) -> Option<Vec<f64>> {
-        Some(self.powers().filter(|powers| powers.segments >= 4)?.autocovariances())
-    }
-}
-
-impl Powers {
-    /// Autocovariances from lag 0 to a quarter of a segment, without the effect of the mean.
-    fn autocovariances(&self) -> Vec<f64> {
-        let Self { segment_samples, powers, .. } = self;
-        let samples = *segment_samples;
-        // a power of two, so a mask gives the remainder
-        let (half, last) = (samples / 2, samples - 1);
-        let step = std::f64::consts::TAU / samples as f64;
-        let quarter: Vec<f64> = (0..samples / 4).map(|i| (step * i as f64).cos()).chain([0.0]).collect();
-        let cosine = |i: usize| match i.min(samples - i) {
-            i if i <= samples / 4 => quarter[i],
-            i => -quarter[half - i],
-        };
-        let cosines: Vec<f64> = (0..samples).map(cosine).collect();
-        // cosines of points k and half - k are equal at even lags, and opposite at the others
-        let pair = |k: usize, sign: f64| powers[k] + if 2 * k < half { sign * powers[half - k] } else { 0.0 };
-        let [differences, sums] = [-1.0, 1.0].map(|sign| (1..=half / 2).map(|k| pair(k, sign)).collect::<Vec<f64>>());
-        let covariance = |lag: usize| {
-            let (pairs, sign) = if lag.is_multiple_of(2) { (&sums, 1.0) } else { (&differences, -1.0) };
-            let products = (1..).zip(pairs).map(|(k, pair)| pair * cosines[(lag * k) & last]);
-            (2.0 * products.sum::<f64>() + sign * powers[half]) / samples as f64
-        };
-        (0..=samples / 4).map(covariance).collect()
-    }
 }
 
 /// Window and Fourier transform, made once and shared by the channels, because a copy is a reference.
@@ -295,23 +262,5 @@ impl SpectrumPlan {
 impl Default for SpectrumPlan {
     fn default() -> Self {
         Self::new()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn autocovariances_are_the_sums_over_all_points() {
-        let powers: Vec<f64> = (0..=16).map(|k| f64::from((k * k * 7) % 23) + 0.5).collect();
-        let found =
-            Powers { segment_samples: 32, segments: 4, averages: 3.0, powers: powers.clone() }.autocovariances();
-        assert_eq!(found.len(), 9);
-        for (lag, found) in found.iter().enumerate() {
-            let at = |k: usize| (std::f64::consts::TAU * (lag * k) as f64 / 32.0).cos();
-            let expected = (1..32).map(|k| powers[k.min(32 - k)] * at(k)).sum::<f64>() / 32.0;
-            assert!((found - expected).abs() < 1e-12, "{lag}: {found}, not {expected}");
-        }
     }
 }

@@ -8,7 +8,6 @@ mod histogram;
 mod metamorphic;
 mod noise_changes;
 mod noise_model;
-mod normality;
 mod octaves;
 mod octaves_properties;
 #[path = "../oracle/mod.rs"]

@@ -54,9 +54,6 @@ proptest! {
     ) {
         let (whole, parts) = (divided(&stretches, usize::MAX), divided(&stretches, part));
         assert_same(&whole, &parts)?;
-        let mut moments = Moments::new();
-        stretches.iter().for_each(|(counts, _)| moments.push(counts));
-        prop_assert_eq!(whole.normality(&moments), parts.normality(&moments));
     }
 
     #[test]
@@ -107,7 +104,6 @@ fn an_empty_record_has_no_findings() {
     assert!(signal.disturbances(0.025).is_empty());
     assert_eq!(LevelSearch::of([&signal]).find(&signal, 0.025, 3), LevelFindings::default());
     assert_eq!(signal.noise_changes(&Histogram::new(), 0.025), NoiseChanges::default());
-    assert!(signal.normality(&Moments::new()).is_err());
     let mut constant = ChannelSignal::new(&SpectrumPlan::new());
     constant.push(&[-9813; 10_000]);
     assert!(constant.disturbances(0.025).is_empty());

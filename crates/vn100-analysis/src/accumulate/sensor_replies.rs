@@ -9,7 +9,7 @@ use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, Samp
 use crate::{
     rate_change::RateChange,
     snapshot::{ChannelSnapshot, RegisterChannel},
-    warning::{Finding, Warning, WarningKind},
+    warning::{Finding, Warning},
 };
 
 #[derive(Debug, Clone, Default)]
@@ -96,7 +96,7 @@ impl SensorReplies {
         let (before, then, samples) = self.two_serials.as_ref()?;
         let is_excluded = change.is_some_and(|change| change.after_samples == *samples);
         let found = Finding::TwoSensors([before.clone(), then.clone()], is_excluded);
-        Some(Warning::new(WarningKind::StreamChanged, found))
+        Some(Warning::new(found))
     }
 
     /// The channels of register 54; none before its first reply.

@@ -9,7 +9,7 @@ use crate::{
     remedy::Remedy,
     sensor::sensor_of,
     snapshot::{ChannelSnapshot, Snapshot},
-    warning::{Finding, Severity, Warning, WarningKind},
+    warning::{Finding, Severity, Warning},
 };
 
 /// Standard deviations that no sensor at rest reaches.
@@ -38,7 +38,7 @@ impl Motion {
     }
 
     pub(super) fn warning(&self) -> Warning {
-        let found = Warning::new(WarningKind::NotStationary, Finding::Moved(self.clone())).of(self.axes.clone());
+        let found = Warning::new(Finding::Moved(self.clone())).of(self.axes.clone());
         found.as_severe_as(Severity::Problem).cured_by(Remedy::Skip(None)).cured_by(Remedy::EndEarlier)
     }
 }
@@ -90,7 +90,7 @@ const FIELD_GAUSS: std::ops::RangeInclusive<f64> = 0.22..=0.67;
 pub(super) fn warnings(snapshot: &Snapshot) -> impl Iterator<Item = Warning> {
     let warning = |quantity: Quantity, finding| {
         let axes = snapshot.measured().filter(|(channel, _)| channel.quantity == quantity);
-        Warning::new(WarningKind::MagnitudeOff, finding).of(axes.map(|(channel, _)| channel.name.to_string()))
+        Warning::new(finding).of(axes.map(|(channel, _)| channel.name.to_string()))
     };
     let is_off = |gravity: &f64| (gravity - STANDARD_GRAVITY_M_S2).abs() > GRAVITY_TOLERANCE_M_S2;
     let gravity = snapshot.mean_magnitude(Quantity::Acceleration).filter(is_off);

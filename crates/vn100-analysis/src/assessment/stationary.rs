@@ -7,7 +7,7 @@ use super::{ChannelAssessment, Stationarity, mains::mains_hz};
 use crate::{
     remedy::Remedy,
     snapshot::Snapshot,
-    warning::{Event, Finding, Happening, Peak, Warning, WarningKind},
+    warning::{Event, Finding, Happening, Peak, Warning},
 };
 
 /// The highest frequency that a peak of the stream may really have: half the sensor's own rate.
@@ -28,7 +28,7 @@ fn vibration(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     let shakes = Shake::all(channels);
     let axes = names(shakes.iter().flat_map(|shake| shake.axes.iter().map(|(channel, _)| *channel)));
     let peaks = shakes.iter().map(|shake| shake.peak(snapshot.timing.rate_hz)).collect();
-    Warning::of_any(WarningKind::VibrationLine, Finding::Peaks(peaks), axes)
+    Warning::of_any(Finding::Peaks(peaks), axes)
 }
 
 /// Frequencies at which else a line may really be, because the samples do not distinguish them; none if
@@ -111,7 +111,7 @@ fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     let mut axes: Vec<String> = found.iter().map(|event| event.channel.clone()).collect();
     axes.sort();
     axes.dedup();
-    Warning::of_any(WarningKind::NotStationary, Finding::Events(found), axes)
+    Warning::of_any(Finding::Events(found), axes)
 }
 
 /// All but a warm-up.
@@ -149,7 +149,7 @@ fn warm_up(axes: &[Of<'_>]) -> Option<Warning> {
     let (found, skips_s): (Vec<_>, Vec<_>) = axes.iter().filter_map(of).unzip();
     let longest_s = skips_s.into_iter().reduce(|a, b| a.zip(b).map(|(a, b)| a.max(b)))?;
     let channels: Vec<String> = found.iter().map(|(channel, ..)| channel.clone()).collect();
-    let warning = Warning::new(WarningKind::WarmUp, Finding::WarmUp(found)).of(channels);
+    let warning = Warning::new(Finding::WarmUp(found)).of(channels);
     Some(match longest_s {
         Some(skip_s) => {
             let minutes = (skip_s / 60.0).ceil();

@@ -6,7 +6,7 @@ use vn100_protocol::{Channel, ImuFilter, Quantity, Register};
 use super::{ChannelAssessment, noise::LongTauValidity, rounding::hidden_terms};
 use crate::{
     snapshot::{ChannelSnapshot, Snapshot},
-    warning::{Finding, Severity, Warning, WarningKind},
+    warning::{Finding, Severity, Warning},
 };
 
 /// `was_moved`: what the curves show is the motion.
@@ -25,19 +25,19 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment], was_
     let tracked = names(&|_, _, assessed| {
         assessed.noise.as_ref().is_some_and(|noise| noise.long_taus == LongTauValidity::LooksCompensated)
     });
-    warnings.extend(Warning::of_any(WarningKind::CompensatedStream, Finding::BiasTracked, tracked));
+    warnings.extend(Warning::of_any(Finding::BiasTracked, tracked));
     let filtered = names(&|_, _, assessed| correlated_over(assessed).is_some());
     let samples = assessed.iter().filter_map(correlated_over).fold(0.0, f64::max);
-    warnings.extend(Warning::of_any(WarningKind::LowPass, Finding::LowPass(samples), filtered));
+    warnings.extend(Warning::of_any(Finding::LowPass(samples), filtered));
     let full = names(&|_, _, assessed| assessed.noise.as_ref().is_some_and(|noise| noise.fit.lacks_free_band));
-    warnings.extend(Warning::of_any(WarningKind::VibrationLine, Finding::NoFreeBand, full));
+    warnings.extend(Warning::of_any(Finding::NoFreeBand, full));
     warnings.extend(correlated_noise(snapshot, assessed));
     // a series of no sensor has no model, and its curve is shown all the same
     let rounded = names(&|channel, results, assessed| match channel.quantity {
         Quantity::Value => !hidden_terms(channel, results).is_empty(),
         _ => assessed.noise.as_ref().is_some_and(|noise| !noise.rounded_away.is_empty()),
     });
-    warnings.extend(Warning::of_any(WarningKind::QuantisationFloor, Finding::RoundedAway, rounded));
+    warnings.extend(Warning::of_any(Finding::RoundedAway, rounded));
     warnings
 }
 
@@ -45,7 +45,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment], was_
 fn contradicted_window(snapshot: &Snapshot) -> Option<Warning> {
     let (given, filter) = snapshot.given_window.zip(snapshot.register::<ImuFilter>(Register::IMU_FILTER))?;
     let windows = [filter.accel_window, filter.gyro_window].map(u32::from);
-    let found = Warning::new(WarningKind::SensorSettings, Finding::WindowIgnored(given, windows));
+    let found = Warning::new(Finding::WindowIgnored(given, windows));
     (windows != [given; 2]).then(|| found.as_severe_as(Severity::Caution))
 }
 
@@ -66,5 +66,5 @@ fn correlated_noise(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Opti
     };
     let found: Vec<_> = snapshot.assessed(assessed).filter_map(of).collect();
     let channels: Vec<String> = found.iter().map(|(channel, ..)| channel.clone()).collect();
-    Warning::of_any(WarningKind::CorrelatedNoise, Finding::Correlated(found), channels)
+    Warning::of_any(Finding::Correlated(found), channels)
 }

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     in_parallel::in_parallel,
     snapshot::Snapshot,
-    warning::{Finding, Warning, WarningKind},
+    warning::{Finding, Warning},
 };
 
 /// The axes whose noise the temperature exaggerates.
@@ -25,7 +25,7 @@ pub(super) fn warning(snapshot: &Snapshot, channels: &[ChannelAssessment]) -> Op
     let (worst, share) = axes.iter().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
     let names: Vec<String> = axes.iter().map(|(channel, _)| channel.name.to_string()).collect();
     let found = Finding::Temperature(worst.name.to_string(), *share);
-    Some(Warning::new(WarningKind::FollowsTemperature, found).of(names))
+    Some(Warning::new(found).of(names))
 }
 
 /// Adds to the noise of each axis how it follows the temperature.

@@ -8,7 +8,7 @@ use vn100_protocol::{ColumnsRead, Layout, Quantity};
 use crate::{
     remedy::Remedy,
     snapshot::Snapshot,
-    warning::{Doubt, Doubtful, Finding, Warning, WarningKind},
+    warning::{Doubt, Doubtful, Finding, Warning},
 };
 
 /// Units of acceleration, in m/s².
@@ -60,7 +60,7 @@ pub(super) fn warning(snapshot: &Snapshot, was_moved: bool) -> Option<Warning> {
     let map = columns.map(&layout.channels, |channel| is_doubtful(channel.quantity).map(|doubt| doubt.likely));
     let channels: Vec<String> = channels.map(|channel| channel.name.to_string()).collect();
     (!doubts.is_empty()).then(|| {
-        let found = Warning::new(WarningKind::UnitDoubtful, Finding::UnitDoubtful(doubts)).of(channels);
+        let found = Warning::new(Finding::UnitDoubtful(doubts)).of(channels);
         found.cured_by(Remedy::MapColumns(Some(map)))
     })
 }

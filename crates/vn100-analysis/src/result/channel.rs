@@ -1,8 +1,7 @@
 //! The results of one channel, in its own unit.
 
 use imu_noise::{
-    Block, Deviation, Estimator, Interval, NoiseFit, Normality, NotJudged, OctaveSum, Sensor, Sides, SpectralLine,
-    counts_to_unit,
+    Block, Deviation, Estimator, Interval, NoiseFit, OctaveSum, Sensor, Sides, SpectralLine, counts_to_unit,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -78,27 +77,8 @@ pub struct Statistics {
     pub max: Option<f64>,
     /// Step of the values.
     pub resolution: f64,
-    /// Whether the values are normally distributed; null for a channel that is not in the stream.
-    pub normality: Option<NormalityTest>,
     /// Samples by value; only at the end.
     pub histogram: Option<HistogramBars>,
-}
-
-/// Whether the values of a channel are normally distributed.
-#[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
-pub struct NormalityTest {
-    /// Whether they are: 99 of 100 normal records are said to be; null if it cannot be judged.
-    pub consistent: Option<bool>,
-    /// Probability that normal values would show as much; null if it cannot be judged.
-    pub p: Option<f64>,
-    /// Why it cannot be judged; null if it can.
-    pub reason: Option<String>,
-    /// Standard error of the skewness of normal values.
-    pub skewness_error: Option<f64>,
-    /// Standard error of the excess kurtosis of normal values.
-    pub excess_kurtosis_error: Option<f64>,
-    /// Independent samples with as much information on the skewness.
-    pub effective_samples: Option<f64>,
 }
 
 /// A histogram in bins of one width.
@@ -304,20 +284,6 @@ impl Spectrum {
     }
 }
 
-impl NormalityTest {
-    fn of(judged: Result<Normality, NotJudged>) -> Self {
-        let found = judged.ok();
-        Self {
-            consistent: found.map(|normality| normality.is_consistent()),
-            p: found.map(|normality| normality.p()),
-            reason: judged.err().map(|reason| reason.to_string()),
-            skewness_error: found.map(|normality| normality.skewness_error),
-            excess_kurtosis_error: found.map(|normality| normality.excess_kurtosis_error),
-            effective_samples: found.map(|normality| normality.effective_samples),
-        }
-    }
-}
-
 impl Norm {
     pub(super) fn of(norm: &Magnitude, snapshot: &Snapshot) -> Self {
         let value = |counts| counts_to_unit(counts, norm.decimals) * norm.scale;
@@ -401,7 +367,6 @@ impl Maker<'_> {
         found.noise = noise.map(|noise| NoiseResult::of(noise, assessment.samples, found.rate_hz));
         found.grade = noise.and_then(|noise| noise.grade()).map(Graded::of);
         found.onboard = assessed.onboard;
-        found.statistics.normality = assessed.normality.map(NormalityTest::of);
         if let Some(signal) = &results.signal {
             found.stationarity = Some(assessed.stationarity.clone());
             if self.parts == Parts::All {
@@ -434,7 +399,6 @@ impl Maker<'_> {
             min: sample(moments.min_counts()),
             max: sample(moments.max_counts()),
             resolution: results.step(channel),
-            normality: None,
             histogram: bars.map(|bars| HistogramBars {
                 first: self.value(bars.first_counts - branch as f64),
                 width: self.value(bars.width_counts),

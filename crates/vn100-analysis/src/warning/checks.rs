@@ -13,7 +13,7 @@ use crate::{
     accumulate::sensor_rates::rates_hz,
     remedy::{Remedy, Setting},
     snapshot::Snapshot,
-    warning::{Finding, Rejected, Severity, Warning, WarningKind},
+    warning::{Finding, Rejected, Severity, Warning},
 };
 
 /// What the analysis knows beyond the numbers of its snapshot.
@@ -40,21 +40,20 @@ pub(crate) fn warnings(snapshot: &Snapshot, findings: &StreamFindings) -> Vec<Wa
 
 /// Sentences and packets beside those that are measured.
 fn others(snapshot: &Snapshot) -> impl Iterator<Item = Warning> {
-    let warning = |finding| Warning::new(WarningKind::OtherMessages, finding);
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
     let layout = snapshot.layout.as_ref().filter(|_| link.samples() > 0);
     let message = layout.map(|layout| layout.message.to_string());
     let sentences = (message.clone().zip(link.other_message))
-        .map(|(message, first)| warning(Finding::OtherSentences(link.other_messages(), first, message)));
+        .map(|(message, first)| Warning::new(Finding::OtherSentences(link.other_messages(), first, message)));
     let measured = tally.measured_packets;
     let unmeasured = tally.packets.saturating_sub(measured.samples + measured.rejected + measured.repeated);
     let packets = message.filter(|_| unmeasured > 0).map(|message| {
         let is_beside_sentences = message != BINARY;
-        let found = warning(Finding::OtherPackets(unmeasured, link.other_packet, message));
+        let found = Warning::new(Finding::OtherPackets(unmeasured, link.other_packet, message));
         if is_beside_sentences { found.cured_by(Remedy::MeasurePackets) } else { found }
     });
     let split = (tally.split_packets > 0).then(|| {
-        warning(Finding::SplitPackets(tally.split_packets)).cured_by(Remedy::Configure(Setting::Message(BINARY)))
+        Warning::new(Finding::SplitPackets(tally.split_packets)).cured_by(Remedy::Configure(Setting::Message(BINARY)))
     });
     [sentences, packets, split].into_iter().flatten()
 }
@@ -68,9 +67,10 @@ fn lines(snapshot: &Snapshot, findings: &StreamFindings) -> impl Iterator<Item =
         (snapshot.repeated_rows, snapshot.timing.samples + snapshot.repeated_rows, Severity::Caution),
         (packets.repeated, tally.packets, Severity::Problem),
     ];
-    let repeated = repeated.into_iter().filter(|(count, ..)| *count > 0).map(|(count, of, severity)| {
-        Warning::new(WarningKind::RepeatedLines, Finding::Repeated(count, of)).as_severe_as(severity)
-    });
+    let repeated = repeated
+        .into_iter()
+        .filter(|(count, ..)| *count > 0)
+        .map(|(count, of, severity)| Warning::new(Finding::Repeated(count, of)).as_severe_as(severity));
     let rows = link.rejected_rows.unwrap_or_default();
     let of_rows = rows.total();
     // an end between two bytes of a sentence damages nothing
@@ -90,7 +90,7 @@ fn lines(snapshot: &Snapshot, findings: &StreamFindings) -> impl Iterator<Item =
         (Rejected::AcceptedUnchecked, accepted, all),
     ];
     let rejected = rejected.into_iter().filter(|(_, count, _)| *count > 0).map(|(what, count, of)| {
-        let found = Warning::new(WarningKind::RejectedLines, Finding::Rejected(what, count, of));
+        let found = Warning::new(Finding::Rejected(what, count, of));
         if what == Rejected::NoChecksum { found.cured_by(Remedy::AcceptUnchecked) } else { found }
     });
     repeated.chain(rejected)
@@ -109,8 +109,8 @@ fn link(snapshot: &Snapshot) -> impl Iterator<Item = Warning> {
             DeviceError::OutputBufferOverflow => Severity::Problem,
             _ => Severity::Caution,
         };
-        Warning::new(WarningKind::LinkErrors, Finding::DeviceError(error, count)).as_severe_as(severity)
+        Warning::new(Finding::DeviceError(error, count)).as_severe_as(severity)
     });
     let shared = snapshot.port_shared_with.clone();
-    errors.chain(shared.map(|program| Warning::new(WarningKind::LinkErrors, Finding::PortShared(program))))
+    errors.chain(shared.map(|program| Warning::new(Finding::PortShared(program))))
 }

@@ -1,13 +1,134 @@
-//! What a warning found, in numbers and names.
+//! What a warning found, in numbers and names, and of which kind that is.
 
 use imu_noise::timebase::{Refusal, Unevenness};
+use schemars::JsonSchema;
 use vn100_protocol::stream::{MessageName, RejectedRowCounts};
 use vn100_protocol::{DeviceError, PacketHeader, Quantity};
 
+use super::{Aspect, Severity};
 use crate::{
     motion::Motion,
     rate_change::{FalseRate, FalseReport, RateChange},
 };
+
+/// The kinds of warning, whose names are a contract with scripts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, JsonSchema)]
+#[schemars(rename_all = "kebab-case")]
+pub enum WarningKind {
+    /// The record, or the recording that was made of it, is not whole.
+    Incomplete,
+    /// Bytes arrived, but no sample of a message that is measured.
+    NoValidLines,
+    /// Sentences or packets of a message other than the measured one were excluded.
+    OtherMessages,
+    /// Another program has the port of the sensor open, or the sensor reported errors that answer
+    /// no command.
+    LinkErrors,
+    /// The sensor, its output rate or its printed resolution changed within the record.
+    StreamChanged,
+    /// Samples, or values of single channels, are missing; each gap keeps its place on the time
+    /// axis.
+    Gaps,
+    /// Sentences, packets or rows were rejected, or carry no checksum.
+    #[schemars(rename = "bad-lines")]
+    RejectedLines,
+    /// Samples repeat earlier ones exactly, which a live sensor does not do.
+    RepeatedLines,
+    /// There are too few samples for a deviation, or for more than a rough one.
+    TooShort,
+    /// The capture does not contain the sample rate; the factory default of 40 Hz is assumed.
+    RateAssumed,
+    /// The measured rate is none of the sensor's, not the nominal one, or unsure because many
+    /// samples are missing.
+    RateOffNominal,
+    /// Time stamps step backwards, are uneven or cannot be those of a sensor, or the sensor
+    /// restarted.
+    StampsDoubtful,
+    /// The spectrum has significant peaks: vibration, or an alternating magnetic field.
+    VibrationLine,
+    /// The sensor was moved, or mean or noise changed during the record.
+    NotStationary,
+    /// The level settled at the beginning of the record, as when a sensor warms up.
+    WarmUp,
+    /// The bias follows the temperature of the sensor significantly.
+    FollowsTemperature,
+    /// The magnitude of the mean acceleration or magnetic field is not that of the Earth.
+    MagnitudeOff,
+    /// An attitude filter has removed its estimate of the bias from the rates.
+    CompensatedStream,
+    /// The capture does not contain whether a filter has removed the bias of the gyroscope.
+    CompensationUnknown,
+    /// A low-pass filter slower than the output removes the high frequencies.
+    LowPass,
+    /// The sensor turns its axes (register 26), or averages otherwise than was given (register 85).
+    SensorSettings,
+    /// From sample to sample the noise is less than half a step of the values.
+    QuantisationFloor,
+    /// Besides white noise there is noise correlated over seconds.
+    CorrelatedNoise,
+    /// A channel reaches the end of its range, or the count of its turns began anew.
+    FullRange,
+    /// A column holds magnitudes that its unit makes impossible.
+    UnitDoubtful,
+}
+
+/// The kinds in their order, each with its code, what it concerns, and what most of its findings mean
+/// for the result.
+const KINDS: [(WarningKind, &str, Aspect, Severity); 25] = [
+    (WarningKind::Incomplete, "incomplete", Aspect::Data, Severity::Problem),
+    (WarningKind::NoValidLines, "no-valid-lines", Aspect::Data, Severity::Problem),
+    (WarningKind::OtherMessages, "other-messages", Aspect::Data, Severity::Caution),
+    (WarningKind::LinkErrors, "link-errors", Aspect::Data, Severity::Problem),
+    (WarningKind::StreamChanged, "stream-changed", Aspect::Data, Severity::Problem),
+    (WarningKind::Gaps, "gaps", Aspect::Data, Severity::Caution),
+    (WarningKind::RejectedLines, "bad-lines", Aspect::Data, Severity::Caution),
+    (WarningKind::RepeatedLines, "repeated-lines", Aspect::Data, Severity::Problem),
+    (WarningKind::TooShort, "too-short", Aspect::Data, Severity::Caution),
+    (WarningKind::RateAssumed, "rate-assumed", Aspect::Time, Severity::Caution),
+    (WarningKind::RateOffNominal, "rate-off-nominal", Aspect::Time, Severity::Caution),
+    (WarningKind::StampsDoubtful, "stamps-doubtful", Aspect::Time, Severity::Caution),
+    (WarningKind::VibrationLine, "vibration-line", Aspect::AtRest, Severity::Caution),
+    (WarningKind::NotStationary, "not-stationary", Aspect::AtRest, Severity::Caution),
+    (WarningKind::WarmUp, "warm-up", Aspect::AtRest, Severity::Caution),
+    (WarningKind::FollowsTemperature, "follows-temperature", Aspect::AtRest, Severity::Caution),
+    (WarningKind::MagnitudeOff, "magnitude-off", Aspect::AtRest, Severity::Caution),
+    (WarningKind::CompensatedStream, "compensated-stream", Aspect::Message, Severity::Note),
+    (WarningKind::CompensationUnknown, "compensation-unknown", Aspect::Message, Severity::Caution),
+    (WarningKind::LowPass, "low-pass", Aspect::Message, Severity::Caution),
+    (WarningKind::SensorSettings, "sensor-settings", Aspect::Message, Severity::Note),
+    (WarningKind::QuantisationFloor, "quantisation-floor", Aspect::Values, Severity::Caution),
+    (WarningKind::CorrelatedNoise, "correlated-noise", Aspect::Values, Severity::Caution),
+    (WarningKind::FullRange, "full-range", Aspect::Values, Severity::Problem),
+    (WarningKind::UnitDoubtful, "unit-doubtful", Aspect::Values, Severity::Problem),
+];
+
+impl WarningKind {
+    /// All kinds.
+    pub const ALL: [Self; KINDS.len()] = {
+        let mut all = [Self::Incomplete; KINDS.len()];
+        let mut place = 0;
+        while place < all.len() {
+            all[place] = KINDS[place].0;
+            place += 1;
+        }
+        all
+    };
+
+    /// The code of the kind: lower case, words joined by hyphens.
+    pub const fn name(self) -> &'static str {
+        KINDS[self as usize].1
+    }
+
+    /// What warnings of this kind concern.
+    pub const fn aspect(self) -> Aspect {
+        KINDS[self as usize].2
+    }
+
+    /// What most findings of this kind mean for the result.
+    pub const fn severity(self) -> Severity {
+        KINDS[self as usize].3
+    }
+}
 
 /// What was found. Counts are of the whole record; times are in seconds of data, with what was
 /// skipped at the beginning.
@@ -23,6 +144,8 @@ pub enum Finding {
     NothingMeasured(u64, u64, Option<MessageName>),
     /// This many bytes hold no valid sentence.
     NoSentence(u64),
+    /// No sample is measured, and sentences, packets or rows were rejected, of this many.
+    AllRejected(Rejected, u64, u64),
     /// Sentences beside the measured message, the first of them of this name.
     OtherSentences(u64, MessageName, String),
     /// Packets beside the measured message, the first of them with this header.
@@ -137,6 +260,45 @@ pub enum Finding {
     TurnsRestarted,
     /// Magnitudes that the unit makes impossible.
     UnitDoubtful(Vec<Doubtful>),
+}
+
+impl Finding {
+    /// The kind of a warning of this.
+    pub const fn kind(&self) -> WarningKind {
+        match self {
+            Self::Said(_) | Self::RecordingCut => WarningKind::Incomplete,
+            Self::OnlyReplies(..) | Self::NothingMeasured(..) | Self::NoSentence(_) | Self::AllRejected(..) => {
+                WarningKind::NoValidLines
+            }
+            Self::OtherSentences(..) | Self::OtherPackets(..) | Self::SplitPackets(_) => WarningKind::OtherMessages,
+            Self::DeviceError(..) | Self::PortShared(_) => WarningKind::LinkErrors,
+            Self::RateChanged(..) | Self::FalseRate(_) | Self::BurstExcluded(_) => WarningKind::StreamChanged,
+            Self::TwoSensors(..) | Self::DecimalsChanged(_) => WarningKind::StreamChanged,
+            Self::Dropped { .. } | Self::TimeSteps(_) | Self::Absent(..) | Self::OutOfRange(..) => WarningKind::Gaps,
+            Self::Rejected(..) => WarningKind::RejectedLines,
+            Self::Repeated(..) => WarningKind::RepeatedLines,
+            Self::TooShort(_) => WarningKind::TooShort,
+            Self::RateAssumed(_) => WarningKind::RateAssumed,
+            Self::RateUnsure(..) | Self::RateNotListed(_) | Self::RateOff(..) => WarningKind::RateOffNominal,
+            Self::PacketRate(_) | Self::RegisterRate(..) | Self::FalseReport(_) => WarningKind::RateOffNominal,
+            Self::Backwards(_) | Self::Reordered(_) | Self::Restarts(_) => WarningKind::StampsDoubtful,
+            Self::StampsRefused(..) | Self::Together(..) => WarningKind::StampsDoubtful,
+            Self::Flushed(_) | Self::Uneven(_) => WarningKind::StampsDoubtful,
+            Self::Peaks(_) | Self::NoFreeBand => WarningKind::VibrationLine,
+            Self::Moved(_) | Self::Events(_) => WarningKind::NotStationary,
+            Self::WarmUp(_) => WarningKind::WarmUp,
+            Self::Temperature(..) => WarningKind::FollowsTemperature,
+            Self::Gravity(_) | Self::Field(_) => WarningKind::MagnitudeOff,
+            Self::Compensated(_) | Self::BiasTracked => WarningKind::CompensatedStream,
+            Self::MaybeCompensated => WarningKind::CompensationUnknown,
+            Self::LowPass(_) => WarningKind::LowPass,
+            Self::Rotated | Self::WindowIgnored(..) => WarningKind::SensorSettings,
+            Self::TwoValues | Self::RoundedAway => WarningKind::QuantisationFloor,
+            Self::Correlated(_) => WarningKind::CorrelatedNoise,
+            Self::Saturated(..) | Self::RangeReached | Self::TurnsRestarted => WarningKind::FullRange,
+            Self::UnitDoubtful(_) => WarningKind::UnitDoubtful,
+        }
+    }
 }
 
 /// Why frames or rows were not read, or were read with a doubt.

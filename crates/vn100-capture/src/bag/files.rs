@@ -30,28 +30,32 @@ pub enum BagForm {
     Mcap,
 }
 
+/// The forms in their order, each with the first bytes of its files, the ending of their names, its
+/// code in results, and what it is in words.
+const FORMS: [(BagForm, &[u8], &str, &str, &str); 3] = [
+    (BagForm::Ros1, ros1::MAGIC, "bag", "ros1-bag", "a ROS 1 bag"),
+    (BagForm::Db3, sqlite::MAGIC, "db3", "rosbag2", "a rosbag2 database"),
+    (BagForm::Mcap, recording::MAGIC, "mcap", "mcap", "an MCAP file"),
+];
+
 impl BagForm {
     /// The form of a file by its first bytes; `None` for any other file.
     pub(crate) fn of(head: &[u8]) -> Option<Self> {
-        let forms = [(ros1::MAGIC, Self::Ros1), (sqlite::MAGIC, Self::Db3), (recording::MAGIC, Self::Mcap)];
-        forms.into_iter().find(|(magic, _)| head.starts_with(magic)).map(|(_, form)| form)
+        FORMS.iter().find(|(_, magic, ..)| head.starts_with(magic)).map(|(form, ..)| *form)
+    }
+
+    /// Whether files of bags have names with this ending.
+    pub(crate) fn is_ending(ending: &str) -> bool {
+        FORMS.iter().any(|(_, _, known, ..)| ending == *known)
     }
 
     /// The code of the form in results.
     pub const fn code(self) -> &'static str {
-        match self {
-            Self::Ros1 => "ros1-bag",
-            Self::Db3 => "rosbag2",
-            Self::Mcap => "mcap",
-        }
+        FORMS[self as usize].3
     }
 
     pub(super) const fn words(self) -> &'static str {
-        match self {
-            Self::Ros1 => "a ROS 1 bag",
-            Self::Db3 => "a rosbag2 database",
-            Self::Mcap => "an MCAP file",
-        }
+        FORMS[self as usize].4
     }
 }
 

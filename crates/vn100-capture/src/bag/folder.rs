@@ -5,6 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use super::files::BagForm;
 use crate::open_error::Problem;
 
 /// The longest `metadata.yaml` that is read; files with many topics are shorter.
@@ -43,13 +44,13 @@ fn listed(metadata: &str) -> Vec<String> {
 }
 
 fn found(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
-    const ENDINGS: [&str; 6] = [".db3", ".mcap", ".bag", ".db3.zstd", ".mcap.zstd", ".bag.zstd"];
     let mut files = Vec::new();
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let stem = ENDINGS.iter().find_map(|ending| name.strip_suffix(ending));
-        if let Some((bag, number)) = stem.map(numbered) {
+        let unpacked = name.strip_suffix(".zstd").unwrap_or(&name).rsplit_once('.');
+        let stem = unpacked.filter(|(_, ending)| BagForm::is_ending(ending));
+        if let Some((bag, number)) = stem.map(|(stem, _)| numbered(stem)) {
             files.push((number, bag, name, path));
         }
     }

@@ -19,13 +19,17 @@ use super::{
 };
 use crate::{
     mcap_records::{McapRecords, Next, parse_record},
-    unpack::unpacked_stored,
+    unpack::{KnownBy, unpacked_stored},
 };
 use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 
 /// Bytes of a file that are searched for a topic of recordings: a tool that merges files may put
 /// much before it.
 const SEARCHED_BYTES: usize = 64 * 1024 * 1024;
+
+/// A recording among the files of an archive.
+pub(super) const IN_ARCHIVE: KnownBy =
+    KnownBy { ending: |ending| ending.eq_ignore_ascii_case("mcap"), beginning: |_, _| false };
 
 /// The metadata of a recording.
 #[derive(Debug, Clone, Default)]
@@ -305,7 +309,7 @@ impl RecordingPart {
         if !fs::metadata(path).ok()?.is_file() {
             return None;
         }
-        let reader = unpacked_stored(&File::open(path).ok()?, |file| file, &|_, _| false).ok()?;
+        let reader = unpacked_stored(&File::open(path).ok()?, |file| file, IN_ARCHIVE).ok()?;
         RecordingReader::open(reader).ok()?.recorded().part.clone()
     }
 }

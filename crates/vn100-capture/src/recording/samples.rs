@@ -15,20 +15,41 @@ use vn100_protocol::stream::{
 
 use super::{
     part::RecordingPart,
-    reader::{Entry, Recorded, RecordingEnd, RecordingReader},
+    reader::{Entry, IN_ARCHIVE, Recorded, RecordingEnd, RecordingError, RecordingReader},
 };
 use crate::{
+    capture_options::CaptureOptions,
     counted_reader::CountedReader,
     open_error::Problem,
     read_samples::{Event, FileReader},
+    readable::{Readable, Reading},
     source,
     unpack::unpacked_stored,
 };
 
 type Stored = Box<dyn Read + Send>;
 
+/// Opens a recording, with the parts after it that the options name.
+pub(crate) fn open(
+    reader: Stored,
+    options: &CaptureOptions,
+    stored_bytes_read: &Arc<AtomicU64>,
+) -> Result<Readable, Problem> {
+    let recording = RecordingReader::open(reader).map_err(|problem| match problem {
+        RecordingError::Io(error) => Problem::Io(error),
+        problem => Problem::NotACapture(format!("a recording this program reads: {problem}")),
+    })?;
+    let later = LaterParts::new(&options.later_parts, stored_bytes_read);
+    let recorded = Some(match options.later_parts.is_empty() {
+        true => recording.recorded().clone(),
+        false => later.joined(recording.recorded()),
+    });
+    let readable = Readable::new(|options| Reading::of(RecordingSamples::new(recording, later, options)));
+    Ok(Readable { recorded, ..readable })
+}
+
 /// The parts after the current one.
-pub(crate) struct LaterParts {
+struct LaterParts {
     paths: VecDeque<PathBuf>,
     stored_bytes_read: Arc<AtomicU64>,
     /// The end of all parts, set after the last part.
@@ -37,13 +58,13 @@ pub(crate) struct LaterParts {
 
 impl LaterParts {
     /// The parts in these files, in order; the bytes read from them are counted.
-    pub(crate) fn new(paths: &[PathBuf], stored_bytes_read: &Arc<AtomicU64>) -> Self {
+    fn new(paths: &[PathBuf], stored_bytes_read: &Arc<AtomicU64>) -> Self {
         let paths = paths.iter().cloned().collect();
         Self { paths, stored_bytes_read: Arc::clone(stored_bytes_read), end: Arc::default() }
     }
 
     /// The metadata of the recording that `first` and these parts form.
-    pub(crate) fn joined(&self, first: &Recorded) -> Recorded {
+    fn joined(&self, first: &Recorded) -> Recorded {
         let resumed = |path: &PathBuf| RecordingPart::of(path).is_some_and(|part| part.resumed);
         let resumed = first.resumed || self.paths.iter().any(resumed);
         Recorded { resumed, part: None, end: Arc::clone(&self.end), ..first.clone() }
@@ -53,7 +74,7 @@ impl LaterParts {
         let failed = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
         let counted = |inner| CountedReader { inner, read: Arc::clone(&self.stored_bytes_read) };
         let file = File::open(path).map_err(failed)?;
-        let reader = unpacked_stored(&file, counted, &|_, _| false).map_err(|problem| match problem {
+        let reader = unpacked_stored(&file, counted, IN_ARCHIVE).map_err(|problem| match problem {
             Problem::Io(error) => failed(error),
             problem => failed(io::Error::other(problem)),
         })?;
@@ -62,7 +83,7 @@ impl LaterParts {
 }
 
 /// Reads a recording, with one batch for many reads, because a recorded read may have only a few bytes.
-pub(crate) struct RecordingSamples {
+struct RecordingSamples {
     recording: RecordingReader<Stored>,
     later: LaterParts,
     samples: SampleReader,
@@ -75,7 +96,7 @@ pub(crate) struct RecordingSamples {
 }
 
 impl RecordingSamples {
-    pub(crate) fn new(recording: RecordingReader<Stored>, later: LaterParts, options: ReadOptions) -> Self {
+    fn new(recording: RecordingReader<Stored>, later: LaterParts, options: ReadOptions) -> Self {
         Self { recording, later, samples: SampleReader::new(options), unsent: 0, up: None, ended_ns: None }
     }
 

@@ -187,6 +187,12 @@ impl Consumer {
         ALL.iter().find(|consumer| consumer.name == name)
     }
 
+    /// Its own name, and what it takes N and K as.
+    pub fn help(&self) -> String {
+        let walk = self.walk.map_or_else(|| "no K".into(), |walk| format!("K as {}", walk.text));
+        format!("{}: N as {}, {walk}", self.title, self.white.text)
+    }
+
     /// The file for this program.
     ///
     /// # Errors

@@ -13,9 +13,7 @@ pub(crate) fn histogram(channel: &ChannelResult) -> Option<Figure> {
     let HistogramBars { first, width, counts } = channel.statistics.histogram.as_ref()?;
     let edge = |bar: usize| first + width * bar as f64;
     let total = counts.iter().sum::<u64>() as f64;
-    // beside samples that no test of normality holds for it would only mislead
-    let is_tested = channel.statistics.normality.as_ref().is_some_and(|test| test.p.is_some());
-    let normal = channel.statistics.mean.zip(channel.statistics.std.filter(|std| *std > 0.0 && is_tested));
+    let normal = channel.statistics.mean.zip(channel.statistics.std.filter(|std| *std > 0.0));
     let expected = |x: f64| {
         let (mean, std) = normal?;
         Some(total * width / (std * TAU.sqrt()) * (-(x - mean).powi(2) / (2.0 * std * std)).exp())

@@ -75,7 +75,7 @@ pub(super) fn filters(record: &SourceResult, span_s: f64) -> Markup {
     html! {
         p {
             "Use N as measured in the stream that the filter consumes; without the aliased noise the filter would trust the stream too much. \
-             Programs type N and K differently, since their recursions do: continuous densities [8], variances of a sample, rates of change. \
+             Programs type N and K differently, since their recursions do: continuous densities [7], variances of a sample, rates of change. \
              None has a place for the bias instability: K stands for it."
         }
         ul { @for label in noise.labels(&TERMS) { li { (label) } } }

@@ -9,7 +9,6 @@ use crate::{
     units::pretty_unit,
 };
 use maud::{Markup, html};
-use vn100_analysis::holm;
 use vn100_analysis::noise::STANDARD_GRAVITY_M_S2;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelResult, Norm, Remedy, RemedyWords, SourceResult};
@@ -23,19 +22,6 @@ use crate::html::{
 /// The rotation rate of the Earth, in rad/s (IERS Conventions, 2010).
 const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
 
-/// The names of the channels whose values are not normally distributed, by all tests of the record
-/// together (Holm): true of one normal record in a hundred.
-fn not_normal(channels: &[ChannelResult]) -> Vec<&str> {
-    let tested = |channel: &ChannelResult| channel.statistics.normality.as_ref()?.p;
-    rejected(channels.iter().filter_map(|channel| Some((channel.name.as_str(), tested(channel)?))))
-}
-
-fn rejected<'a>(tested: impl Iterator<Item = (&'a str, f64)>) -> Vec<&'a str> {
-    const RISK: f64 = 0.01;
-    let (names, p): (Vec<&str>, Vec<f64>) = tested.unzip();
-    names.into_iter().zip(holm(&p)).filter(|(_, p)| *p < RISK).map(|(name, _)| name).collect()
-}
-
 /// A table for each sensor, and below it each channel over time and as a histogram.
 pub(crate) fn statistics(record: &SourceResult, figures: &Figures, words: RemedyWords, captions: &Captions) -> Markup {
     let of_channel = |channel: &ChannelResult| {
@@ -43,17 +29,16 @@ pub(crate) fn statistics(record: &SourceResult, figures: &Figures, words: Remedy
         let time = figures.times.iter().find(|figure| ends(figure, "time"));
         time.into_iter().chain(figures.histograms.iter().find(|figure| ends(figure, "histogram"))).collect::<Vec<_>>()
     };
-    let not_normal = not_normal(&record.channels);
     html! {
-        p { "Time plots: the range of the samples in each of at most 96 blocks, one standard deviation on either side of their mean, and the mean; gaps are open. Histograms: the normal curve has the same mean, standard deviation and area [7]." }
+        p { "Time plots: the range of the samples in each of at most 96 blocks, one standard deviation on either side of their mean, and the mean; gaps are open. Histograms: the normal curve has the same mean, standard deviation and area." }
         @for quantity in QUANTITIES {
             @let name = names_of(quantity).title;
             @let channels = record.of(quantity);
             @if !channels.is_empty() {
                 @let norm = record.norms.iter().find(|norm| norm.quantity == quantity);
                 h3 { (name) ", " (pretty_unit(&channels[0].unit)) }
-                (values(&channels, norm, &not_normal, &captions.table(&format!("{name}: descriptive statistics"))))
-                @for sentence in sentences(quantity, &channels, norm, &not_normal) { p { (sentence) } }
+                (values(&channels, norm, &captions.table(&format!("{name}: descriptive statistics"))))
+                @if let Some(sentence) = sentence(quantity, &channels, norm) { p { (sentence) } }
                 @let drawn: Vec<&Figure> = channels.iter().flat_map(|channel| of_channel(channel)).collect();
                 @if !drawn.is_empty() { (grid(drawn, captions)) }
             } @else if quantity == Quantity::Temperature {
@@ -64,8 +49,8 @@ pub(crate) fn statistics(record: &SourceResult, figures: &Figures, words: Remedy
     }
 }
 
-fn values(channels: &[&ChannelResult], norm: Option<&Norm>, not_normal: &[&str], caption: &Markup) -> Markup {
-    let columns = ["channel", "samples", "mean", "std", "min", "max", "skewness", "excess kurtosis", "Gaussian?"];
+fn values(channels: &[&ChannelResult], norm: Option<&Norm>, caption: &Markup) -> Markup {
+    let columns = ["channel", "samples", "mean", "std", "min", "max", "skewness", "excess kurtosis"];
     let rows = html! {
         @for channel in channels {
             @let decimals = channel.decimals;
@@ -77,15 +62,14 @@ fn values(channels: &[&ChannelResult], norm: Option<&Norm>, not_normal: &[&str],
                 fixed(channel.statistics.max, decimals),
                 fixed(channel.statistics.skewness, 3),
                 fixed(channel.statistics.excess_kurtosis, 3),
-                normality(channel, not_normal).into(),
             ]))
         }
         @if let Some(norm) = norm {
             @let decimals = norm.decimals.saturating_sub(2);
             @let [mean, std] = [norm.mean, norm.std].map(|value| fixed(value, norm.decimals + 1));
             @let [min, max] = [norm.min, norm.max].map(|value| fixed(value, decimals));
-            @let [skewness, kurtosis, normal] = [NOTHING; 3].map(String::from);
-            (row(&norm.name, [grouped(norm.count), mean, std, min, max, skewness, kurtosis, normal]))
+            @let [skewness, kurtosis] = [NOTHING; 2].map(String::from);
+            (row(&norm.name, [grouped(norm.count), mean, std, min, max, skewness, kurtosis]))
         }
     };
     table(caption, Some("statistics"), &columns, &rows)
@@ -95,19 +79,9 @@ fn fixed(value: Option<f64>, decimals: usize) -> String {
     value.map_or(NOTHING.into(), |value| format!("{value:.decimals$}").replace('-', "−"))
 }
 
-fn normality(channel: &ChannelResult, not_normal: &[&str]) -> &'static str {
-    match &channel.statistics.normality {
-        None => NOTHING,
-        Some(test) if test.p.is_none() => "not tested",
-        Some(_) if not_normal.contains(&&*channel.name) => "no",
-        Some(_) => "consistent",
-    }
-}
-
-fn sentences(quantity: Quantity, channels: &[&ChannelResult], norm: Option<&Norm>, not_normal: &[&str]) -> Vec<String> {
-    let mut sentences = Vec::new();
+fn sentence(quantity: Quantity, channels: &[&ChannelResult], norm: Option<&Norm>) -> Option<String> {
     let of_mean = norm.and_then(|norm| norm.of_mean);
-    sentences.extend(match quantity {
+    match quantity {
         Quantity::AngularRate => of_mean.map(|rate| {
             format!(
                 "Magnitude of the mean rate: {} rad/s ({} °/h); Earth rate: 7.292·10⁻⁵ rad/s (15.04 °/h). The mean of a resting gyroscope is its bias plus the \
@@ -135,31 +109,5 @@ fn sentences(quantity: Quantity, channels: &[&ChannelResult], norm: Option<&Norm
         }),
         Quantity::Value => Some(NEUTRAL_SERIES.into()),
         Quantity::Quaternion | Quantity::Pressure => None,
-    });
-    sentences.extend(channels.iter().find_map(|channel| {
-        let reason = channel.statistics.normality.as_ref()?.reason.as_ref()?;
-        Some(format!("{}: normality not tested: {reason}.", channel.name))
-    }));
-    let not_normal: Vec<&str> =
-        channels.iter().map(|channel| &*channel.name).filter(|name| not_normal.contains(name)).collect();
-    if !not_normal.is_empty() {
-        sentences.push(format!(
-            "Skewness or kurtosis of {} is significantly non-zero (p < 0.01, all axes of the record together): it may be vibration, motion or a disturbance beside the noise of the sensor.",
-            not_normal.join(", ")
-        ));
-    }
-    sentences
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn one_of_several_tests_is_held_to_what_all_of_them_may_show() {
-        let rejected = |p: [f64; 3]| rejected(["x", "y", "z"].into_iter().zip(p));
-        assert_eq!(rejected([0.005, 0.5, 0.5]), [""; 0]);
-        assert_eq!(rejected([0.003, 0.5, 0.5]), ["x"]);
-        assert_eq!(rejected([0.003, 0.009, 0.004]), ["x", "y", "z"]);
     }
 }

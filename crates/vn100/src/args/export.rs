@@ -57,16 +57,9 @@ pub(crate) enum Window {
     Samples(u32),
 }
 
-/// The programs that take N and K, each with what it takes them as.
-pub(super) fn consumers() -> impl Iterator<Item = PossibleValue> {
-    Consumer::ALL.iter().map(|consumer| {
-        let walk = consumer.walk.map_or_else(|| "no K".into(), |walk| format!("K as {}", walk.text));
-        PossibleValue::new(consumer.name).help(format!("{}: N as {}, {walk}", consumer.title, consumer.white.text))
-    })
-}
-
 fn consumer() -> impl TypedValueParser<Value = &'static Consumer> {
-    PossibleValuesParser::new(consumers()).try_map(|name| Consumer::named(&name).ok_or("unknown program"))
+    let consumers = Consumer::ALL.iter().map(|consumer| PossibleValue::new(consumer.name).help(consumer.help()));
+    PossibleValuesParser::new(consumers).try_map(|name| Consumer::named(&name).ok_or("unknown program"))
 }
 
 fn positive(text: &str) -> Result<f64, String> {

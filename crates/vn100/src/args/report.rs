@@ -5,14 +5,10 @@ use std::{
     time::Duration,
 };
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use vn100_report::Consumer;
+use clap::builder::{PossibleValue, PossibleValuesParser};
+use vn100_report::ExportForm;
 
-use super::{
-    FileArgs, ForceArgs,
-    duration::length,
-    export::{ScaleFactorArgs, consumers},
-};
+use super::{FileArgs, ForceArgs, duration::length, export::ScaleFactorArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ReportArgs {
@@ -29,8 +25,8 @@ pub(crate) struct ReportArgs {
 
     /// Write the numbers for other programs beside it: once for each form, or with commas between
     /// them
-    #[arg(long, help_heading = "Exports", value_name = "FORM", value_parser = export_form(), value_delimiter = ',')]
-    pub(crate) export: Vec<ExportForm>,
+    #[arg(long, help_heading = "Exports", value_name = "FORM", value_parser = export_forms(), value_delimiter = ',')]
+    pub(crate) export: Vec<String>,
 
     /// How long a filter integrates: its random walk drifts over this time as the bias instability
     /// does
@@ -85,41 +81,6 @@ fn page_of(capture: &Path) -> PathBuf {
     name.with_extension("html")
 }
 
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum ExportForm {
-    /// Tables.
-    Csv,
-    /// The document of a replay.
-    Json,
-    /// Each figure, in a folder.
-    Svg,
-    /// The file that a filter reads.
-    Filter(&'static Consumer),
-}
-
-impl ExportForm {
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::Json => "json",
-            Self::Svg => "svg",
-            Self::Filter(consumer) => consumer.name,
-        }
-    }
-}
-
-fn export_form() -> impl TypedValueParser<Value = ExportForm> {
-    let forms = [
-        (
-            ExportForm::Csv,
-            "Metadata, curves, statistics, parameters in all units, fits, verdicts, warnings, spectrum, segments and histograms as tables",
-        ),
-        (ExportForm::Json, "The document of `vn100 replay --json`"),
-        (ExportForm::Svg, "Each figure as SVG, in a folder"),
-    ];
-    let described = forms.map(|(form, help)| PossibleValue::new(form.name()).help(help));
-    PossibleValuesParser::new(described.into_iter().chain(consumers())).try_map(move |name| {
-        let form = forms.iter().map(|(form, _)| *form).find(|form| form.name() == name);
-        form.or_else(|| Consumer::named(&name).map(ExportForm::Filter)).ok_or("unknown form")
-    })
+fn export_forms() -> PossibleValuesParser {
+    PossibleValuesParser::new(ExportForm::all().into_iter().map(|form| PossibleValue::new(form.name).help(form.help)))
 }

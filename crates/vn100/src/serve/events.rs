@@ -2,21 +2,15 @@
 //! reader does not have. A slow reader skips states. A reader who finds all streams taken gets the
 //! present state and the end of the stream, and asks again after five seconds.
 
-use std::{
-    convert::Infallible,
-    pin::Pin,
-    sync::Arc,
-    task::{Context, Poll},
-    time::Duration,
-};
+use std::{convert::Infallible, sync::Arc, time::Duration};
 
-use axum::body::Bytes;
-use tokio::{
-    sync::{OwnedSemaphorePermit, watch},
-    time::{self, Interval, MissedTickBehavior},
+use axum::response::{
+    IntoResponse, Response,
+    sse::{Event, KeepAlive, Sse},
 };
-use tokio_stream::{Stream, wrappers::WatchStream};
-use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
+use tokio::sync::{OwnedSemaphorePermit, mpsc, watch};
+use tokio_stream::{StreamExt, wrappers::ReceiverStream};
+use tokio_util::sync::CancellationToken;
 
 use crate::serve::{STREAMS, drawing::PageState};
 
@@ -35,105 +29,88 @@ impl EventPlace {
     }
 }
 
-/// The interval of an event that changes nothing: the page tells by it that its stream stays open, and
-/// is marked as old after five seconds without any event.
+/// The longest time without an event: the page is marked as old after five seconds without any.
 const KEEP_ALIVE: Duration = Duration::from_secs(2);
 
-/// Says that a stream stays open, and that the program runs.
-const ALIVE: &[u8] = b"event: alive\ndata:\n\n";
+/// When a reader who found all streams taken asks again.
+const ASK_AGAIN: Duration = Duration::from_secs(5);
 
-/// Ends the stream of a reader who found all streams taken; browsers ask again after the time in
-/// milliseconds.
-const FULL: &str = "retry: 5000\nevent: full\ndata: ";
-
-/// The text of the events of one page for one reader.
-pub(crate) struct PageEvents {
-    states: WatchStream<Arc<PageState>>,
-    over: Pin<Box<WaitForCancellationFutureOwned>>,
-    page: usize,
+/// A reader of the events of one page.
+pub(crate) struct EventReader {
+    pub(crate) states: watch::Receiver<Arc<PageState>>,
+    pub(crate) page: usize,
     /// What the reader has received so far; `None` for nothing.
-    place: Option<EventPlace>,
-    alive: Interval,
-    /// Whether a state was taken.
-    has_state: bool,
-    is_over: bool,
+    pub(crate) place: Option<EventPlace>,
+    pub(crate) over: CancellationToken,
     /// The place of the stream among those that stay open; `None` for a reader of one state.
-    stream: Option<OwnedSemaphorePermit>,
+    pub(crate) stream: Option<OwnedSemaphorePermit>,
 }
 
-impl PageEvents {
-    pub(crate) fn new(
-        states: watch::Receiver<Arc<PageState>>,
-        (page, place): (usize, Option<EventPlace>),
-        over: CancellationToken,
-        stream: Option<OwnedSemaphorePermit>,
-    ) -> Self {
-        let over = Box::pin(over.cancelled_owned());
-        let mut alive = time::interval(KEEP_ALIVE);
-        alive.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        Self { states: WatchStream::new(states), over, page, place, alive, has_state: false, is_over: false, stream }
+impl EventReader {
+    /// The answer to the reader. One event waits to be taken, and the next one for its place;
+    /// meanwhile no other state is taken.
+    pub(crate) fn answer(self) -> Response {
+        let (events, inbox) = mpsc::channel(1);
+        let stays_open = self.stream.is_some();
+        // ends with the program, or when the answer is dropped
+        tokio::spawn(self.send(events));
+        let events = Sse::new(ReceiverStream::new(inbox).map(Ok::<_, Infallible>));
+        match stays_open {
+            true => events.keep_alive(KeepAlive::new().interval(KEEP_ALIVE).event(alive())).into_response(),
+            false => events.into_response(),
+        }
     }
 
-    /// An event for each part of this state that the reader does not have; `None` if the reader had
-    /// those of another run.
-    fn events(&mut self, state: &PageState) -> Option<String> {
-        if self.place.is_some_and(|place| place.run != state.run) {
-            return None;
+    async fn send(mut self, events: mpsc::Sender<Event>) {
+        tokio::select! {
+            () = events.closed() => {}
+            last = self.send_states(&events) => if let Some(last) = last {
+                let _ = events.send(last).await;
+            },
         }
-        let seen = self.place.map_or(0, |place| place.version);
-        let mut parts = state.since(seen, self.page).peekable();
-        let mut text = String::new();
-        while let Some(part) = parts.next() {
-            // between words a new line is a space, and elsewhere there is none
-            let html = part.html.replace(['\n', '\r'], " ");
-            text += &format!("event: snapshot\ndata: {}\ndata: {html}\n", part.id);
-            // the id of the last event is where the reader continues
-            if parts.peek().is_none() {
-                text += &format!("id: {}-{}\n", state.run, state.version);
+    }
+
+    /// Sends each new state; returns the last event.
+    async fn send_states(&mut self, events: &mpsc::Sender<Event>) -> Option<Event> {
+        if self.stream.is_some() {
+            events.send(alive()).await.ok()?;
+        }
+        loop {
+            let state = Arc::clone(&self.states.borrow_and_update());
+            // 0 is not drawn yet
+            if state.run != 0 {
+                if self.place.is_some_and(|place| place.run != state.run) {
+                    return Some(event("other", "another run"));
+                }
+                let seen = self.place.map_or(0, |place| place.version);
+                let mut parts = state.since(seen, self.page).peekable();
+                while let Some(part) = parts.next() {
+                    let snapshot = event("snapshot", &format!("{}\n{}", part.id, part.html));
+                    // the id of the last event is where the reader continues
+                    let is_last = parts.peek().is_none();
+                    let id = || format!("{}-{}", state.run, state.version);
+                    events.send(if is_last { snapshot.id(id()) } else { snapshot }).await.ok()?;
+                }
+                self.place = Some(EventPlace { run: state.run, version: state.version });
+                if self.stream.is_none() {
+                    return Some(Event::default().retry(ASK_AGAIN).event("full").data(STREAMS.to_string()));
+                }
             }
-            text.push('\n');
+            tokio::select! {
+                // checked first: the last state comes before the end
+                biased;
+                changed = self.states.changed() => changed.ok()?,
+                () = self.over.cancelled() => return Some(event("end", "the program ends")),
+            }
         }
-        self.place = Some(EventPlace { run: state.run, version: state.version });
-        Some(text)
-    }
-
-    fn last(&mut self, event: impl Into<Bytes>) -> Poll<Option<Result<Bytes, Infallible>>> {
-        self.is_over = true;
-        Poll::Ready(Some(Ok(event.into())))
     }
 }
 
-impl Stream for PageEvents {
-    type Item = Result<Bytes, Infallible>;
+fn event(name: &str, data: &str) -> Event {
+    Event::default().event(name).data(data)
+}
 
-    fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
-        if self.is_over {
-            return Poll::Ready(None);
-        }
-        if self.stream.is_none() && self.has_state {
-            return self.last(format!("{FULL}{STREAMS}\n\n"));
-        }
-        if self.stream.is_some() && self.alive.poll_tick(context).is_ready() {
-            return Poll::Ready(Some(Ok(Bytes::from_static(ALIVE))));
-        }
-        while let Poll::Ready(state) = Pin::new(&mut self.states).poll_next(context) {
-            let Some(state) = state else { return Poll::Ready(None) };
-            // not drawn yet
-            if state.run == 0 {
-                continue;
-            }
-            let Some(text) = self.events(&state) else { return self.last("event: other\ndata: another run\n\n") };
-            self.has_state = true;
-            if !text.is_empty() {
-                return Poll::Ready(Some(Ok(text.into())));
-            }
-            if self.stream.is_none() {
-                return self.last(format!("{FULL}{STREAMS}\n\n"));
-            }
-        }
-        if self.over.as_mut().poll(context).is_ready() {
-            return self.last("event: end\ndata: the program ends\n\n");
-        }
-        Poll::Pending
-    }
+/// Says that a stream stays open, and that the program runs.
+fn alive() -> Event {
+    event("alive", "the program runs")
 }

@@ -18,7 +18,7 @@ use vn100_report::html::LIVE_ICON;
 use crate::serve::{
     app::App,
     drawing::Drawer,
-    events::{EventPlace, PageEvents},
+    events::{EventPlace, EventReader},
     guard::guard,
 };
 
@@ -79,14 +79,14 @@ async fn health(State(app): State<Arc<App>>) -> Result<Response, StatusCode> {
 async fn events(State(app): State<Arc<App>>, request: Request) -> Result<Response, StatusCode> {
     let query = request.uri().query().unwrap_or_default();
     let page = asked(query, "page").and_then(|page| page.parse().ok()).unwrap_or(0);
-    let place = (page, place(request.headers(), query));
+    let place = place(request.headers(), query);
     // a stream of no page would be taken from those that read one
     if !app.ask(move |drawer, _| drawer.has_page(page)).await? {
         return Err(StatusCode::NOT_FOUND);
     }
     let stream = Arc::clone(&app.streams).try_acquire_owned().ok();
-    let events = PageEvents::new(app.page.subscribe(), place, app.over.clone(), stream);
-    Ok(text("text/event-stream", Body::from_stream(events)))
+    let reader = EventReader { states: app.page.subscribe(), page, place, over: app.over.clone(), stream };
+    Ok(reader.answer())
 }
 
 /// How far the reader has come: a browser that connects again sends the id of its last event.

@@ -7,14 +7,14 @@ use crate::{
     remedy::{Remedy, Setting},
     sensor::uncompensated_message,
     snapshot::Snapshot,
-    warning::{Finding, Warning, WarningKind},
+    warning::{Finding, Warning},
 };
 
 pub(super) fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
     let Some(layout) = &snapshot.layout else { return Vec::new() };
     let mut warnings = Vec::new();
     if is_of_sensor(layout) && is_rotated(snapshot) {
-        warnings.push(Warning::new(WarningKind::SensorSettings, Finding::Rotated));
+        warnings.push(Warning::new(Finding::Rotated));
     }
     let rates = layout.channels.iter().filter(|channel| channel.quantity == Quantity::AngularRate);
     let rates: Vec<_> = rates.map(|channel| channel.name.to_string()).collect();
@@ -22,13 +22,13 @@ pub(super) fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
         _ if rates.is_empty() => {}
         Some(false) => {}
         None => {
-            let found = Warning::new(WarningKind::CompensationUnknown, Finding::MaybeCompensated).of(rates);
+            let found = Warning::new(Finding::MaybeCompensated).of(rates);
             warnings.push(found.cured_by(Remedy::SayCompensated));
         }
         Some(true) => {
             let message = layout.message.to_string();
             let uncompensated = Setting::Message(uncompensated_message(&message));
-            let found = Warning::new(WarningKind::CompensatedStream, Finding::Compensated(message)).of(rates);
+            let found = Warning::new(Finding::Compensated(message)).of(rates);
             warnings.push(match is_of_sensor(layout) {
                 true => found.cured_by(Remedy::MeasureWith(uncompensated)),
                 false => found,

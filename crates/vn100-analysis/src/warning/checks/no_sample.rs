@@ -4,7 +4,7 @@ use super::all_lines;
 use crate::{
     remedy::{Remedy, Setting},
     snapshot::Snapshot,
-    warning::{Finding, Rejected, Warning, WarningKind},
+    warning::{Finding, Rejected, Warning},
 };
 
 /// What was found if no sample arrives; `None` if samples arrive, or too few bytes to say.
@@ -15,12 +15,11 @@ pub(super) fn warning(snapshot: &Snapshot) -> Option<Warning> {
     if link.samples() > 0 {
         return None;
     }
-    let warning = |finding| Warning::new(WarningKind::NoValidLines, finding);
     let configure = |header| Remedy::Configure(Setting::Message(header));
     let (rejected, all) = (tally.rejected.total(), all_lines(tally));
     if let Some(rows) = link.rejected_rows.filter(|rows| rows.total() > 0) {
-        let found = Finding::Rejected(Rejected::Rows(rows), rows.total(), all);
-        return Some(warning(found).cured_by(Remedy::MapColumns(None)));
+        let found = Finding::AllRejected(Rejected::Rows(rows), rows.total(), all);
+        return Some(Warning::new(found).cured_by(Remedy::MapColumns(None)));
     }
     // damaged sentences may be measurements: they must be few in comparison with the replies
     let damaged_bytes = tally.rejected_sentence_bytes + tally.skipped_bytes;
@@ -29,7 +28,7 @@ pub(super) fn warning(snapshot: &Snapshot) -> Option<Warning> {
     if link.connects > 0 && has_replies_alone && is_clean {
         // register 6 holds the output of the port by which it was read
         let set = snapshot.registers.get(&6).filter(|output| !output.is_empty() && !output.starts_with('0'));
-        return Some(warning(Finding::OnlyReplies(link.answers(), set.cloned())).cured_by(configure("VNYMR")));
+        return Some(Warning::new(Finding::OnlyReplies(link.answers(), set.cloned())).cured_by(configure("VNYMR")));
     }
     if tally.bytes() < ENOUGH_BYTES {
         return None;
@@ -37,18 +36,18 @@ pub(super) fn warning(snapshot: &Snapshot) -> Option<Warning> {
     let is_foreign = link.other_message.is_none_or(|name| !name.to_string().starts_with("VN"));
     let impossible = tally.measured_packets.rejected;
     if tally.packets > 0 && is_foreign && impossible > 0 {
-        return Some(warning(Finding::Rejected(Rejected::PacketNumbers, impossible, tally.packets)));
+        return Some(Warning::new(Finding::AllRejected(Rejected::PacketNumbers, impossible, tally.packets)));
     }
     if tally.packets > 0 && is_foreign || link.other_message.is_some() {
         let found = Finding::NothingMeasured(tally.packets, tally.valid_sentences(), link.other_message);
-        return Some(warning(found).cured_by(configure(if is_foreign { "BINARY" } else { "VNIMU" })));
+        return Some(Warning::new(found).cured_by(configure(if is_foreign { "BINARY" } else { "VNIMU" })));
     }
     // garbled bytes contain few sentences; a program that writes text changes whole ones
     if tally.rejected.grammar > 0 && tally.rejected_sentence_bytes > tally.skipped_bytes && link.connects == 0 {
-        let found = Finding::Rejected(Rejected::Malformed, rejected, all);
-        return Some(warning(found).cured_by(Remedy::MapColumns(None)));
+        let found = Finding::AllRejected(Rejected::Malformed, rejected, all);
+        return Some(Warning::new(found).cured_by(Remedy::MapColumns(None)));
     }
     let only_unchecked = tally.rejected.unchecked > 0 && tally.rejected.unchecked == rejected;
     let is_nothing = tally.valid_sentences() == 0 && !only_unchecked && link.rejected_rows.is_none();
-    is_nothing.then(|| warning(Finding::NoSentence(tally.bytes())))
+    is_nothing.then(|| Warning::new(Finding::NoSentence(tally.bytes())))
 }

@@ -5,7 +5,10 @@ use vn100_protocol::stream::{RejectedRow, RejectedRowCounts};
 use vn100_protocol::{Layout, VNYMR};
 
 use super::*;
-use crate::snapshot::{MissingFrom, Timing};
+use crate::{
+    snapshot::{MissingFrom, Timing},
+    warning::WarningKind,
+};
 
 const SUMMARY: TimebaseSummary = TimebaseSummary {
     samples: 4000,

@@ -8,7 +8,7 @@ use crate::{
     remedy::Remedy,
     sensor::sensor_of,
     snapshot::{MissingFrom, RateFrom, Snapshot, Timing},
-    warning::{Finding, Severity, Warning, WarningKind},
+    warning::{Finding, Severity, Warning},
 };
 
 /// The least number of samples. Three terms need four octaves, and with this many samples the last
@@ -20,24 +20,23 @@ pub(super) fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
     let timing = &snapshot.timing;
     let mut warnings = changes(snapshot);
     let false_report = snapshot.false_report.map(Finding::FalseReport);
-    warnings.extend(false_report.map(|found| Warning::new(WarningKind::RateOffNominal, found)));
+    warnings.extend(false_report.map(Warning::new));
     warnings.extend(refused_stamps(snapshot));
     if let Some(arrivals) = &snapshot.arrivals {
         warnings.extend(on_arrivals(arrivals, rates_hz(snapshot.layout.as_deref()), timing));
     }
-    let counted =
-        |kind, count: u64, finding: fn(u64) -> Finding| (count > 0).then(|| Warning::new(kind, finding(count)));
-    warnings.extend(counted(WarningKind::StampsDoubtful, snapshot.moved_rows, Finding::Reordered));
-    warnings.extend(counted(WarningKind::StampsDoubtful, snapshot.restarts, Finding::Restarts));
-    warnings.extend(counted(WarningKind::Gaps, snapshot.time_steps, Finding::TimeSteps));
+    let counted = |count: u64, finding: fn(u64) -> Finding| (count > 0).then(|| Warning::new(finding(count)));
+    warnings.extend(counted(snapshot.moved_rows, Finding::Reordered));
+    warnings.extend(counted(snapshot.restarts, Finding::Restarts));
+    warnings.extend(counted(snapshot.time_steps, Finding::TimeSteps));
     warnings.extend(packet_rate(snapshot));
     if timing.missing > 0 {
         let found = Finding::Dropped { missing: timing.missing, gaps: timing.gaps, samples: timing.samples };
-        warnings.push(Warning::new(WarningKind::Gaps, found));
+        warnings.push(Warning::new(found));
     }
     warnings.extend(too_short(snapshot));
     if timing.rate_from == RateFrom::Assumed && timing.samples > 0 {
-        let found = Warning::new(WarningKind::RateAssumed, Finding::RateAssumed(timing.rate_hz));
+        let found = Warning::new(Finding::RateAssumed(timing.rate_hz));
         warnings.push(found.cured_by(Remedy::GiveRate(None)));
     }
     warnings
@@ -45,14 +44,13 @@ pub(super) fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
 
 /// Changes of the rate within the record, and what they exclude.
 fn changes(snapshot: &Snapshot) -> Vec<Warning> {
-    let warning = |finding| Warning::new(WarningKind::StreamChanged, finding);
-    let changed = |change| warning(Finding::RateChanged(change, snapshot.timing.excluded));
+    let changed = |change| Warning::new(Finding::RateChanged(change, snapshot.timing.excluded));
     let mut warnings = Vec::new();
     warnings.extend(snapshot.rate_change.map(|change| changed(change).cured_by(Remedy::Skip(None))));
     warnings.extend(snapshot.parted.map(changed));
-    warnings.extend(snapshot.false_rate.map(|found| warning(Finding::FalseRate(found))));
+    warnings.extend(snapshot.false_rate.map(|found| Warning::new(Finding::FalseRate(found))));
     let burst = snapshot.other_rate_samples;
-    warnings.extend((burst > 0).then(|| warning(Finding::BurstExcluded(burst))));
+    warnings.extend((burst > 0).then(|| Warning::new(Finding::BurstExcluded(burst))));
     warnings
 }
 
@@ -60,7 +58,7 @@ fn refused_stamps(snapshot: &Snapshot) -> Option<Warning> {
     let refusal = snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
     let is_over = refusal.is_none();
     let refusal = refusal.or(snapshot.refused_before)?;
-    let found = Warning::new(WarningKind::StampsDoubtful, Finding::StampsRefused(refusal, is_over));
+    let found = Warning::new(Finding::StampsRefused(refusal, is_over));
     let is_other_rate = matches!(refusal, Refusal::OtherRate { .. });
     // averaging times by a rate that the stamps contradict are wrong
     let is_wrong = is_other_rate && snapshot.timing.rate_from == RateFrom::Option;
@@ -82,7 +80,7 @@ fn too_short(snapshot: &Snapshot) -> Option<Warning> {
         LEAST_SAMPLES.. => false,
     };
     let is_short = is_short && snapshot.layout.is_some();
-    is_short.then(|| Warning::new(WarningKind::TooShort, Finding::TooShort(samples)).cured_by(Remedy::Plan))
+    is_short.then(|| Warning::new(Finding::TooShort(samples)).cured_by(Remedy::Plan))
 }
 
 /// Whether packets arrive at the rate of a VN-100, and at the one that its registers set.
@@ -92,10 +90,9 @@ fn packet_rate(snapshot: &Snapshot) -> Option<Warning> {
     if timing.rate_from != RateFrom::DeviceTime || timing.samples == 0 {
         return None;
     }
-    let warning = |finding| Some(Warning::new(WarningKind::RateOffNominal, finding));
     let (rate_hz, divisor) = (timing.rate_hz, f64::from(MEASUREMENTS_PER_S) / timing.rate_hz);
     if divisor < 1.0 - SAME_RATE || (divisor / divisor.round() - 1.0).abs() > SAME_RATE {
-        return warning(Finding::PacketRate(rate_hz));
+        return Some(Warning::new(Finding::PacketRate(rate_hz)));
     }
     let output = |register: &Register| {
         let output: BinaryOutput = snapshot.register(*register)?;
@@ -104,13 +101,13 @@ fn packet_rate(snapshot: &Snapshot) -> Option<Warning> {
     let set: Vec<(u8, f64)> = BinaryOutput::REGISTERS.iter().filter_map(output).collect();
     let is_other = set.iter().all(|(_, hz)| (hz / rate_hz - 1.0).abs() > SAME_RATE);
     let (register, set_hz) = *set.first().filter(|_| is_other)?;
-    warning(Finding::RegisterRate(register, set_hz, rate_hz))
+    Some(Warning::new(Finding::RegisterRate(register, set_hz, rate_hz)))
 }
 
 pub(super) fn on_arrivals(summary: &TimebaseSummary, rates_hz: &[f64], timing: &Timing) -> Vec<Warning> {
     // a latency timer delivers nearly every other sentence together with the one before it
     const BUNCHED_SHARE: f64 = 0.2;
-    let stamps = |finding, severity| Warning::new(WarningKind::StampsDoubtful, finding).as_severe_as(severity);
+    let stamps = |finding, severity| Warning::new(finding).as_severe_as(severity);
     let mut warnings = Vec::new();
     let has_stamps = timing.missing_from != MissingFrom::DeviceTime;
     if has_stamps && summary.refusal.is_none() && summary.backwards > 0 {
@@ -148,8 +145,7 @@ fn off_rate(summary: &TimebaseSummary, rates_hz: &[f64], from: RateFrom) -> Opti
     let nominal = summary.nominal?;
     let missing = summary.missing as f64 / (summary.samples + summary.missing).max(1) as f64;
     let is_unsure = missing > UNSURE_SHARE && summary.gaps >= MANY_GAPS && summary.offset_ppm.is_none();
-    let warning =
-        |finding, rate_hz| Some(Warning::new(WarningKind::RateOffNominal, finding).cured_by(Remedy::GiveRate(rate_hz)));
+    let warning = |finding, rate_hz| Some(Warning::new(finding).cured_by(Remedy::GiveRate(rate_hz)));
     match (nominal, summary.measured_hz, summary.offset_ppm) {
         (NominalRate::Measured(_), Some(hz), _) if is_unsure => warning(Finding::RateUnsure(hz, missing), None),
         (NominalRate::Measured(hz), ..) if !rates_hz.is_empty() => warning(Finding::RateNotListed(hz), None),

@@ -5,23 +5,23 @@ use vn100_protocol::{Channel, Quantity};
 use super::StreamFindings;
 use crate::{
     snapshot::{ChannelSnapshot, Snapshot},
-    warning::{Finding, Severity, Warning, WarningKind},
+    warning::{Finding, Severity, Warning},
 };
 
 pub(super) fn warnings(snapshot: &Snapshot, findings: &StreamFindings) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if findings.print_changes > 0 {
-        let found = Warning::new(WarningKind::StreamChanged, Finding::DecimalsChanged(findings.print_changes));
+        let found = Warning::new(Finding::DecimalsChanged(findings.print_changes));
         warnings.push(found.as_severe_as(Severity::Caution));
     }
-    let restarted = Warning::of_any(WarningKind::FullRange, Finding::TurnsRestarted, findings.restarted.clone());
+    let restarted = Warning::of_any(Finding::TurnsRestarted, findings.restarted.clone());
     warnings.extend(restarted.map(|found| found.as_severe_as(Severity::Note)));
     let stuck = channels_where(snapshot, |channel, results| is_stuck(channel, results, snapshot.rate_of(results)));
-    let stuck = Warning::of_any(WarningKind::QuantisationFloor, Finding::TwoValues, stuck);
+    let stuck = Warning::of_any(Finding::TwoValues, stuck);
     warnings.extend(stuck.map(|found| found.as_severe_as(Severity::Problem)));
     warnings.extend(saturated(snapshot));
     let at_limit = channels_where(snapshot, reaches_limit);
-    warnings.extend(Warning::of_any(WarningKind::FullRange, Finding::RangeReached, at_limit));
+    warnings.extend(Warning::of_any(Finding::RangeReached, at_limit));
     warnings.extend(absent(snapshot));
     warnings
 }
@@ -36,7 +36,7 @@ fn absent(snapshot: &Snapshot) -> Option<Warning> {
     };
     let lacking: Vec<_> = snapshot.measured().filter_map(lacking).collect();
     let names: Vec<String> = lacking.iter().map(|(channel, _)| channel.clone()).collect();
-    Warning::of_any(WarningKind::Gaps, Finding::Absent(rows, lacking), names)
+    Warning::of_any(Finding::Absent(rows, lacking), names)
 }
 
 /// The axes that the sensor itself reports at the end of their range, with the time.
@@ -46,7 +46,7 @@ fn saturated(snapshot: &Snapshot) -> Option<Warning> {
     let axes: Vec<_> = saturation.axes().map(|(axis, count)| (axis.to_owned(), count)).collect();
     let names: Vec<String> = axes.iter().map(|(axis, _)| axis.clone()).collect();
     let found = Finding::Saturated(saturation.samples, axes, [first, last].map(|at| at.as_secs_f64()));
-    Some(Warning::new(WarningKind::FullRange, found).of(names))
+    Some(Warning::new(found).of(names))
 }
 
 /// Names of the channels for which `holds`.

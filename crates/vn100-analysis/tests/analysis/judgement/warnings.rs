@@ -168,7 +168,7 @@ fn packets_of_impossible_numbers_are_not_said_to_lack_them() {
     analysis.absorb(&Batch { link, ..Batch::default() });
     let warnings = analysis.snapshot().warnings;
     let found = findings(&warnings, WarningKind::NoValidLines);
-    assert_eq!(found, [Finding::Rejected(Rejected::PacketNumbers, 500, 500)]);
+    assert_eq!(found, [Finding::AllRejected(Rejected::PacketNumbers, 500, 500)]);
 }
 
 #[test]

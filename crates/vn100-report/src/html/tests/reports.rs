@@ -82,7 +82,7 @@ fn the_notes_on_the_parameters_say_what_to_do() {
 fn the_statistics_have_the_magnitude_of_each_sensor() {
     let page = report(&[with_attitude(8192, 40.0)]);
     has(&page, &["its deviations are no sensor noise"]);
-    let norm = "8\u{202f}192 | 0.001112356 | 0.000195199 | 0.000447 | 0.001810 | – | – | –";
+    let norm = "8\u{202f}192 | 0.001112356 | 0.000195199 | 0.000447 | 0.001810 | – | –";
     assert_eq!(row(&page, "gyro_norm"), norm);
 }
 

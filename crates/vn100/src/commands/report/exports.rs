@@ -8,9 +8,9 @@ use std::{
 use anyhow::{Error, Result, anyhow};
 use vn100_analysis::{Completion, SourceResult};
 use vn100_report::{
-    Consumer, CsvTable, Document, Evaluation, FilterNoise, NotWritten,
+    Evaluation, ExportForm, Exported, ExportedFile, FIGURES_ENDING, FilterNoise, NotWritten,
     figure::{Figures, ReportFigures},
-    json_line,
+    figure_files,
 };
 
 use vn100_session::ReplaySpec;
@@ -18,11 +18,7 @@ use vn100_session::ReplaySpec;
 use super::print_written;
 use vn100_report::remedies::remedy_words;
 
-use crate::{
-    args::{ExportForm, ReportArgs},
-    exit::report as complain,
-    output::Output,
-};
+use crate::{args::ReportArgs, exit::report as complain, output::Output};
 
 pub(crate) struct Exports<'a> {
     /// Each once.
@@ -35,20 +31,17 @@ pub(crate) struct Exports<'a> {
 impl<'a> Exports<'a> {
     /// Fails early where a file exists.
     pub(crate) fn new(args: &'a ReportArgs, inputs: &'a [ReplaySpec], output: &'a Output) -> Result<Self> {
-        let mut forms: Vec<ExportForm> = Vec::new();
-        for form in &args.export {
-            if !forms.iter().any(|other| other.name() == form.name()) {
-                forms.push(*form);
-            }
-        }
+        let mut all = ExportForm::all();
+        let mut take = |name: &String| Some(all.remove(all.iter().position(|form| form.name == name)?));
+        let forms = args.export.iter().filter_map(&mut take).collect();
         let exports = Self { forms, args, inputs, output };
         let files = &args.files.files;
         for form in &exports.forms {
             for index in 0..inputs.len() {
-                for ending in endings(*form) {
+                for ending in &form.endings {
                     let path = exports.path(index, ending);
-                    match form {
-                        ExportForm::Svg => output.check_folder(&path, files)?,
+                    match *ending {
+                        FIGURES_ENDING => output.check_folder(&path, files)?,
                         _ => output.check(&path, files)?,
                     }
                 }
@@ -58,7 +51,7 @@ impl<'a> Exports<'a> {
     }
 
     /// Writes all of them. A form that a record does not allow is reported and fails the command;
-    /// the others are written. Only SVG holds the figures of several records together.
+    /// the others are written. Only figures are of several records together.
     pub(crate) fn write(
         &self,
         records: &[SourceResult],
@@ -75,68 +68,46 @@ impl<'a> Exports<'a> {
         for form in &self.forms {
             for (index, (record, figures)) in records.iter().zip(&figures.records).enumerate() {
                 // nothing could be read: the command says so already
-                if record.timing.samples == 0 {
-                    continue;
+                if record.timing.samples > 0 {
+                    check(self.write_one(form, index, &self.exported(record, figures, evaluation)));
                 }
-                check(self.write_one(*form, index, record, figures, evaluation));
             }
         }
-        if records.len() > 1 && self.forms.iter().any(|form| matches!(form, ExportForm::Svg)) {
-            check(self.write_figures(&self.output.beside(SVG), &figures.together));
+        if records.len() > 1 && self.forms.iter().any(|form| form.endings.contains(&FIGURES_ENDING)) {
+            check(self.write_folder(&self.output.beside(FIGURES_ENDING), &figure_files(&figures.together)));
         }
         completion
     }
 
-    fn write_one(
-        &self,
-        form: ExportForm,
-        index: usize,
-        record: &SourceResult,
-        figures: &Figures,
-        evaluation: &Evaluation,
-    ) -> Result<()> {
-        let path = |ending: &str| self.path(index, ending);
-        match form {
-            ExportForm::Csv => (CsvTable::ALL.iter())
-                .try_for_each(|table| self.text(&path(table.ending), &table.text(record, remedy_words))),
-            ExportForm::Json => {
-                let document = serde_json::to_string(&Document::new(record, remedy_words))?;
-                self.text(&path(JSON), &json_line(&document))
-            }
-            ExportForm::Svg => self.write_figures(&path(SVG), figures),
-            ExportForm::Filter(consumer) => self.write_filter(consumer, index, record, evaluation),
-        }
-    }
-
-    fn write_filter(
-        &self,
-        consumer: &Consumer,
-        index: usize,
-        record: &SourceResult,
-        evaluation: &Evaluation,
-    ) -> Result<()> {
-        let mut noise = FilterNoise::of(record, self.args.span.as_secs_f64());
+    fn exported<'b>(&self, result: &'b SourceResult, figures: &'b Figures, evaluation: &Evaluation) -> Exported<'b> {
+        let mut noise = FilterNoise::of(result, self.args.span.as_secs_f64());
         noise.scale_factor_ppm = self.args.not_shown.scale_factor;
         if self.args.fill_from_datasheet {
-            evaluation.fill(&mut noise, record);
+            evaluation.fill(&mut noise, result);
         }
-        let path = self.path(index, consumer.ending);
-        let text = consumer.file(&noise).map_err(|error| not_written(&path, &error))?;
-        self.text(&path, &text)
+        Exported { result, figures, noise, words: remedy_words }
     }
 
-    fn write_figures(&self, folder: &Path, figures: &Figures) -> Result<()> {
-        self.output.make_folder(folder)?;
-        for figure in figures.all() {
-            let path = folder.join(format!("{}.svg", figure.id));
-            self.output.write(&path, |file| Ok(file.write_all(figure.svg_file().as_bytes())?))?;
+    fn write_one(&self, form: &ExportForm, index: usize, exported: &Exported<'_>) -> Result<()> {
+        let path = |ending: &str| self.path(index, ending);
+        let files = form.files(exported).map_err(|error| not_written(&path(&form.endings.concat()), &error))?;
+        if form.endings == [FIGURES_ENDING] {
+            return self.write_folder(&path(FIGURES_ENDING), &files);
         }
+        files.iter().try_for_each(|(ending, text)| {
+            self.text(&path(ending), text)?;
+            print_written(&path(ending))
+        })
+    }
+
+    fn write_folder(&self, folder: &Path, files: &[ExportedFile]) -> Result<()> {
+        self.output.make_folder(folder)?;
+        files.iter().try_for_each(|(name, text)| self.text(&folder.join(name), text))?;
         print_written(folder)
     }
 
     fn text(&self, path: &Path, text: &str) -> Result<()> {
-        self.output.write(path, |file| Ok(file.write_all(text.as_bytes())?))?;
-        print_written(path)
+        self.output.write(path, |file| Ok(file.write_all(text.as_bytes())?))
     }
 
     /// Captures are numbered from 1 if there are several.
@@ -145,19 +116,6 @@ impl<'a> Exports<'a> {
             0 | 1 => self.output.beside(ending),
             _ => self.output.beside(&format!("-{}{ending}", index + 1)),
         }
-    }
-}
-
-const JSON: &str = ".json";
-// a folder, because there are many figures
-const SVG: &str = ".svg-figures";
-
-fn endings(form: ExportForm) -> Vec<&'static str> {
-    match form {
-        ExportForm::Csv => CsvTable::ALL.map(|table| table.ending).to_vec(),
-        ExportForm::Json => vec![JSON],
-        ExportForm::Svg => vec![SVG],
-        ExportForm::Filter(consumer) => vec![consumer.ending],
     }
 }
 

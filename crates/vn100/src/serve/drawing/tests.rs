@@ -2,10 +2,9 @@
 
 mod watched;
 
-use std::task::{Context, Poll, Waker};
-
-use tokio::sync::Semaphore;
-use tokio_stream::Stream;
+use axum::body::BodyDataStream;
+use tokio::{sync::Semaphore, time};
+use tokio_stream::StreamExt;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{
     Analysis, Settings,
@@ -14,7 +13,7 @@ use vn100_analysis::{
 use vn100_report::Asked;
 
 use super::*;
-use crate::serve::events::PageEvents;
+use crate::serve::events::EventReader;
 
 /// Two parts of the first page, and one of the second.
 fn parts(htmls: [&str; 2]) -> Vec<(usize, Arc<PagePart>)> {
@@ -96,28 +95,30 @@ fn a_day_of_data_is_drawn_without_growing() {
 }
 
 /// All that a reader can have now.
-fn taken(events: &mut PageEvents) -> String {
+async fn taken(events: &mut BodyDataStream) -> String {
     let mut text = String::new();
-    let mut context = Context::from_waker(Waker::noop());
-    while let Poll::Ready(Some(Ok(piece))) = std::pin::Pin::new(&mut *events).poll_next(&mut context) {
+    while let Ok(Some(Ok(piece))) = time::timeout(Duration::from_millis(1), events.next()).await {
         text.push_str(std::str::from_utf8(&piece).unwrap());
     }
     text
 }
 
-#[tokio::test]
+// paused, the clock runs ahead to the next deadline as soon as nothing else is to be done
+#[tokio::test(start_paused = true)]
 async fn a_reader_who_sleeps_a_thousand_states_gets_the_last_one() {
     let first = PageState { run: 7, ..PageState::default() }.next(parts(["0", "x"]));
     let pages = watch::channel(Arc::new(first)).0;
     let permit = || Arc::new(Semaphore::new(1)).try_acquire_owned().ok();
-    let mut sleeper = PageEvents::new(pages.subscribe(), (0, None), CancellationToken::new(), permit());
+    let over = CancellationToken::new();
+    let sleeper = EventReader { states: pages.subscribe(), page: 0, place: None, over, stream: permit() };
+    let mut sleeper = sleeper.answer().into_body().into_data_stream();
     for state in 1..=1000 {
         let next = pages.borrow().next(parts([&state.to_string(), "x"]));
         pages.send_replace(Arc::new(next));
     }
-    let text = taken(&mut sleeper);
+    let text = taken(&mut sleeper).await;
     assert!(!text.contains("other"), "of another page");
     assert!(text.contains("data: a\ndata: 1000\n") && text.contains("\nid: 7-1001\n\n"), "{text}");
     assert_eq!(text.matches("event: snapshot").count(), 2, "{text}");
-    assert!(!taken(&mut sleeper).contains("snapshot"), "nothing is sent twice");
+    assert!(!taken(&mut sleeper).await.contains("snapshot"), "nothing is sent twice");
 }
