@@ -145,7 +145,10 @@ impl TimeSearch<'_> {
             let form = self.form(place).ok()?;
             let stamps: Vec<i64> = self.cells(place).filter_map(|cell| form.nanoseconds(cell)).collect();
             let backwards = stamps.windows(2).filter(|pair| pair[1] < pair[0]).count();
-            let ascends = stamps.last() > stamps.first() && 20 * backwards <= stamps.len() && !self.is_coarse(place);
+            // one stamp that is none, even the last, does not decide
+            let (early, late) = stamps.split_at(stamps.len() / 2);
+            let is_later = median(early).is_some_and(|early| median(late) > Some(early));
+            let ascends = is_later && 20 * backwards <= stamps.len() && !self.is_coarse(place);
             ascends.then(|| vec![(place, ColumnUse::Stamp(form))])
         })
     }
@@ -255,4 +258,10 @@ pub(super) fn argument(columns: &StampColumns, header: &Header) -> String {
         format!("{}:{}", header.argument(place), form.name())
     };
     columns.iter().map(column).collect::<Vec<_>>().join("+")
+}
+
+fn median(stamps: &[i64]) -> Option<i64> {
+    let mut sorted = stamps.to_vec();
+    sorted.sort_unstable();
+    sorted.get(sorted.len() / 2).copied()
 }

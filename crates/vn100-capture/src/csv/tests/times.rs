@@ -234,8 +234,11 @@ fn the_time_of_the_measurement_is_preferred_to_that_of_its_recording() {
         ("systemTimeStamp,TimeStartup,gyro_x", "TimeStartup:ns"),
         ("%time,field.header.seq,gyro_x", "%time:ns"),
     ] {
-        let whole = read_text(format!("{header}\n{rows}"), None);
-        assert_eq!(whole.report.times.as_deref(), Some(times), "{header}");
+        // also with a last row whose stamp is none
+        for last in ["", "1575033840000000000,0,0.1\n"] {
+            let whole = read_text(format!("{header}\n{rows}{last}"), None);
+            assert_eq!(whole.report.times.as_deref(), Some(times), "{header}");
+        }
     }
 }
 
