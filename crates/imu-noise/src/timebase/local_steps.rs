@@ -17,10 +17,18 @@ const BLOCK: usize = 64;
 const CHANGED: f64 = 0.15;
 const SAME: f64 = 0.06;
 
+/// As above, the latter as a part of the former, if each side has this many blocks of even steps: those of
+/// a rate that wanders differ more.
+const SLIGHTLY_CHANGED: f64 = 0.03;
+const SAME_PART: f64 = 0.15;
+const BLOCKS_OF_SLIGHT_CHANGE: usize = 3;
+
 /// Relative tolerance of a single step, of one of a clock with ticks as long, and of a sum of two.
 const NEAR: f64 = 0.25;
 const ON_TICKS: f64 = 0.05;
 const COARSE_TICKS_S: [f64; 3] = [0.01, 0.015_625, 0.016];
+/// Ticks of other clocks: of kernels, frames and digits.
+const OTHER_TICKS_S: [f64; 6] = [0.001, 0.004, 0.008, 1.0 / 60.0, 0.1, 1.0];
 const NEAR_SUM: f64 = 0.04;
 
 /// If there are fewer distances between pauses than this, the distances must be as even as ticks: three or
@@ -47,6 +55,9 @@ const LONGEST_FLUSH_S: f64 = 2.0;
 /// Steps above this many median ones are pauses, and below this part of one samples come together.
 const PAUSE: f64 = 16.0;
 const SHORT: f64 = 0.4;
+
+/// The fewest samples with one stamp that show a clock that stood still.
+const LEAST_STOPPED: usize = 3;
 
 /// The most samples that wait while a host stands still, for each period that it does.
 const MOST_HELD: f64 = 1.2;
@@ -126,13 +137,15 @@ impl LocalSteps {
     }
 
     fn take(&mut self, most: usize) -> Stretch {
+        part_equal_stamps(&mut self.pending_s);
         let usual_s = match self.last {
             Some(last) => last.unevenness.is_none().then_some(last.period_s),
             None => median(&differences(&self.pending_s)),
         };
         // samples that waited follow each other too soon
         let waited = usual_s.map_or(0, |usual_s| self.waited(usual_s));
-        let mut even_s = spread(&self.pending_s[waited..], usual_s.unwrap_or_default());
+        let running = self.pending_s.len() - standing(&self.pending_s[waited..]);
+        let mut even_s = spread(&self.pending_s[waited..running], usual_s.unwrap_or_default());
         let mut until = self.pending_s.len();
         if let Some((place, before_s, after_s)) = change_of_rate(&even_s) {
             if !self.has_begun && 2 * place <= even_s.len() && is_flush(place, before_s, after_s) {
@@ -156,6 +169,34 @@ impl LocalSteps {
     fn waited(&self, usual_s: f64) -> usize {
         let is_short = |pair: &&[f64]| pair[1] - pair[0] < 0.5 * usual_s;
         Some(self.pending_s.windows(2).take_while(is_short).count()).filter(|waited| *waited <= WINDOW / 2).unwrap_or(0)
+    }
+}
+
+/// The number of last samples with the stamp of the one before them, if a clock may have stopped.
+fn standing(stamps_s: &[f64]) -> usize {
+    let equal = stamps_s.iter().rev().take_while(|other| Some(*other) == stamps_s.last()).count();
+    if equal < LEAST_STOPPED { 0 } else { equal - 1 }
+}
+
+/// Parts the stamps of a clock that stood still for several samples and caught up with the next one.
+fn part_equal_stamps(stamps_s: &mut [f64]) {
+    let rises: Vec<f64> = differences(stamps_s).into_iter().filter(|step_s| *step_s > 0.0).collect();
+    let Some(period_s) = median(&rises) else { return };
+    let mut first = 0;
+    while first < stamps_s.len() {
+        let at_s = stamps_s[first];
+        let equal = stamps_s[first..].iter().take_while(|other| **other == at_s).count();
+        let before_s = first.checked_sub(1).map(|before| at_s - stamps_s[before]);
+        let behind_s = stamps_s.get(first + equal).map_or(0.0, |behind_s| behind_s - at_s);
+        let has_caught_up = behind_s >= ((1.0 - NEAR_SUM) * equal as f64 - 0.5) * period_s;
+        // after a pause they had waited
+        if equal >= LEAST_STOPPED && before_s.is_none_or(|step_s| step_s < 2.0 * period_s) && has_caught_up {
+            // evenly, unless samples are missing after them
+            let step_s = Some(behind_s / equal as f64).filter(|step_s| difference(*step_s, period_s) < NEAR_SUM);
+            let step_s = step_s.unwrap_or(period_s);
+            (1..equal).for_each(|place| stamps_s[first + place] = at_s + place as f64 * step_s);
+        }
+        first += equal;
     }
 }
 
@@ -188,8 +229,8 @@ fn is_flush(samples: usize, step_s: f64, later_step_s: f64) -> bool {
     step_s < later_step_s && (is_short || FLUSHED_FASTER * step_s < later_step_s)
 }
 
-fn is_same(one: f64, other: f64) -> bool {
-    (one / other - 1.0).abs() <= CHANGED && (other / one - 1.0).abs() <= CHANGED
+fn difference(one: f64, other: f64) -> f64 {
+    (one / other - 1.0).abs().max((other / one - 1.0).abs())
 }
 
 /// The place of a change of the mean step, which is even on both sides of it, and the local steps before
@@ -201,12 +242,16 @@ fn change_of_rate(stamps_s: &[f64]) -> Option<(usize, f64, f64)> {
     let mean =
         |block: &[f64]| (block.iter().sum::<f64>() - block.iter().copied().fold(0.0, f64::max)) / (size - 1) as f64;
     let means: Vec<f64> = steps_s.chunks_exact(size).map(mean).collect();
-    let is_even = |means: &[f64], mean: f64| {
-        5 * means.iter().filter(|other| (*other / mean - 1.0).abs() < SAME).count() >= 4 * means.len()
+    let is_even = |means: &[f64], mean: f64, same: f64| {
+        5 * means.iter().filter(|other| (*other / mean - 1.0).abs() < same).count() >= 4 * means.len()
     };
     let parts = (1..means.len().saturating_sub(1)).filter_map(|block| {
         let (before, after) = (median(&means[..block])?, median(&means[block..])?);
-        let is_change = !is_same(before, after) && is_even(&means[..block], before) && is_even(&means[block..], after);
+        let (by, least) = (difference(before, after), block.min(means.len() - block));
+        let is_slight = by <= CHANGED;
+        let same = if is_slight { SAME_PART * by } else { SAME };
+        let is_seen = by > SLIGHTLY_CHANGED && (!is_slight || least >= BLOCKS_OF_SLIGHT_CHANGE);
+        let is_change = is_seen && is_even(&means[..block], before, same) && is_even(&means[block..], after, same);
         let rest = |means: &[f64], mean: f64| means.iter().map(|other| (other - mean).abs()).sum::<f64>();
         is_change.then(|| (rest(&means[..block], before) + rest(&means[block..], after), block, before, after))
     });
@@ -218,14 +263,19 @@ fn change_of_rate(stamps_s: &[f64]) -> Option<(usize, f64, f64)> {
     let place = around.max_by(|a, b| lag(*a).total_cmp(&lag(*b)))? + 1;
     let (first, rest) = stamps_s.split_at(place.min(stamps_s.len()));
     // the mean step of a clock with long ticks is known to two of them
-    let is_known = |part: &[f64]| part.len() >= BLOCK && CHANGED * part.chunk_by(|a, b| a == b).count() as f64 > 2.0;
+    let by = difference(before, after).min(CHANGED);
+    let is_known = |part: &[f64]| part.len() >= BLOCK && by * part.chunk_by(|a, b| a == b).count() as f64 > 2.0;
     if !(is_known(first) && is_known(rest)) {
         return None;
     }
     let (before, after) = (steps_of(first, None)?, steps_of(rest, None)?);
     // samples that are missing at random may look like uneven ones for a while
     let is_lossy = is_lossy(first, before, after) || is_lossy(rest, after, before);
-    (!is_lossy && !is_same(before.period_s, after.period_s)).then_some((place, before.period_s, after.period_s))
+    let are_even = before.unevenness.is_none() && after.unevenness.is_none();
+    let are_long = first.len().min(rest.len()) >= BLOCKS_OF_SLIGHT_CHANGE * size;
+    let least = if are_even && are_long { SLIGHTLY_CHANGED } else { CHANGED };
+    let is_change = !is_lossy && difference(before.period_s, after.period_s) > least;
+    is_change.then_some((place, before.period_s, after.period_s))
 }
 
 /// Whether samples that look uneven are those of `others` with some missing: a quarter of their steps at
@@ -348,18 +398,21 @@ fn singles(steps_s: &[f64]) -> Option<Option<Steps>> {
     if !is_rule || mean >= MOST_MISSING {
         return None;
     }
-    let (every, length) = even_pauses(&kept);
+    let (every, equally, length) = even_pauses(&kept);
     let whole_s = kept.iter().sum::<f64>() * single_s / kept.iter().map(|periods| periods.round()).sum::<f64>();
     let count = |is: &dyn Fn(f64) -> bool| kept.iter().filter(|periods| is(**periods)).count();
     // after a stall several follow each other
     let alone = |most: f64| kept.windows(2).filter(|pair| pair[1] < most && (SHORT..2.5).contains(&pair[0])).count();
-    let on_ticks = count(&|periods| (periods - periods.round()).abs() <= ON_TICKS);
+    let are_on_ticks = 20 * count(&|periods| (periods - periods.round()).abs() <= ON_TICKS) >= 19 * kept.len();
     let summed = (IN_A_SUM / (mean - 1.0).abs()).ceil() as usize;
     // lost samples lengthen steps at random and shorten none; a clock repeats ticks about as often, or skips
     // them evenly
     let (repeated, longer) = (count(&|periods| periods <= ON_TICKS), count(&|periods| periods >= 1.5));
     let is_even = || are_balanced(&kept, summed.min(MOST_BALANCED).min(kept.len() / 8).max(LEAST_BALANCED));
     let is_of_clock = alone(ON_TICKS) > 0 && (2 * repeated >= longer || is_even());
+    // whole multiples after equal numbers of steps that are no ticks: a sender leaves these samples out
+    let is_tick = COARSE_TICKS_S.iter().chain(&OTHER_TICKS_S).any(|tick_s| (single_s / tick_s - 1.0).abs() < NEAR_SUM);
+    let are_left_out = equally && are_on_ticks && !is_tick;
     // uneven stamps are late at times, for long
     let uneven = |unevenness| {
         let period_s = mean * single_s;
@@ -367,30 +420,36 @@ fn singles(steps_s: &[f64]) -> Option<Option<Steps>> {
     };
     Some(match () {
         // a clock whose ticks are about as long as the steps skips one occasionally, or repeats one
-        () if 20 * on_ticks >= 19 * kept.len() && (is_of_clock || every && length < 2.5) => {
+        () if are_on_ticks && (is_of_clock || every && length < 2.5) && !are_left_out => {
             uneven(Unevenness::CoarseClock)
         }
-        () if summed <= MOST_BALANCED.min(kept.len() / 8) && are_balanced(&kept, summed.max(LEAST_BALANCED)) => {
+        () if !are_left_out
+            && summed <= MOST_BALANCED.min(kept.len() / 8)
+            && are_balanced(&kept, summed.max(LEAST_BALANCED)) =>
+        {
             uneven(Unevenness::CoarseClock)
         }
         () if 50 * alone(SHORT) > kept.len() => uneven(Unevenness::Irregular),
-        () if every => None,
+        () if every && !are_left_out => None,
         () => Some(Steps { period_s: whole_s, unevenness: None, jump_s: 0.0 }),
     })
 }
 
 /// Whether other steps come after equal numbers of single ones, as for reads of a buffer, or after
-/// numbers that change slowly, as for a rate that wanders; and the length of such a step in single ones.
-fn even_pauses(periods: &[f64]) -> (bool, f64) {
+/// numbers that change slowly, as for a rate that wanders; whether the numbers are equal; and the length of
+/// such a step in single ones.
+fn even_pauses(periods: &[f64]) -> (bool, bool, f64) {
     let other: Vec<usize> = (0..periods.len()).filter(|place| (periods[*place] - 1.0).abs() > NEAR).collect();
     let between: Vec<f64> = other.windows(2).map(|pair| (pair[1] - pair[0]) as f64).collect();
     let lengths: Vec<f64> = other.iter().map(|place| periods[*place]).collect();
-    let (Some(middle), Some(length)) = (median(&between), median(&lengths)) else { return (false, 0.0) };
+    let (Some(middle), Some(length)) = (median(&between), median(&lengths)) else { return (false, false, 0.0) };
     // a few numbers are about even by chance
     let near = if between.len() < FEW_PAUSES { ON_TICKS } else { NEAR };
     let is_even = |run: &&[f64]| (run[1] - 0.5 * (run[0] + run[2])).abs() <= f64::max(1.0, near * run[1]);
     let even = between.windows(3).filter(is_even).count();
-    (between.len() >= 4 && middle >= 2.0 && 10 * even >= 9 * (between.len() - 2), length)
+    let equal = between.iter().filter(|other| **other == middle).count();
+    let is_even = between.len() >= 4 && middle >= 2.0 && 10 * even >= 9 * (between.len() - 2);
+    (is_even, is_even && 10 * equal >= 9 * between.len(), length)
 }
 
 /// The step by which the lower edge of the stamps rises, and its lasting variation; `None` if it

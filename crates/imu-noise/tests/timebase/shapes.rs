@@ -117,6 +117,8 @@ proptest! {
     fn a_clock_with_ticks_of_many_samples_drops_nothing_or_is_refused(
         rate_hz in 5.0..400.0, tick_s in 0.05..1.0, samples in 1500_usize..6000, phase in 0.0..1.0_f64,
     ) {
+        // ticks about as long as the steps may be samples that a sender left out
+        prop_assume!(!(0.7..1.05).contains(&(tick_s * rate_hz)));
         let (found_hz, missing, changes, summary) = detected(&on_ticks(rate_hz, tick_s, samples, phase));
         // the rate of a record of few ticks is known to two of them
         let within = 0.01 + 2.0 * tick_s * rate_hz / samples as f64;
@@ -181,6 +183,51 @@ proptest! {
         prop_assert!(is_near(found_hz, rate_hz * factor, 0.005) && missing <= 1, "{found_hz:?}, {missing}, {changes:?}");
         let [(place, _)] = changes[..] else { panic!("{changes:?}") };
         prop_assert!(place.abs_diff(before as u64) <= 2, "{place} for {before}");
+    }
+
+    #[test]
+    fn a_small_change_of_an_even_rate_is_found(
+        rate_hz in rate(), factor in prop_oneof![0.85..0.95, 1.05..1.15], before in 600_usize..2000, after in 600_usize..2000,
+        late in prop::collection::vec(0.0..0.05, 4000),
+    ) {
+        let mut at_s = 0.0;
+        let stamps_s: Vec<f64> = (0..before + after).map(|place| {
+            at_s += if place < before { 1.0 } else { 1.0 / factor } / rate_hz;
+            at_s + late[place] / rate_hz
+        }).collect();
+        let (found_hz, missing, changes, _) = detected(&stamps_s);
+        prop_assert!(is_near(found_hz, rate_hz * factor, 0.005) && missing <= 1, "{found_hz:?}, {missing}, {changes:?}");
+        let [(place, _)] = changes[..] else { panic!("{changes:?}") };
+        prop_assert!(place.abs_diff(before as u64) <= 8, "{place} for {before}");
+    }
+
+    #[test]
+    fn a_clock_that_stands_still_for_a_while_drops_nothing(
+        rate_hz in rate(), stopped in 3_usize..400, from in 10_usize..2500, jitter in 0.0..0.1,
+        late in prop::collection::vec(0.0..1.0, 3000),
+    ) {
+        let place = |place: usize| if (from..from + stopped).contains(&place) { from } else { place };
+        let stamps_s: Vec<f64> =
+            (0..3000).map(|sample| (place(sample) as f64 + jitter * late[place(sample)]) / rate_hz).collect();
+        let (found_hz, missing, changes, summary) = detected(&stamps_s);
+        prop_assert!(is_near(found_hz, rate_hz, 1e-3) && changes.is_empty(), "{found_hz:?} of {rate_hz}, {changes:?}: {summary:?}");
+        prop_assert!(missing == 0, "{missing}: {summary:?}");
+    }
+
+    #[test]
+    fn samples_that_are_left_out_regularly_are_missing(
+        rate_hz in rate(), every in 4_usize..60, jitter in 0.0..0.04, late in prop::collection::vec(0.0..1.0, 3000),
+    ) {
+        let period_s = f64::recip(rate_hz);
+        // with ticks of a clock as long as a step the samples may be fewer
+        let is_tick = |tick_s: &f64| (period_s / tick_s - 1.0).abs() < 0.1;
+        prop_assume!(![0.001, 0.004, 0.008, 0.01, 0.015_625, 0.016, 1.0 / 60.0, 0.1, 1.0].iter().any(is_tick));
+        let kept = (0..3000).filter(|place| place % every > 0);
+        let stamps_s: Vec<f64> = kept.map(|place| (place as f64 + jitter * late[place]) * period_s).collect();
+        let expected = 2999 - stamps_s.len() as u64;
+        let (found_hz, missing, changes, summary) = detected(&stamps_s);
+        prop_assert!(is_near(found_hz, rate_hz, 0.005) && changes.is_empty(), "{found_hz:?} of {rate_hz}, {changes:?}: {summary:?}");
+        prop_assert!(missing.abs_diff(expected) <= 3 + 30, "{missing} of {expected}: {summary:?}");
     }
 
     #[test]
