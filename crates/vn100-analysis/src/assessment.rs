@@ -113,7 +113,10 @@ impl Assessment {
         noise::withhold_unproved(&mut channels);
         noise::add_detectable_rrw(&mut channels, &curves, &models);
         let mut warnings = stream::warnings(snapshot, &channels, motion.is_some());
-        warnings.extend(units::warning(snapshot, motion.is_some()));
+        let is_outlying = |(_, _, of): &(_, _, &ChannelAssessment)| of.stationarity.spikes.is_some();
+        let outlying: Vec<&Channel> =
+            snapshot.assessed(&channels).filter(is_outlying).map(|(channel, ..)| channel).collect();
+        warnings.extend(units::warning(snapshot, &outlying, motion.is_some()));
         match &motion {
             Some(motion) => warnings.push(motion.warning()),
             None => {
@@ -140,7 +143,7 @@ impl ChannelAssessment {
         let signal = results.signal.as_ref();
         let bands =
             signal.map_or_else(Vec::new, |signal| signal.narrow_bands(channel.in_unit(1.0), curve.shape.interval_s));
-        let stationarity = match levels {
+        let mut stationarity = match levels {
             None => Stationarity::default(),
             Some(levels) => {
                 let skipped_s = snapshot.skipped.as_secs_f64();
@@ -160,6 +163,11 @@ impl ChannelAssessment {
             noise.rounded_away = rounding::hidden_terms(channel, results);
             if levels.is_none() {
                 noise.was_moved();
+            }
+            if stationarity.spoils_record(curve.shape.samples, curve.shape.interval_s) {
+                noise.was_spoiled();
+                // they are of the few samples beside those of one value
+                (stationarity.lines, stationarity.disturbances) = Default::default();
             }
         }
         let fitted = |octave: &Octave| noise.as_ref().and_then(|noise| noise.fit.edf(octave.m));

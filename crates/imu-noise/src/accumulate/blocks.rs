@@ -11,6 +11,9 @@ pub const MAX_BLOCKS: usize = 96;
 /// Samples of the shortest block, and of the windows in which disturbances are searched.
 pub(crate) const WINDOW: usize = 32;
 
+/// The spread of a window over that without its farthest sample, if that is 15 standard deviations out.
+const OUTLYING: f64 = 8.0;
+
 /// Exact statistics of at most [`MAX_BLOCKS`] blocks of equal length, the smallest power of two,
 /// from 32 samples up, for which the record fits. They lie on a grid of absolute sample indices.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -126,15 +129,20 @@ impl BlockSums {
         // fits except for counts of full scale, and is converted faster
         let second_f64 = i64::try_from(second).map_or(second as f64, |second| second as f64);
         let spread = second_f64 * n_f64 - first_f64 * first_f64;
-        let sums = Self {
+        let mut sums = Self {
             // Not negative, because it is a sum of squares.
             squares: (second + i128::from(p) * i128::from(2 * first + n * p)) as u128,
             sum: first + n * p,
             count: window.len() as u64,
             min,
             max,
-            spreads: if window.len() == WINDOW { Spreads::of(spread) } else { Spreads::default() },
+            spreads: Spreads::default(),
         };
+        if window.len() == WINDOW {
+            // one sample that is most of the spread is an outlier, and no change of the noise
+            let without = sums.spread_without_farthest(spread);
+            sums.spreads = Spreads::of(if OUTLYING * without < spread { without.max(1.0).min(spread) } else { spread });
+        }
         (sums, spread)
     }
 

@@ -43,7 +43,8 @@ impl Spikes {
         let (median, half) = (median?, (above? - below?) / 2.0);
         // bins that a single far sample widened do not resolve the noise
         let bin = if histogram.bin_width_counts() > 1 { histogram.bin_width_counts() as f64 } else { 0.0 };
-        if half > MOST_SLOW * std_counts.max(histogram.spacing_counts()).max(bin) {
+        // each quantile is known to half a bin
+        if half > MOST_SLOW * std_counts.max(histogram.spacing_counts()).max(bin) + bin / 2.0 {
             return None;
         }
         let std = half.max(std_counts).max(bin);

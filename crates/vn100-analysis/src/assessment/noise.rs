@@ -83,6 +83,8 @@ pub enum LongTauValidity {
     Surroundings,
     /// No: the sensor was moved.
     Motion,
+    /// No: the axis has one value for long, or a sample far out.
+    Spoiled,
 }
 
 /// The minimum detectable rate random walk of a longer record.
@@ -208,7 +210,7 @@ impl ChannelNoise {
         match self.long_taus {
             _ if term == Term::White => self.fit.parameter(term).map(|white| self.white_budget.widened(white)),
             _ if term == Term::Quantization => self.fit.parameter(term),
-            LongTauValidity::Sensor | LongTauValidity::Motion => self.fit.parameter(term),
+            LongTauValidity::Sensor | LongTauValidity::Motion | LongTauValidity::Spoiled => self.fit.parameter(term),
             LongTauValidity::Compensated | LongTauValidity::LooksCompensated => {
                 Some(Parameter::without_value(Status::NotMeasurable))
             }
@@ -235,8 +237,10 @@ impl ChannelNoise {
                 Err(NoGrade::BiasNotInStream)
             }
             LongTauValidity::Sensor if self.white_budget.rate.from == RateFrom::Assumed => Err(NoGrade::RateAssumed),
-            LongTauValidity::Sensor if white.upper.is_none() => Err(NoGrade::WhiteNotKnown),
-            LongTauValidity::Sensor => Grade::range(&white, &bias).ok_or(NoGrade::BiasNotKnown),
+            LongTauValidity::Sensor | LongTauValidity::Spoiled if white.upper.is_none() => Err(NoGrade::WhiteNotKnown),
+            LongTauValidity::Sensor | LongTauValidity::Spoiled => {
+                Grade::range(&white, &bias).ok_or(NoGrade::BiasNotKnown)
+            }
         })
     }
 
@@ -256,6 +260,15 @@ impl ChannelNoise {
         let is_estimated = |term: &Term| self.fit.parameter(*term).is_some_and(|p| p.status == Status::Estimated);
         let estimated: Vec<Term> = SLOW.into_iter().filter(is_estimated).collect();
         estimated.into_iter().for_each(|term| self.fit.not_proved(term));
+    }
+
+    /// Withholds everything: what the curve shows is no noise.
+    pub(super) fn was_spoiled(&mut self) {
+        self.fit.withhold(Status::ModelRejected);
+        self.classical = ClassicalReading::NOT_APPLICABLE;
+        if let LongTauValidity::Sensor | LongTauValidity::LooksCompensated = self.long_taus {
+            self.long_taus = LongTauValidity::Spoiled;
+        }
     }
 
     /// Withholds everything that describes the motion. A message that lacks the bias lacks it all

@@ -84,6 +84,17 @@ impl Stationarity {
         self.noise_change.is_some() || self.bursts.is_some() || self.frozen.is_some() || self.spikes.is_some()
     }
 
+    /// Whether one value for long, or one sample far out, spoils all that is computed of the channel in a
+    /// record of so many samples.
+    pub(super) fn spoils_record(&self, samples: u64, interval_s: f64) -> bool {
+        /// White noise is one percent lower, or five percent higher, with as much.
+        const FROZEN_SHARE: f64 = 0.02;
+        const OUTLIER_SHARE: f64 = 0.1;
+        let duration_s = samples as f64 * interval_s;
+        self.frozen.is_some_and(|frozen| frozen.duration_s > FROZEN_SHARE * duration_s)
+            || self.spikes.is_some_and(|spikes| spikes.sigmas.powi(2) > OUTLIER_SHARE * samples as f64)
+    }
+
     /// Bias instability, random walk and ramp would be fitted to a change of level.
     pub(super) fn level_poses_as_noise(&self) -> bool {
         self.level_change.is_some_and(|change| !change.is_ramp)

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use imu_noise::STANDARD_GRAVITY_M_S2;
-use vn100_protocol::{ColumnsRead, Layout, Quantity};
+use vn100_protocol::{Channel, ColumnsRead, Layout, Quantity};
 
 use crate::{
     remedy::Remedy,
@@ -49,12 +49,13 @@ const RANGE_RAD_S: f64 = 40.0;
 
 /// Asks whether the units of the columns of a table, or of the fields of a message, are those they
 /// are read in; all of them in one warning, with the map that corrects them. What a sensor that
-/// `was_moved` measures from sample to sample is no noise, unless it is white on every axis.
-pub(super) fn warning(snapshot: &Snapshot, was_moved: bool) -> Option<Warning> {
+/// `was_moved` measures from sample to sample is no noise, unless it is white on every axis. Rates that are
+/// `outlying`, with single samples far out, are not judged by noise and extremes.
+pub(super) fn warning(snapshot: &Snapshot, outlying: &[&Channel], was_moved: bool) -> Option<Warning> {
     let layout = snapshot.layout.as_ref()?;
     // the units of the sensor's own messages are known
     let columns = layout.columns.as_ref()?;
-    let doubts = doubts(snapshot, layout, columns, was_moved);
+    let doubts = doubts(snapshot, layout, columns, outlying, was_moved);
     let is_doubtful = |quantity: Quantity| doubts.iter().find(|doubt| doubt.quantity == quantity);
     let channels = layout.channels.iter().filter(|channel| is_doubtful(channel.quantity).is_some());
     let map = columns.map(&layout.channels, |channel| is_doubtful(channel.quantity).map(|doubt| doubt.likely));
@@ -65,7 +66,13 @@ pub(super) fn warning(snapshot: &Snapshot, was_moved: bool) -> Option<Warning> {
     })
 }
 
-fn doubts(snapshot: &Snapshot, layout: &Layout, columns: &ColumnsRead, was_moved: bool) -> Vec<Doubtful> {
+fn doubts(
+    snapshot: &Snapshot,
+    layout: &Layout,
+    columns: &ColumnsRead,
+    outlying: &[&Channel],
+    was_moved: bool,
+) -> Vec<Doubtful> {
     let unit_read = |quantity| {
         let place = layout.channels.iter().position(|channel| channel.quantity == quantity)?;
         Some(&*columns.columns.get(place)?.unit)
@@ -91,7 +98,8 @@ fn doubts(snapshot: &Snapshot, layout: &Layout, columns: &ColumnsRead, was_moved
             doubts.push(doubt(quantity, Doubt::Mean, mean, read, likely));
         }
     }
-    let rates = || snapshot.measured().filter(|(channel, _)| channel.quantity == Quantity::AngularRate);
+    let is_judged = |channel: &Channel| channel.quantity == Quantity::AngularRate && !outlying.contains(&channel);
+    let rates = || snapshot.measured().filter(move |(channel, _)| is_judged(channel));
     let extremes = rates().flat_map(|(channel, results)| {
         let counts = [results.moments.min_counts(), results.moments.max_counts()].into_iter().flatten();
         counts.map(move |counts| channel.value(counts).abs())
@@ -130,7 +138,7 @@ mod tests {
 
     /// A file of accelerations and rates, in m/s² and rad/s as read.
     fn measured(accel_m_s2: f64, rate_rad_s: f64, unit: &str, is_file: bool) -> Option<Warning> {
-        warning(&snapshot(accel_m_s2, rate_rad_s, (0.0, 1), unit, is_file), false)
+        warning(&snapshot(accel_m_s2, rate_rad_s, (0.0, 1), unit, is_file), &[], false)
     }
 
     fn doubted(warning: Option<Warning>) -> Vec<Doubtful> {
@@ -178,12 +186,12 @@ mod tests {
     #[test]
     fn noise_that_no_gyroscope_has_is_asked_about_unless_it_is_motion() {
         let noisy = |noise_rad_s| snapshot(9.8, 0.01, (noise_rad_s, 1), "m/s^2", true);
-        let found = doubted(warning(&noisy(0.02), false));
+        let found = doubted(warning(&noisy(0.02), &[], false));
         assert!(matches!(&found[..], [Doubtful { by: Doubt::Noise, likely: "deg/s", .. }]), "{found:?}");
-        assert!(warning(&noisy(0.005), false).is_none());
+        assert!(warning(&noisy(0.005), &[], false).is_none());
         let slow = snapshot(9.8, 0.01, (0.04, 8), "m/s^2", true);
-        assert!(warning(&slow, false).is_some() && warning(&slow, true).is_none());
-        assert!(warning(&noisy(0.02), true).is_some(), "white noise is no motion");
+        assert!(warning(&slow, &[], false).is_some() && warning(&slow, &[], true).is_none());
+        assert!(warning(&noisy(0.02), &[], true).is_some(), "white noise is no motion");
     }
 
     #[test]
@@ -195,7 +203,7 @@ mod tests {
             layout.columns = Some(columns(&layout.channels, |channel| channel.unit.to_string()));
             let mut analysis = Analysis::new(Settings { rate_hz: Some(40.0), ..Settings::default() });
             analysis.absorb(&Batch { layout: Some(Arc::new(layout)), counts, ..Batch::default() });
-            doubted(warning(&analysis.snapshot(), false)).first().map(|doubt| doubt.likely)
+            doubted(warning(&analysis.snapshot(), &[], false)).first().map(|doubt| doubt.likely)
         };
         for (first, channels, value, likely) in [
             (0, 3, 25.0, Some("uT")),

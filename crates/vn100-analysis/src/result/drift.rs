@@ -117,6 +117,7 @@ fn drift(axis: &ChannelResult, integral: Integral, coast: Coast) -> Result<Drift
     match noise.long_taus {
         LongTauValidity::Sensor => {}
         LongTauValidity::Motion => return Err(Status::Moved),
+        LongTauValidity::Spoiled => return Err(Status::ModelRejected),
         _ => return Err(Status::NotMeasurable),
     }
     let point =

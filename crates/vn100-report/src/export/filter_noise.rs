@@ -235,7 +235,9 @@ fn measured(record: &SourceResult, (quantity, sensor): (Quantity, Sensor), span_
         LongTauValidity::LooksCompensated => {
             (Some("a filter removes the bias from this stream, and B and K with it"), &[Remedy::SayCompensated])
         }
-        LongTauValidity::Surroundings | LongTauValidity::Motion => (Some("B and K are not the sensor's"), &[]),
+        LongTauValidity::Surroundings | LongTauValidity::Motion | LongTauValidity::Spoiled => {
+            (Some("B and K are not the sensor's"), &[])
+        }
     };
     let white = noisiest(&axes, density).map_or_else(|| missing(Term::White, too_short, &[Remedy::Plan]), Ok);
     let walk = noisiest(&axes, |axis| random_walk(axis, span_s)).filter(|_| no_walk.is_none());

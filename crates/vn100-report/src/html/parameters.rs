@@ -214,6 +214,9 @@ pub(crate) fn long_taus_reason(long_taus: LongTauValidity) -> Option<&'static st
         LongTauValidity::Surroundings => {
             Some("Only the white noise is the sensor's: at long averaging times the ambient field dominates.")
         }
+        LongTauValidity::Spoiled => {
+            Some("N, B, K and R are not given, because the axis has one value for long, or a sample far out.")
+        }
         LongTauValidity::Motion => Some("N, B, K and R are not given, because the sensor was moved."),
     }
 }
