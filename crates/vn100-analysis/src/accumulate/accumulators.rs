@@ -18,10 +18,6 @@ use super::{
 };
 use crate::{settings::Settings, snapshot::ChannelSnapshot, warning::checks::StreamFindings};
 
-/// Rows of this many channels never repeat while a sensor works; rows of a few coarse channels do
-/// by chance.
-const MIN_CHANNELS_OF_REPEATS: usize = 9;
-
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Accumulators {
     pub(super) layout: Option<Arc<Layout>>,
@@ -99,6 +95,7 @@ impl Accumulators {
             channels: layout.channels.iter().map(new).collect(),
             magnitudes: Magnitude::all(&layout),
             temperature: TemperatureRecord::of_stream(&layout),
+            repeats: Repeats::new(layout.channels.len()),
             quaternion: QuaternionSign::of(&layout),
             keeps_recent: settings.recent,
             holds_rows: settings.estimator != Estimator::Full,
@@ -167,9 +164,7 @@ impl Accumulators {
         for row in counts.chunks_exact(width) {
             let hash = repeats::hash(row);
             self.fingerprint.push(hash);
-            if width >= MIN_CHANNELS_OF_REPEATS {
-                self.repeats.push(hash);
-            }
+            self.repeats.push(hash);
         }
         if self.keeps_recent && self.recent.as_ref().is_none_or(|recent| !recent.is_at(*rate_hz)) {
             self.recent = Some(Recent::new(width, *rate_hz));

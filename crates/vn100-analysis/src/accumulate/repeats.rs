@@ -1,20 +1,25 @@
 //! Repeated rows: a recording played in a loop, or rows stored twice.
 
-/// The number of rows by which the beginning of the record is recognised.
-const BEGINNING: usize = 16;
+/// The number of values by which the beginning of the record is recognised, in at least sixteen rows.
+const BEGINNING_VALUES: usize = 144;
+const BEGINNING_ROWS: usize = 16;
+
+/// Rows of fewer channels equal the row before by chance, and if the signal is slow.
+const MIN_CHANNELS_STORED_TWICE: usize = 9;
 
 /// The most rows that are kept of the first pass.
 const MOST_KEPT: usize = 1024;
 
 /// Counts repeated rows by their hashes, in bounded memory.
 ///
-/// The record repeats itself if its first sixteen rows occur again in order; the rows after them count
+/// The record repeats itself if its first rows, sixteen or more of few channels, occur again in order; the rows after them count
 /// until one differs from its place in the first pass, of which up to 1024 rows are kept: all, or every
 /// second, fourth, ... A row that equals the row before it was stored twice, unless that happens by
 /// chance, which is estimated by how often a row equals the second row before it. A live sensor
 /// repeats neither.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Repeats {
+    channels: usize,
     beginning: Vec<u64>,
     /// The rows of the first pass whose places are multiples of 2^`every_log2`.
     first_pass: Vec<u64>,
@@ -35,8 +40,16 @@ pub(crate) struct Repeats {
 }
 
 impl Repeats {
+    /// For rows of at least one channel.
+    pub(crate) fn new(channels: usize) -> Self {
+        Self { channels, ..Self::default() }
+    }
+
     /// Rows that repeat earlier ones.
     pub(crate) fn repeated(&self) -> u64 {
+        if self.channels < MIN_CHANNELS_STORED_TWICE {
+            return self.in_passes;
+        }
         let twice = self.like_last.saturating_sub(self.like_one_before);
         let by_chance = 5.0 * ((self.like_last + self.like_one_before) as f64).sqrt();
         let is_chance = self.like_one_before > 0 && (twice as f64) < by_chance;
@@ -49,7 +62,7 @@ impl Repeats {
         self.like_last += u64::from(is_like_last);
         self.like_one_before += u64::from(self.last[1] == Some(row));
         self.last = [Some(row), self.last[0]];
-        if self.beginning.len() < BEGINNING {
+        if self.beginning.len() < self.beginning_rows() {
             // constant rows mark no place
             if is_like_last {
                 self.beginning.clear();
@@ -87,12 +100,16 @@ impl Repeats {
         }
         let is_next = row == self.beginning[self.found];
         self.found = if is_next { self.found + 1 } else { usize::from(row == self.beginning[0]) };
-        if self.found == BEGINNING {
-            self.found = 0;
-            let period = *self.period.get_or_insert(self.rows - BEGINNING as u64);
-            self.place = Some(BEGINNING as u64 % period);
-            self.in_passes += BEGINNING as u64;
+        if self.found == self.beginning.len() {
+            let found = std::mem::take(&mut self.found) as u64;
+            let period = *self.period.get_or_insert(self.rows - found);
+            self.place = Some(found % period);
+            self.in_passes += found;
         }
+    }
+
+    fn beginning_rows(&self) -> usize {
+        (BEGINNING_VALUES / self.channels.max(1)).max(BEGINNING_ROWS)
     }
 }
 
@@ -135,8 +152,8 @@ mod tests {
 
     use super::*;
 
-    fn repeated(rows: impl IntoIterator<Item = [i32; 12]>) -> u64 {
-        let mut repeats = Repeats::default();
+    fn repeated<const CHANNELS: usize>(rows: impl IntoIterator<Item = [i32; CHANNELS]>) -> u64 {
+        let mut repeats = Repeats::new(CHANNELS);
         rows.into_iter().for_each(|row| repeats.push(hash(&row)));
         repeats.repeated()
     }
@@ -150,7 +167,7 @@ mod tests {
         fn a_loop_is_counted_from_its_second_pass_on(period in 16_i32..5000, passes in 1.0..4.0_f64) {
             let rows = (f64::from(period) * passes) as i32;
             let counted = repeated((0..rows).map(|i| [i % period; 12]));
-            let truth = if rows - period < BEGINNING as i32 { 0 } else { (rows - period) as u64 };
+            let truth = if rows - period < BEGINNING_ROWS as i32 { 0 } else { (rows - period) as u64 };
             prop_assert_eq!(counted, truth);
         }
     }
@@ -173,6 +190,14 @@ mod tests {
         };
         let rows: Vec<[i32; 12]> = (0..50_000).map(|_| std::array::from_fn(|_| noise())).collect();
         assert_eq!(repeated(rows), 0);
+    }
+
+    #[test]
+    fn a_table_of_few_channels_that_was_written_twice_is_counted() {
+        let noise = |place: i32| (scattered(place as u64 % 3000) >> 56) as i32;
+        assert_eq!(repeated((0..6000).map(|place| [noise(place)])), 3000);
+        assert_eq!(repeated((0..6000).map(|place| [noise(place), noise(place + 7), noise(place + 90)])), 3000);
+        assert_eq!(repeated((0..6000).map(|place| [place / 2])), 0, "a slow signal");
     }
 
     #[test]

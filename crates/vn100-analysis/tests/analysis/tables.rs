@@ -31,7 +31,9 @@ fn analysed(rows: &[(f64, i32)], together: usize, settings: Settings) -> Snapsho
 }
 
 fn steady(rate_hz: f64, rows: usize) -> Vec<(f64, i32)> {
-    (0..rows).map(|row| (5.0 + row as f64 / rate_hz, (row as i32 * 7919) % 1009)).collect()
+    (0..rows)
+        .map(|row| (5.0 + row as f64 / rate_hz, ((row as u32).wrapping_mul(2_654_435_761) >> 16) as i32 % 1009))
+        .collect()
 }
 
 fn severity(snapshot: &Snapshot, kind: WarningKind) -> Option<Severity> {
