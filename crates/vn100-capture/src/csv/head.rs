@@ -198,7 +198,8 @@ impl<'a> Candidate<'a> {
         let is_header = |row: &HeadRow| {
             let is_name = |cell: &Vec<u8>| self.header.names.contains(&shown(cell));
             let are_names = row.iter().all(|cell| cell.is_empty() || is_name(cell) && Number::parse(cell).is_none());
-            row.len() > 1 && are_names && row.iter().any(is_name)
+            let is_equal = || row.iter().map(|cell| shown(cell)).eq(self.header.names.iter().cloned());
+            row.len() > 1 && are_names && row.iter().any(is_name) && !is_equal()
         };
         let rows = rows(self.lines, lines_above).map(|row| cells(self.dialect, row));
         rows.take_while(|row| !is_header(row)).filter(|row| self.header.fits(row)).collect()

@@ -150,7 +150,15 @@ impl Rows {
         self.report.lines += 1;
         let row = match line.completeness {
             Completeness::Overlong => Err(RejectedRow::Length),
-            _ if self.is_skipped(line.number, text) => return self.skip(line),
+            _ if self.is_skipped(line.number, text) => {
+                // scripts that append to a table put a # before the names of the columns again
+                if let Some(names) =
+                    text.trim_ascii_start().strip_prefix(b"#").filter(|_| line.number > self.plan.lines_above)
+                {
+                    self.is_header(line.number, names);
+                }
+                return self.skip(line);
+            }
             Completeness::Unended if !self.ends_whole(text) => Err(RejectedRow::Truncated),
             _ if self.holds_sentences() => self.take_sentence(text),
             _ => self.take_numbers(line.number, text),
