@@ -61,9 +61,18 @@ fn status_line(status: &AspectStatus) -> Markup {
         li {
             span.aspect { (status.aspect) } " "
             b class={ "badge " (class) } { (status.word.word()) } " "
-            span { @for (place, (text, _)) in status.findings.iter().enumerate() { @if place > 0 { "; " } (text) } }
+            span {
+                @for (place, (text, notes)) in status.findings.iter().enumerate() {
+                    @if place > 0 { "; " } (text) (numbers_of(notes))
+                }
+            }
         }
     }
+}
+
+/// The numbers of the notes in these places.
+fn numbers_of(notes: &[usize]) -> Markup {
+    html! { @for place in notes { sup { "[" (place + 1) "]" } } }
 }
 
 pub(crate) const fn severity_class(severity: Option<Severity>) -> &'static str {
@@ -102,7 +111,7 @@ pub(crate) fn parameters(summary: &Summary, captions: &Captions) -> Markup {
                         tr {
                             th scope="col" { "parameter" } th scope="col" { "unit" }
                             @for axis in &table.axes { th scope="col" { (axis) } }
-                            @if table.has_datasheet { th scope="col" { "data sheet" } th scope="col" { "verdict" } }
+                            @if table.has_datasheet { th scope="col" { "data sheet" (numbers_of(&table.notes)) } th scope="col" { "verdict" } }
                         }
                     }
                     tbody { @for row in &table.rows { (parameter(row, table)) } }
