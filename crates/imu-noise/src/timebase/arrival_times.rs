@@ -333,8 +333,8 @@ impl ArrivalTimes {
             None => mean_hz(&stretch.stamps_s).unwrap_or(f64::INFINITY),
         };
         match () {
-            // between two times that the clock was set back little shows
-            () if samples == 1 || self.backwards > 0 && samples <= SET_BACK_SAMPLES as u64 => {}
+            // between two times that the clock was set back little may show
+            () if samples == 1 || self.backwards > 0 && measured_hz.is_infinite() => {}
             () if measured_hz.is_infinite() => self.refuse(Refusal::NoTimePasses { samples }),
             () if measured_hz > FASTEST_HZ => self.refuse(Refusal::TooFast { measured_hz, fastest_hz: FASTEST_HZ }),
             () if stretch.steps.is_some() => self.refuse(Refusal::Pairs { measured_hz }),

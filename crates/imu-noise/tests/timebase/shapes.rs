@@ -43,6 +43,15 @@ fn on_ticks(rate_hz: f64, tick_s: f64, samples: usize, phase: f64) -> Vec<f64> {
 }
 
 #[test]
+fn stamps_in_reverse_order_step_backwards() {
+    for rate_hz in [10.0, 40.0, 100.0, 100.01, 200.0, 800.0] {
+        let stamps_s: Vec<f64> = (0..3000).rev().map(|place| f64::from(place) / rate_hz).collect();
+        let refusal = detected(&stamps_s).3.refusal;
+        assert!(matches!(refusal, Some(Refusal::Backwards { .. })), "{rate_hz} Hz: {refusal:?}");
+    }
+}
+
+#[test]
 fn samples_that_are_early_by_a_tick_have_not_waited() {
     let (found_hz, missing, ..) = detected(&on_ticks(267.342_292_672, 0.244_093_794_797, 4172, 0.090_469_469));
     assert!(is_near(found_hz, 267.34, 0.01) && missing < 10, "{found_hz:?}, {missing}");

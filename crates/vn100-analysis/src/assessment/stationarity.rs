@@ -187,6 +187,20 @@ mod tests {
     }
 
     #[test]
+    fn a_frozen_part_or_a_sample_far_out_spoils_a_record() {
+        let frozen = |duration_s| {
+            let frozen = Some(Frozen { start_s: 3.0, end_s: 3.0 + duration_s, duration_s });
+            Stationarity { frozen, ..Stationarity::default() }.spoils_record(10_000, 0.01)
+        };
+        let outlier = |sigmas| {
+            let spikes = Some(Spikes { count: 1, sigmas });
+            Stationarity { spikes, ..Stationarity::default() }.spoils_record(10_000, 0.01)
+        };
+        assert_eq!([frozen(1.0), frozen(3.0), outlier(31.0), outlier(32.0)], [false, true, false, true]);
+        assert!(!Stationarity::default().spoils_record(10_000, 0.01));
+    }
+
+    #[test]
     fn steps_and_cycles_pose_as_noise_and_a_ramp_does_not() {
         let of = |shape, is_ramp| {
             let found = Stationarity {

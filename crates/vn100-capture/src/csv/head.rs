@@ -195,14 +195,17 @@ impl<'a> Candidate<'a> {
     /// The fields of the first rows.
     fn cells(&self, lines_above: usize) -> Vec<HeadRow> {
         // a second header may give another order to the columns of the rows below it
-        let is_header = |row: &HeadRow| {
+        let is_header = |line: &&[u8]| {
+            let row = cells(self.dialect, line.trim_ascii_start().strip_prefix(b"#").unwrap_or(line));
             let is_name = |cell: &Vec<u8>| self.header.names.contains(&shown(cell));
             let are_names = row.iter().all(|cell| cell.is_empty() || is_name(cell) && Number::parse(cell).is_none());
             let is_equal = || row.iter().map(|cell| shown(cell)).eq(self.header.names.iter().cloned());
             row.len() > 1 && are_names && row.iter().any(is_name) && !is_equal()
         };
-        let rows = rows(self.lines, lines_above).map(|row| cells(self.dialect, row));
-        rows.take_while(|row| !is_header(row)).filter(|row| self.header.fits(row)).collect()
+        let below = self.lines.get(lines_above..).unwrap_or_default();
+        let end = below.iter().position(is_header).map_or(self.lines.len(), |place| lines_above + place);
+        let rows = rows(&self.lines[..end], lines_above).map(|row| cells(self.dialect, row));
+        rows.filter(|row| self.header.fits(row)).collect()
     }
 
     fn search<'b>(&'b self, columns: &Columns, rows: &'b HeadRows) -> TimeSearch<'b> {

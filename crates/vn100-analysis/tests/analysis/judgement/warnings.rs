@@ -1,7 +1,9 @@
 //! What a record warns of.
 
 use imu_noise::{Status, Term};
-use vn100_analysis::{Analysis, Assessment, Event, Finding, Happening, Peak, Rejected, Remedy, Settings, WarningKind};
+use vn100_analysis::{
+    Analysis, Assessment, Event, Finding, Happening, LongTauValidity, Peak, Rejected, Remedy, Settings, WarningKind,
+};
 use vn100_protocol::stream::{Batch, StreamCounts};
 use vn100_protocol::{Channel, DeviceError, Layout, MeasuredPackets, Quantity, VNYMR};
 
@@ -44,6 +46,18 @@ fn a_series_of_no_sensor_that_is_rounded_says_so() {
     };
     assert_eq!(named(&warnings(0), WarningKind::QuantisationFloor), ["gyro_z"]);
     assert!(named(&warnings(100), WarningKind::QuantisationFloor).is_empty());
+}
+
+#[test]
+fn a_sample_far_out_leaves_its_axis_without_a_fit() {
+    let added: fn(&Channel, u64) -> f64 =
+        |channel, sample| if channel.name == "gyro_y" && sample == 7000 { 3e6 } else { 0.0 };
+    let assessment = Simulated { added, ..Simulated::default() }.record().1;
+    let noise = [6, 7, 8].map(|place| assessment.channels[place].noise.as_ref().unwrap());
+    let known = noise.map(|noise| noise.parameter(Term::White).unwrap().status);
+    assert_eq!(known, [Status::Estimated, Status::ModelRejected, Status::Estimated]);
+    assert_eq!(noise[1].long_taus, LongTauValidity::Spoiled);
+    assert_eq!(named(&assessment.warnings, WarningKind::NotStationary), ["gyro_y"]);
 }
 
 #[test]
