@@ -412,6 +412,10 @@ fn singles(steps_s: &[f64]) -> Option<Option<Steps>> {
     let is_of_clock = alone(ON_TICKS) > 0 && (2 * repeated >= longer || is_even());
     // whole multiples after equal numbers of steps that are no ticks: a sender leaves these samples out
     let is_tick = COARSE_TICKS_S.iter().chain(&OTHER_TICKS_S).any(|tick_s| (single_s / tick_s - 1.0).abs() < NEAR_SUM);
+    let are_multiples = |tick_s: &f64| {
+        let ticks = kept.iter().map(|periods| periods * single_s / tick_s);
+        20 * ticks.filter(|ticks| (ticks - ticks.round()).abs() <= ON_TICKS).count() >= 19 * kept.len()
+    };
     let are_left_out = equally && are_on_ticks && !is_tick;
     // uneven stamps are late at times, for long
     let uneven = |unevenness| {
@@ -423,7 +427,9 @@ fn singles(steps_s: &[f64]) -> Option<Option<Steps>> {
         () if are_on_ticks && (is_of_clock || every && length < 2.5) && !are_left_out => {
             uneven(Unevenness::CoarseClock)
         }
+        // random losses may be balanced by chance, but are no multiples of these ticks
         () if !are_left_out
+            && COARSE_TICKS_S.iter().any(are_multiples)
             && summed <= MOST_BALANCED.min(kept.len() / 8)
             && are_balanced(&kept, summed.max(LEAST_BALANCED)) =>
         {
