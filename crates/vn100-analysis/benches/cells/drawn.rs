@@ -568,7 +568,9 @@ fn summary(scored: &[(&Drawn, Score)], seed: u64) {
             ("false, worst %", percent(worst_false)),
         ];
         println!("| {family} | {} |", values.each_ref().map(|(_, value)| value.as_str()).join(" | "));
-        figures::record("drawn", &format!("seed {seed}: {family}"), &values);
+        if family == "all" {
+            figures::record("drawn", &format!("seed {seed}: {family}"), &values);
+        }
     }
     println!();
     let miss = |aim: &str, is_missed: &dyn Fn(&Drawn, &Score) -> bool| {
