@@ -37,3 +37,14 @@ pub(super) fn period_ns(intervals: impl Iterator<Item = u64> + Clone) -> Option<
         && (all_ns / (all_ticks * TICK_NS) - 1.0).abs() <= MEAN_TICK_TOLERANCE;
     Some(if is_whole { ticks * TICK_NS } else { mean_ns })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_within_a_tenth_of_a_tick_are_whole_ticks() {
+        let of = [0, 100_000, 1_130_000, 1_250_000, 1_800_000, 25_000_000, 25_120_000, 25_130_000];
+        assert_eq!(of.map(whole_ticks), [None, None, Some(1), Some(1), None, Some(20), Some(20), None]);
+    }
+}
