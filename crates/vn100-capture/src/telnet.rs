@@ -1,5 +1,6 @@
 //! Bytes that came over telnet (RFC 854, also RFC 2217 of serial servers), in which a byte 0xFF is
-//! sent twice, because 0xFF alone begins a command.
+//! sent twice, because 0xFF alone begins a command. As those of a packed file, the bytes are counted
+//! as they are read.
 
 use std::io::{self, Read};
 

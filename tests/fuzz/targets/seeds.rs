@@ -98,6 +98,8 @@ pub(super) fn captures() -> Vec<Vec<u8>> {
         format!("t,raw\n{}", (0..20).map(|row| format!("0.{:03},\"{sentence}\"\n", row * 25)).collect::<String>())
             .into_bytes(),
     );
+    // over telnet, with noise between the sentences
+    seeds.push(format!("{sentence}\r\n").into_bytes().into_iter().chain([0xff, 0xff]).cycle().take(2000).collect());
     let recording = recording();
     let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     gzip.write_all(&clean()).unwrap();
