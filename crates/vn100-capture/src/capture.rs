@@ -212,8 +212,9 @@ impl Capture {
         let file = path.file_name().map(|name| name.to_string_lossy());
         let said = Said { map: options.columns.as_ref(), stream: options.topic.as_deref(), file: file.as_deref() };
         let (head, detected) = detect_format(&mut reader, said)?;
-        let is_of_telnet =
-            matches!(detected, Detected::Bytes(Format::Raw, _)) && sidecar.is_none() && doubles_ff(&head.bytes);
+        // how much of a stream is here depends on how it comes: its doubled bytes are damage that is counted
+        let is_raw_file = is_file && sidecar.is_none() && matches!(detected, Detected::Bytes(Format::Raw, _));
+        let is_of_telnet = is_raw_file && doubles_ff(&head.bytes);
         let whole = head.chain(reader);
         let reader: Box<dyn Read + Send> = if is_of_telnet { Box::new(Undoubled::new(whole)) } else { Box::new(whole) };
         let (format, readable) = match detected {
