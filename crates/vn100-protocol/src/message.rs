@@ -4,7 +4,6 @@ pub(crate) mod decimal;
 pub(crate) mod decoder;
 pub(crate) mod increments;
 pub(crate) mod layout;
-mod numbers;
 pub(crate) mod quantity;
 pub(crate) mod sample;
 pub(crate) mod suffix;

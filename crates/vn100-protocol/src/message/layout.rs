@@ -101,16 +101,8 @@ pub enum Quantity {
 
 #[expect(clippy::panic, reason = "evaluated at compile time alone")]
 impl Layout {
-    /// The header of a row of the table, for constants; panics at compile time for a layout that
-    /// owns it.
-    pub(super) const fn constant_header(&self) -> &str {
-        match &self.message {
-            Cow::Borrowed(header) => header,
-            Cow::Owned(_) => panic!("a row of the table owns nothing"),
-        }
-    }
-
-    /// The channels of a row of the table, for constants.
+    /// The channels of a row of the table, for constants; panics at compile time for a layout that
+    /// owns them.
     pub(super) const fn constant_channels(&self) -> &[Channel] {
         match &self.channels {
             Cow::Borrowed(channels) => channels,
@@ -182,14 +174,8 @@ impl PrintFormat {
 
     /// Whether messages of these channels have this format: the format of temperature and pressure
     /// in old firmware is not known.
-    pub(super) const fn covers(self, channels: &[Channel]) -> bool {
-        let mut index = 0;
-        while index < channels.len() {
-            if matches!((self, channels[index].quantity), (Self::Old, Quantity::Temperature | Quantity::Pressure)) {
-                return false;
-            }
-            index += 1;
-        }
-        true
+    pub(super) fn covers(self, channels: &[Channel]) -> bool {
+        let is_new = |channel: &Channel| matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure);
+        self == Self::Current || !channels.iter().any(is_new)
     }
 }

@@ -1,7 +1,7 @@
 //! One sample: the numbers of a measuring sentence as exact counts.
 //!
-//! [`Sample::parse`] reads any sentence of the table: by the fast reader if it has the usual form,
-//! else by the exact reader here, which finds the error. Both give the same values.
+//! [`Sample::parse`] reads any sentence of the table, and finds the error in it. The decoder reads
+//! the usual lines by a faster way (`template.rs`), which gives the same values.
 
 use alloc::format;
 
@@ -11,10 +11,7 @@ use super::{
     layout::{Channel, Layout, PrintFormat},
     suffix::Suffix,
 };
-use crate::{
-    framing::sentence::{RejectReason, Sentence},
-    register::RegisterContents,
-};
+use crate::{framing::sentence::RejectReason, register::RegisterContents};
 
 pub(super) const MAX_CHANNELS: usize = 13;
 
@@ -48,12 +45,6 @@ impl Sample {
     /// As for [`parse`](Self::parse).
     pub fn from_contents(contents: &RegisterContents, layout: &'static Layout) -> Result<Self, RejectReason> {
         read_fields(format!(",{}", contents.fields).as_bytes(), layout)
-    }
-
-    /// Reads any sentence with the header of `layout`, and finds the error in it.
-    #[cold]
-    pub(super) fn read_exactly(sentence: &Sentence<'_>, layout: &'static Layout) -> Result<Self, RejectReason> {
-        read_fields(&sentence.body[layout.message.len()..], layout)
     }
 
     /// The exact values in the order of the wire, in units of the last decimal of each channel, for

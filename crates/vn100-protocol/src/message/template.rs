@@ -5,7 +5,6 @@
 
 use crate::{
     message::layout::{Layout, PrintFormat},
-    message::numbers::eight_digits,
     message::sample::{MAX_CHANNELS, Sample},
     message::suffix::Suffix,
     message::table::{VNIMU, VNYMR},
@@ -231,6 +230,15 @@ fn temperature(word: u64) -> u32 {
 #[inline]
 fn wide_pressure(word: u64) -> u32 {
     eight_digits((word & 0x0000_0000_0F0F_0F0F) << 8 | word & 0x0F0F_0F00_0000_0000)
+}
+
+/// The number whose digits, the first one lowest, are the bytes of `digits`: neighbours are joined
+/// to pairs, fours and eight.
+#[inline]
+fn eight_digits(digits: u64) -> u32 {
+    let pairs = (digits * 10 + (digits >> 8)) & 0x00FF_00FF_00FF_00FF;
+    let fours = (pairs * 100 + (pairs >> 16)) & 0x0000_FFFF_0000_FFFF;
+    (fours * 10_000 + (fours >> 32)) as u32
 }
 
 /// The first of eight digits, after the sign at this place.
