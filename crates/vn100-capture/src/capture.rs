@@ -33,8 +33,6 @@ use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 pub struct Capture {
     /// The format after decompression.
     pub format: Format,
-    /// Size of the file in bytes, as stored; `None` for a stream.
-    pub stored_bytes: Option<u64>,
     /// Number of stored bytes that were read so far; grows while the source is read.
     pub stored_bytes_read: Arc<AtomicU64>,
     /// Whether the capture holds numbers that may be of any sensor, and no messages of a VN-100. No
@@ -75,13 +73,11 @@ impl Capture {
         }
         let read = Arc::default();
         if metadata.is_dir() {
-            let bag = Bag::in_folder(path)?;
-            let stored_bytes = bag.stored_bytes();
-            return Self::of_bag(bag, stored_bytes, read, options);
+            return Self::of_bag(Bag::in_folder(path)?, read, options);
         }
         // a pipe can be read only once
         let reader = unpacked(CountedReader { inner: File::open(path)?, read: Arc::clone(&read) })?;
-        Self::start(reader, None, read, Sidecar::beside(path)?, options, path)
+        Self::start(reader, false, read, Sidecar::beside(path)?, options, path)
     }
 
     /// Opens a file wherever its bytes are, under this name. It has no times beside it, and of a
@@ -100,13 +96,13 @@ impl Capture {
         options: &CaptureOptions,
         path: &Path,
     ) -> Result<Self, Problem> {
-        let (stored_bytes, read) = (file.bytes(), Arc::new(AtomicU64::new(0)));
+        let (is_file, read) = (file.bytes().is_some(), Arc::new(AtomicU64::new(0)));
         if let Some(form) = bag::form_of(&*file)? {
-            return Self::of_bag(Bag::new(form, vec![file]), stored_bytes, read, options);
+            return Self::of_bag(Bag::new(form, vec![file]), read, options);
         }
         let counted = |inner| CountedReader { inner, read: Arc::clone(&read) };
         let reader = unpacked_stored(&*file, counted, IN_ARCHIVE)?;
-        Self::start(reader, stored_bytes, read, sidecar, options, path)
+        Self::start(reader, is_file, read, sidecar, options, path)
     }
 
     /// The streams of a file, by the names that [`topic`](CaptureOptions::topic) takes: the
@@ -138,7 +134,7 @@ impl Capture {
     pub fn from_reader(reader: impl Read + Send + 'static, options: &CaptureOptions) -> Result<Self, OpenError> {
         let (path, read) = (Path::new("-"), Arc::new(AtomicU64::new(0)));
         let counted = CountedReader { inner: reader, read: Arc::clone(&read) };
-        let started = unpacked(counted).and_then(|reader| Self::start(reader, None, read, None, options, path));
+        let started = unpacked(counted).and_then(|reader| Self::start(reader, false, read, None, options, path));
         started.map_err(|problem| problem.at(path))
     }
 
@@ -167,12 +163,7 @@ impl Capture {
         }
     }
 
-    fn of_bag(
-        bag: Bag,
-        stored_bytes: Option<u64>,
-        read: Arc<AtomicU64>,
-        options: &CaptureOptions,
-    ) -> Result<Self, Problem> {
+    fn of_bag(bag: Bag, read: Arc<AtomicU64>, options: &CaptureOptions) -> Result<Self, Problem> {
         let stream = bag::choose(&bag, options, 1)?.pop();
         let mut stream = stream.ok_or_else(|| Problem::new("it has no topic"))?;
         stream.fit(&bag)?;
@@ -184,29 +175,27 @@ impl Capture {
             Reading::of(BagSamples::open(&bag, stream, options, &counted).map_err(io::Error::other)?)
         });
         let readable = Readable { holds_values, topic: Some(topic), ..readable };
-        Ok(Self::new(format, stored_bytes, stored_bytes_read, readable))
+        Ok(Self::new(format, stored_bytes_read, readable))
     }
 
     fn new(
         format: Format,
-        stored_bytes: Option<u64>,
         stored_bytes_read: Arc<AtomicU64>,
         Readable { holds_values, lacks_times, topic, recorded, start: start_reading }: Readable,
     ) -> Self {
-        Self { format, stored_bytes, stored_bytes_read, holds_values, lacks_times, topic, recorded, start_reading }
+        Self { format, stored_bytes_read, holds_values, lacks_times, topic, recorded, start_reading }
     }
 
     fn start(
         reader: Box<dyn Read + Send>,
-        stored_bytes: Option<u64>,
+        is_file: bool,
         stored_bytes_read: Arc<AtomicU64>,
         sidecar: Option<Sidecar>,
         options: &CaptureOptions,
         path: &Path,
     ) -> Result<Self, Problem> {
-        let is_file = stored_bytes.is_some();
         let mut reader = match bag::detect_bag(reader)? {
-            bag::Stream::Bag(bag) => return Self::of_bag(bag, stored_bytes, stored_bytes_read, options),
+            bag::Stream::Bag(bag) => return Self::of_bag(bag, stored_bytes_read, options),
             bag::Stream::Other(reader) => reader,
         };
         let file = path.file_name().map(|name| name.to_string_lossy());
@@ -241,7 +230,7 @@ impl Capture {
             Detected::UnusableCsv(problem) => return Err(problem.into()),
             Detected::Unknown(found) => return Err(no_capture(&found)),
         };
-        Ok(Self::new(format, stored_bytes, stored_bytes_read, readable))
+        Ok(Self::new(format, stored_bytes_read, readable))
     }
 }
 

@@ -125,7 +125,6 @@ fn numbers_at(rows: &HeadRows, place: usize) -> impl Iterator<Item = Number> {
     rows.iter().filter_map(move |row| Number::parse(row.get(place)?))
 }
 
-/// Whether a row has a number in this column.
 fn holds_number(row: &HeadRow, place: usize) -> bool {
     row.get(place).is_some_and(|cell| Number::parse(cell).is_some())
 }

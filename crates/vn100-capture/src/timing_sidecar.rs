@@ -25,7 +25,6 @@ pub(crate) struct Sidecar {
     file: BufReader<File>,
     /// Lines read.
     line: usize,
-    /// The offset of the last read.
     last_offset: Option<u64>,
     longest_read: u64,
 }
@@ -129,7 +128,6 @@ pub(crate) struct BytesReader<R> {
     offset: u64,
     /// Arrival time of the current read.
     at_ns: Option<i64>,
-    /// The next read.
     next: Option<ReadStamp>,
     /// Bytes since the last batch.
     unsent: usize,

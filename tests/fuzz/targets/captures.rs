@@ -34,7 +34,6 @@ pub(crate) fn check(input: &[u8]) {
     let line_by_line = options & 2 == 2;
     let read = |piece, line_by_line| {
         open(piece).map_err(|error| error.to_string()).map(|capture| {
-            let plain = capture.stored_bytes.is_none() && !is_packed(bytes);
             told(
                 capture,
                 ReadOptions {
@@ -44,7 +43,7 @@ pub(crate) fn check(input: &[u8]) {
                     measured: [MeasuredFrames::First, MeasuredFrames::Sentences, MeasuredFrames::Packets]
                         [usize::from(options >> 4) % 3],
                 },
-                plain.then_some(bytes.len()),
+                (!is_packed(bytes)).then_some(bytes.len()),
             )
         })
     };

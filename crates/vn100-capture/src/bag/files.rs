@@ -85,12 +85,6 @@ impl Bag {
         Self { form, files, unpacked_bytes: 0 }
     }
 
-    /// Number of bytes of all files together; `None` if they were unpacked.
-    pub(crate) fn stored_bytes(&self) -> Option<u64> {
-        let all = || self.files.iter().map(|file| file.bytes()).sum();
-        if self.unpacked_bytes == 0 { all() } else { None }
-    }
-
     /// All messages, beginning with the first; `read` counts the bytes that are read from the files.
     pub(super) fn messages(&self, read: &Arc<AtomicU64>) -> Result<Messages, Problem> {
         let files = self.files.iter().map(|file| open(self.form, &**file, read)).collect::<Result<Vec<_>, _>>()?;

@@ -16,7 +16,6 @@ const BLOCK_BYTES: usize = 256 * 1024;
 /// Longest row that is read.
 const ROW_BYTES: u64 = 4 * 1024 * 1024 + 4096;
 
-/// Bytes of the header of the file, on its first page.
 const FILE_HEADER_BYTES: usize = 100;
 
 pub(super) struct Database<R> {

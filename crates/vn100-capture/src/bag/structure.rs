@@ -70,7 +70,6 @@ impl Structure {
         self.leaves.iter().position(|(other, _)| other == path)
     }
 
-    /// The paths of all times.
     pub(super) fn times(&self) -> impl Iterator<Item = (usize, &str)> {
         let leaves = self.leaves.iter().enumerate();
         leaves.filter(|(_, (_, leaf))| *leaf == Leaf::Time).map(|(place, (path, _))| (place, &**path))

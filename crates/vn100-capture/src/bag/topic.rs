@@ -108,7 +108,6 @@ pub(super) struct TopicList {
 }
 
 impl TopicList {
-    /// Counts the bytes of a definition.
     pub(super) fn add_definition(&mut self, bytes: usize) -> io::Result<()> {
         self.definition_bytes += bytes;
         self.check()

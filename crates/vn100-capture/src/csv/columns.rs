@@ -135,7 +135,6 @@ impl Columns {
         }
     }
 
-    /// The columns that `map` names.
     pub(super) fn mapped(header: &Header, map: &ColumnMap) -> Result<Self, Unusable> {
         let mut found: Vec<(&'static str, usize)> = Vec::new();
         for (channel, column) in map.columns() {

@@ -169,7 +169,6 @@ fn without_axes(words: &[String], stated: Option<&str>) -> Option<Meaning> {
     Some(Meaning { channel, unit, made: Made::Unsaid, is_sure: true, group })
 }
 
-/// The name without its text in brackets, and that text.
 fn without_brackets(name: &str) -> (String, Vec<String>) {
     let (mut bare, mut brackets) = (String::new(), Vec::new());
     let mut rest = name.trim();

@@ -185,7 +185,6 @@ impl TimeSearch<'_> {
         })
     }
 
-    /// The form of the stamps of a column.
     fn form(&self, place: usize) -> Result<StampForm, Unusable> {
         let stamps: Vec<Number> = numbers_at(self.rows, place).collect();
         let cells = self.cells(place).filter(|cell| !cell.is_empty()).count();

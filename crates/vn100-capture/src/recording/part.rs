@@ -122,7 +122,6 @@ pub(super) fn folder_of(file: &Path) -> &Path {
     file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// The existing parts of a recording, by their numbers.
 pub(super) fn existing_parts(recording: &Path) -> io::Result<BTreeMap<u32, PathBuf>> {
     let mut parts = BTreeMap::new();
     for entry in fs::read_dir(folder_of(recording))? {

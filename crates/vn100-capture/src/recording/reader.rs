@@ -326,7 +326,6 @@ impl Carries {
         }
     }
 
-    /// The inputs in a message.
     fn inputs(self, at_ns: i64, data: Vec<u8>) -> io::Result<Vec<StreamInput>> {
         let damaged = |problem: String| io::Error::new(ErrorKind::InvalidData, problem);
         Ok(match self {

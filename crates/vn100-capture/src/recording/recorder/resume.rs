@@ -91,7 +91,6 @@ pub(super) fn serial_number(recording: &mut RecordingReader<impl Read>) -> io::R
     Ok(serial.found)
 }
 
-/// The last serial number in a stream.
 struct SerialNumber {
     parser: SampleReader,
     found: Option<String>,
