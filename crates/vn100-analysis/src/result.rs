@@ -12,7 +12,7 @@ mod verdict;
 
 use std::sync::Arc;
 
-use imu_noise::{Deviation, Estimator, RecordShape, Verdict};
+use imu_noise::{Deviation, Estimator, Verdict};
 use schemars::JsonSchema;
 use serde::Serialize;
 use vn100_protocol::Quantity;
@@ -253,11 +253,6 @@ impl SourceResult {
     /// The deviation that all curves are of.
     pub fn deviation(&self) -> Deviation {
         self.basis.snapshot.deviation
-    }
-
-    /// Length, interval and kind of the octaves of a channel with a sample in every row.
-    pub fn shape(&self) -> RecordShape {
-        self.basis.snapshot.shape()
     }
 
     /// The windows that enter all curves.

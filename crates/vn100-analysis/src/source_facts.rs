@@ -257,7 +257,8 @@ pub struct LinkFacts {
 }
 
 /// What a link is doing.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum LinkStatus {
     /// The port is being opened.
     #[default]
@@ -274,21 +275,6 @@ pub enum LinkStatus {
     NotConnected,
     /// The link has ended.
     Closed,
-}
-
-impl LinkStatus {
-    /// The code of the status in results.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Opening => "opening",
-            Self::Scanning => "scanning",
-            Self::Connected => "connected",
-            Self::Silent => "silent",
-            Self::Lost => "lost",
-            Self::NotConnected => "not-connected",
-            Self::Closed => "closed",
-        }
-    }
 }
 
 /// A recording that is being made.

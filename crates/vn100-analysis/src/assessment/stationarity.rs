@@ -79,11 +79,6 @@ impl Stationarity {
         found
     }
 
-    /// Whether the noise changes, comes in bursts, freezes or has spikes.
-    pub const fn noise_changes(&self) -> bool {
-        self.noise_change.is_some() || self.bursts.is_some() || self.frozen.is_some() || self.spikes.is_some()
-    }
-
     /// Whether one value for long, or one sample far out, spoils all that is computed of the channel in a
     /// record of so many samples.
     pub(super) fn spoils_record(&self, samples: u64, interval_s: f64) -> bool {

@@ -8,7 +8,7 @@ use serde::Serialize;
 use vn100_analysis::noise::{Parameter, Status, Term};
 use vn100_analysis::{ChannelResult, EndKind, Goal, LinkFacts, SourceResult, utc};
 
-use crate::{goals::widest, schema::schema_of};
+use crate::{codes::name_of, goals::widest, schema::schema_of};
 
 /// The JSON Schema (2020-12) of [`ProgressDocument`] and [`HeartbeatDocument`].
 pub fn progress_schema() -> Schema {
@@ -51,7 +51,7 @@ pub struct ProgressDocument {
     /// Nominal sample rate in Hz; null while it is not known.
     rate_hz: Option<f64>,
     /// What the link does; null for a source without a link.
-    link: Option<&'static str>,
+    link: Option<String>,
     /// The channels, with values of four digits in the units of vn100.analysis/2.
     channels: Vec<ProgressChannel>,
     /// How many warnings there are of each kind.
@@ -121,7 +121,7 @@ impl ProgressDocument {
             samples: timing.samples,
             missing: timing.missing,
             rate_hz: timing.rate_hz,
-            link: result.source.link.as_ref().map(|link| link.status.name()),
+            link: result.source.link.as_ref().map(|link| name_of(link.status)),
             channels: result.channels.iter().map(ProgressChannel::new).collect(),
             warnings,
             goals: goals.iter().map(progress).collect(),
@@ -166,7 +166,7 @@ pub struct HeartbeatDocument {
     /// Samples so far.
     samples: u64,
     /// What the link does; null for a source without a link.
-    link: Option<&'static str>,
+    link: Option<String>,
     /// When the latest sample came, or else the measurement began, RFC 3339; null without a date.
     since: Option<String>,
     /// Seconds since then.
@@ -187,7 +187,7 @@ impl HeartbeatDocument {
             kind: "heartbeat",
             source: source.to_owned(),
             samples,
-            link: link.map(|link| link.status.name()),
+            link: link.map(|link| name_of(link.status)),
             since: now_ns.checked_sub(silent_ns).and_then(utc),
             silent_s: (silent.as_secs_f64() * 10.0).round() / 10.0,
             tries: link.map_or(0, |link| link.attempts),

@@ -16,7 +16,6 @@ pub struct SampleTable<W> {
     columns: Option<TimeColumns>,
     /// Rows without a stamp of their own came with the row before.
     arrival_ns: Option<i64>,
-    rows: u64,
 }
 
 /// Which times there are, by the first batch with samples.
@@ -29,12 +28,7 @@ struct TimeColumns {
 impl<W: Write> SampleTable<W> {
     /// A table without rows; the header is written with the first row.
     pub const fn new(out: W) -> Self {
-        Self { out, columns: None, arrival_ns: None, rows: 0 }
-    }
-
-    /// Number of rows written so far.
-    pub const fn rows(&self) -> u64 {
-        self.rows
+        Self { out, columns: None, arrival_ns: None }
     }
 
     /// Writes the samples of the next batch.
@@ -60,7 +54,6 @@ impl<W: Write> SampleTable<W> {
                 cells.push(if batch.is_absent(row, place) { String::new() } else { value(channel, *count) });
             }
             writeln!(self.out, "{}", cells.join(","))?;
-            self.rows += 1;
         }
         Ok(())
     }
