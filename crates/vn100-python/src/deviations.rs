@@ -2,6 +2,7 @@
 
 use std::thread;
 
+use multiversion::multiversion;
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::{exceptions::PyValueError, prelude::*};
 
@@ -222,39 +223,12 @@ fn adjacent(phase: &[f64], order: usize, m: usize) -> (f64, usize) {
     (squares(&ends, order, 1, 0, windows), windows)
 }
 
+/// The same bits, faster, with wider registers.
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
 fn squares(phase: &[f64], order: usize, m: usize, begin: usize, windows: usize) -> f64 {
     if windows == 0 {
         return 0.0;
     }
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx512f") {
-        // SAFETY: the processor has what the function is compiled for.
-        return unsafe { squares_in_avx512(phase, order, m, begin, windows) };
-    }
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has what the function is compiled for.
-        return unsafe { squares_in_avx2(phase, order, m, begin, windows) };
-    }
-    squares_in_lanes(phase, order, m, begin, windows)
-}
-
-/// The same bits, faster.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f")]
-fn squares_in_avx512(phase: &[f64], order: usize, m: usize, begin: usize, windows: usize) -> f64 {
-    squares_in_lanes(phase, order, m, begin, windows)
-}
-
-/// The same bits, twice as fast.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn squares_in_avx2(phase: &[f64], order: usize, m: usize, begin: usize, windows: usize) -> f64 {
-    squares_in_lanes(phase, order, m, begin, windows)
-}
-
-#[inline(always)]
-fn squares_in_lanes(phase: &[f64], order: usize, m: usize, begin: usize, windows: usize) -> f64 {
     let points = |lag: usize| &phase[begin + lag * m..][..windows];
     match order {
         2 => lane_sum([points(0), points(1), points(2)], |[p0, p1, p2]| (p2 - p1) - (p1 - p0)),
