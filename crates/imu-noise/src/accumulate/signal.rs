@@ -68,7 +68,7 @@ impl ChannelSignal {
             slow: SumSpectrum::new(plan, 1, 1),
             slowest: SumSpectrum::new(plan, WINDOWS, LEAST_WINDOWS),
             blocks: Blocks::new(),
-            windows: WindowStatistics::new(),
+            windows: WindowStatistics::default(),
             end: 0,
             is_parted: false,
             window: Vec::with_capacity(WINDOW),

@@ -75,7 +75,7 @@ impl<T: Copy + Default + Into<i64>> Spectrum<T> {
             end: 0,
             samples: 0,
             counts_missing,
-            recent: Places::new(),
+            recent: Places::default(),
             open: Vec::new(),
             long: SegmentPowerSums::new(),
             short: SegmentPowerSums::new(),

@@ -18,7 +18,7 @@ const CELL: u64 = 16;
 
 /// Change of mean from window to window and spread within windows of 32 samples: constant over time
 /// for white, flicker and random-walk noise.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct WindowStatistics {
     /// |ΔΣc| of adjacent windows.
     pub(crate) changes: Magnitudes,
@@ -41,10 +41,6 @@ struct Window {
 const LEAST_CHANGE: f64 = 0.5;
 
 impl WindowStatistics {
-    pub(crate) const fn new() -> Self {
-        Self { changes: Magnitudes::new(), spreads: Magnitudes::new(), last: None }
-    }
-
     pub(crate) fn push(&mut self, number: u64, sums: &BlockSums, spread: f64) {
         let window = Window { number, sum: sums.sum, spread };
         if let Some(last) = self.last.replace(window) {
@@ -71,12 +67,11 @@ impl WindowStatistics {
 
 /// Frequencies of positive numbers in bins of an eighth of an octave, and the highest peaks. At
 /// most 2.4 KiB for numbers below 2^75.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Magnitudes {
     /// From the lowest bin on.
     frequencies: Vec<u32>,
     pub(crate) total: u32,
-    /// The cell of the last window.
     last: Option<Cell>,
     /// Ascending peaks of the earlier cells.
     highest: Vec<PeakWindows>,
@@ -101,10 +96,6 @@ pub(crate) struct PeakWindows {
 }
 
 impl Magnitudes {
-    pub(crate) const fn new() -> Self {
-        Self { frequencies: Vec::new(), total: 0, last: None, highest: Vec::new(), least: 0.0 }
-    }
-
     /// Adds the number of one window: not negative, and finite. `peak`, at most as high, is its
     /// number among the highest.
     pub(crate) fn push(&mut self, window: u64, number: f64, peak: impl FnOnce() -> f64) {
@@ -201,7 +192,7 @@ mod tests {
     use super::*;
 
     fn of(numbers: &[f64]) -> Magnitudes {
-        let mut magnitudes = Magnitudes::new();
+        let mut magnitudes = Magnitudes::default();
         (0..).zip(numbers).for_each(|(window, &number)| magnitudes.push(window, number, || number));
         magnitudes
     }

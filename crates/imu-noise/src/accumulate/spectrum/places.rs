@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 /// The values at successive indices, some of them missing.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Places<T> {
     pub(super) first: u64,
     pub(super) values: Vec<T>,
@@ -11,10 +11,6 @@ pub(super) struct Places<T> {
 }
 
 impl<T: Copy + Default> Places<T> {
-    pub(super) const fn new() -> Self {
-        Self { first: 0, values: Vec::new(), missing: Vec::new() }
-    }
-
     fn end(&self) -> u64 {
         self.first + self.values.len() as u64
     }
