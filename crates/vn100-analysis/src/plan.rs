@@ -23,7 +23,6 @@ const SENTENCES_HZ: u32 = 40;
 /// no noise.
 const PACKETS_HZ: u32 = 200;
 
-/// The highest baud rate of the sensor.
 const FASTEST: BaudRate = BaudRate::ALL[BaudRate::ALL.len() - 1];
 
 /// The number of slow terms that are tested in one record: B, K and R of six axes.

@@ -9,7 +9,6 @@ use vn100_analysis::{DecidedBy, EndKind, MissingFrom, RateFrom, WindowFrom, With
 
 use crate::schema::schema_of;
 
-/// A code of documents.
 #[derive(Debug)]
 pub(crate) struct Code {
     /// The key in documents whose value the code is.

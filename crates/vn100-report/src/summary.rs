@@ -130,7 +130,6 @@ impl Summary {
     }
 }
 
-/// The notes so far.
 struct Notes {
     words: RemedyWords,
     texts: Vec<String>,

@@ -86,7 +86,6 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
     channels.end(result)
 }
 
-/// Begins the recording, if one is asked for.
 async fn begin_recording(source: &LiveSource, spec: &LiveSpec) -> Result<Option<Recorder>, StartError> {
     let Some(recording) = &spec.recording else { return Ok(None) };
     recording.continues(spec.output.as_ref().and_then(|output| output.message.as_deref())).await?;

@@ -74,7 +74,6 @@ impl RecordingSpec {
     }
 }
 
-/// The reason of an end as a recording has it.
 fn recorded_reason(end: &End) -> String {
     match end {
         End::NotStarted { text, .. } | End::SourceFailed(text) => text.clone(),

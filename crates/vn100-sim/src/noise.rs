@@ -51,7 +51,6 @@ impl NoiseTruth {
         self.mean + self.ramp * time_s + self.lines.iter().zip(line_phases_turns).map(at).sum::<f64>()
     }
 
-    /// The phase of each line.
     pub(crate) fn line_phases_turns(&self, mut rng: ChaCha8Rng) -> Vec<f64> {
         self.lines.iter().map(|_| rng.random()).collect()
     }

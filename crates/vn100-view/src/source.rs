@@ -10,7 +10,6 @@ use vn100_session::{Command, Playback, Session, SourceState, Stage};
 
 use crate::{faults::Faults, reference::Reference};
 
-/// One source at one moment.
 #[derive(Debug, Clone)]
 pub(crate) struct SourceView {
     /// Without anything that steers a terminal.

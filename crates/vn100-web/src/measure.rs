@@ -37,7 +37,6 @@ pub struct Cure {
 /// A file that is to be measured, with what is said of it.
 pub(crate) struct Stream {
     pub(crate) file: Box<dyn StoredFile>,
-    /// Name of the file.
     pub(crate) name: String,
     /// Whether the topic is one of several streams of the file.
     pub(crate) is_one_of_several: bool,

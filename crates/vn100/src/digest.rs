@@ -25,7 +25,6 @@ pub(crate) fn digest(path: &Path) -> io::Result<FileFacts> {
     Ok(FileFacts { bytes, sha256 })
 }
 
-/// The digest as text.
 pub(crate) fn hex(digest: &[u8]) -> String {
     digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }

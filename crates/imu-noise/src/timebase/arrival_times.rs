@@ -201,7 +201,6 @@ impl ArrivalTimes {
     }
 }
 
-/// From times to events.
 impl ArrivalTimes {
     fn push_time(&mut self, at_s: f64) {
         match &mut self.waiting {

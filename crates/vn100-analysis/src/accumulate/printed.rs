@@ -5,7 +5,6 @@ use vn100_protocol::PrintFormat;
 /// The formats of a stream: the format before its first row, and each change of it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Printed {
-    /// The present format.
     format: Option<PrintFormat>,
     pub(super) coarsest: PrintFormat,
     pub(super) changes: u64,

@@ -10,7 +10,6 @@ pub(crate) struct RowSlice<'a> {
     pub(crate) counts: &'a [i32],
     /// Counts per row.
     width: usize,
-    /// The absent cells of these rows.
     absent: &'a [AbsentCell],
     /// The row number of the first of these rows in the absent cells.
     first_row: usize,

@@ -25,7 +25,6 @@ pub(crate) struct StreamFindings {
     pub(crate) restarted: Vec<String>,
 }
 
-/// The warnings for `snapshot`, in the order of a measurement.
 pub(crate) fn warnings(snapshot: &Snapshot, findings: &StreamFindings) -> Vec<Warning> {
     let mut warnings = Vec::new();
     warnings.extend(no_sample::warning(snapshot));

@@ -298,7 +298,6 @@ impl PendingInputs {
         mem::replace(self, Self::new(self.options)).inputs
     }
 
-    /// Takes the inputs received before the first frame of a sensor.
     pub(super) fn take_before_sensor(&mut self) -> VecDeque<StreamInput> {
         let Some(offset) = self.sensor_at else { return self.take_all() };
         let mut left = usize::try_from(offset).unwrap_or(usize::MAX);

@@ -207,7 +207,6 @@ impl Requests {
         self.initial_output == InitialOutputState::Resumed && !self.is_paused_by_user
     }
 
-    /// Submits the due reads on a connected link of this baud rate.
     pub(super) fn submit_due_reads(&mut self, now: Duration, baud: Option<u32>) {
         if self.temperature.as_mut().is_some_and(|poll| poll.is_due(now, baud)) {
             self.to_read.push_back(Register::IMU);
@@ -329,7 +328,6 @@ impl Requests {
         }
     }
 
-    /// Notes the effects of a user's command on the link.
     fn note_effects(&mut self, command: &SensorCommand, result: &Result<Response, RequestFailure>) {
         match (command, result) {
             (SensorCommand::WriteRegister { register: Register::BAUD_RATE, fields }, Ok(Response::Register(written)))

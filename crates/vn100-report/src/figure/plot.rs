@@ -100,7 +100,6 @@ impl Figure {
         [line].into_iter().chain(values.iter().map(symbol)).collect()
     }
 
-    /// The symbol of a series.
     pub(super) fn symbol_of(&self, series: usize, x: f64, y: f64) -> Primitive {
         self.symbol(x, y, Shape::of_series(series).filled(), Colour::Series(series))
     }

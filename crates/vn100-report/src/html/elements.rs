@@ -12,7 +12,6 @@ pub(crate) fn text_of(markup: Markup) -> String {
     if text.contains(steers) { text.replace(steers, "\u{fffd}") } else { text }
 }
 
-/// A table with its caption, the names of its columns, and its rows.
 pub(crate) fn table(caption: &Markup, class: Option<&str>, columns: &[&str], rows: &Markup) -> Markup {
     html! {
         div.scroll {

@@ -21,7 +21,6 @@ fn read_at(offset: u64, to: &mut [u8]) -> Option<usize> {
 /// Bytes of one call of the page.
 const PIECE_BYTES: usize = 256 * 1024;
 
-/// The file that the page has, of this length.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PageFile {
     pub(super) bytes: u64,

@@ -130,7 +130,6 @@ impl Step {
 struct Steps<'a> {
     args: &'a WitnessArgs,
     source: &'a str,
-    /// The folder of the recordings.
     folder: &'a Path,
     conditions: &'a BTreeMap<String, String>,
 }

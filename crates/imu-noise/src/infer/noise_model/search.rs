@@ -48,7 +48,6 @@ pub(super) struct Candidate {
     /// Penalised.
     pub(super) score: f64,
     pub(super) scored: Scored,
-    /// Variances by column.
     pub(super) variances: Vec<f64>,
 }
 

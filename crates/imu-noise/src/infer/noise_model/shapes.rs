@@ -25,7 +25,6 @@ const COARSE: f64 = 2.0;
 /// Of the square of a shape: with less beside known shapes it is one of them.
 const ALIKE: f64 = 1e-9;
 
-/// A shape of the mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::infer) enum MeanShape {
     /// Relaxes from the start on, with this time constant in blocks.

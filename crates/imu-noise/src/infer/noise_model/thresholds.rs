@@ -107,7 +107,6 @@ pub(super) const FILTERS: [Filter; 9] = [
 ];
 pub(super) const AS_FILTER: usize = FILTERS.len() - 1;
 
-/// Cosines at most.
 pub(super) const MOST_COSINES: usize = 40;
 
 /// From the correlation time of one Gauss-Markov process to that of the next.
@@ -186,7 +185,6 @@ pub(super) const WIDER_WHITE: f64 = 2.0;
 /// Lowest point of a segment in use: below, segments have lost their mean.
 pub(super) const FIRST: usize = 5;
 
-/// Fewest segments.
 pub(super) const LEAST_SEGMENTS: u64 = 4;
 
 /// Octaves that show no filter, in samples, and how many degrees of freedom they have at least.

@@ -24,7 +24,6 @@ pub(super) struct PublishedFile {
     pub(super) sha256: &'static str,
 }
 
-/// A table that was published with a record.
 pub(super) struct PublishedTable {
     pub(super) title: &'static str,
     pub(super) file: PublishedFile,
