@@ -156,6 +156,10 @@ impl Rows {
                     text.trim_ascii_start().strip_prefix(b"#").filter(|_| line.number > self.plan.lines_above)
                 {
                     self.is_header(line.number, names);
+                    // a note that mentions two columns begins no table
+                    if fields(names, self.plan.dialect.separator).count() != self.plan.names.len() {
+                        self.other_table = None;
+                    }
                 }
                 return self.skip(line);
             }

@@ -220,7 +220,7 @@ fn a_second_header_orders_its_rows_or_ends_the_table() {
     assert_eq!((whole.report.skipped_lines, whole.rejected.len()), (3, 0));
     assert_eq!(whole.stamps_ns, [0, 10_000_000, 20_000_000, 30_000_000]);
     let commented =
-        read_text(format!("#{first}# accel_x,t,gyro_x\n9.8,0.02,0.5\n# a note, of two parts\n9.8,0.03,0.5\n"), None);
+        read_text(format!("#{first}# accel_x,t,gyro_x\n9.8,0.02,0.5\n# gyro_x,accel_x\n9.8,0.03,0.5\n"), None);
     assert_eq!((&commented.counts, &commented.stamps_ns), (&whole.counts, &whole.stamps_ns));
     let finer = read_text(format!("{first}t,gyro_x,accel_x\n0.02,0.512345678,9.8\n"), None);
     assert_eq!(finer.counts[5], 512_345_678, "a header in the same order ends no rows");
