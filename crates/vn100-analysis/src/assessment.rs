@@ -20,7 +20,7 @@ use imu_noise::{
 use vn100_protocol::Channel;
 
 pub use axis_temperature::{AxisTemperature, WhyNoCoefficient};
-pub use noise::{BEFORE_FILTER_S, ChannelNoise, DetectableRrw, LongTauValidity, NoGrade, Withheld};
+pub use noise::{BEFORE_FILTER_S, ChannelNoise, LongTauValidity, NoGrade, Withheld};
 pub use onboard::{Onboard, WindowFrom};
 pub(crate) use rounding::is_rounded_away;
 pub use stationarity::Stationarity;
@@ -111,7 +111,6 @@ impl Assessment {
         temperature::add(snapshot, motion.is_some(), confidence, &mut channels);
         noise::withhold_what_poses_as_noise(&mut channels);
         noise::withhold_unproved(&mut channels);
-        noise::add_detectable_rrw(&mut channels, &curves, &models);
         let mut warnings = stream::warnings(snapshot, &channels, motion.is_some());
         let is_outlying = |(_, _, of): &(_, _, &ChannelAssessment)| of.stationarity.spikes.is_some();
         let outlying: Vec<&Channel> =

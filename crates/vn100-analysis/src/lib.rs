@@ -48,8 +48,8 @@ pub use accumulate::{
 };
 pub use assessment::{
     Aliasing, Assessment, AxisTemperature, BEFORE_FILTER_S, ChannelAssessment, ChannelNoise, DEFAULT_CONFIDENCE,
-    DetectableRrw, LEAST_EDF, LongTauValidity, NoGrade, OctaveAssessment, Onboard, RateShare, Stationarity,
-    WhiteBudget, WhyNoCoefficient, WindowFrom, Withheld,
+    LEAST_EDF, LongTauValidity, NoGrade, OctaveAssessment, Onboard, RateShare, Stationarity, WhiteBudget,
+    WhyNoCoefficient, WindowFrom, Withheld,
 };
 pub use averaging_times::AveragingTimes;
 pub use coast::Coast;

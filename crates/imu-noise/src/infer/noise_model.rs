@@ -43,7 +43,6 @@ use thresholds::{LIKE_A_FILTER, LONGEST_PROCESS, MOST_COSINES, PROCESSES_APART, 
 #[derive(Clone, Debug)]
 pub struct NoiseModel {
     shape: RecordShape,
-    window: Option<BoxcarWindow>,
     layout: Layout,
     grid: Grid,
     /// Shapes of the mean, of as many blocks as the first channel has.
@@ -71,18 +70,7 @@ impl NoiseModel {
         };
         let octaves = octaves.iter().enumerate().filter_map(of).collect();
         let layout = layout(shape, window, is_quantized);
-        Self {
-            shape: *shape,
-            window,
-            grid: Grid::new(shape, octaves, &layout.components),
-            layout,
-            shapes: Arc::default(),
-        }
-    }
-
-    /// The same for a record of another length, with the same interval, estimator and deviation.
-    pub fn of_length(&self, octaves: &[Octave], samples: u64) -> Self {
-        Self::new(octaves, &RecordShape { samples, ..self.shape }, self.window, self.layout.quantization.is_some())
+        Self { shape: *shape, grid: Grid::new(shape, octaves, &layout.components), layout, shapes: Arc::default() }
     }
 
     /// Of as many blocks as the level of a channel has, which nearly all channels of a record have in

@@ -132,23 +132,6 @@ fn a_random_walk_is_found_in_four_of_five_records() {
 }
 
 #[test]
-fn the_smallest_walk_of_a_length_is_found_in_most_records() {
-    const SAMPLES: u64 = 1 << 14;
-    let (estimator, deviation) = (Estimator::Strided, Deviation::Allan);
-    let shape = RecordShape { samples: SAMPLES, interval_s: INTERVAL_S, estimator, deviation };
-    let model = NoiseModel::new(&shape.octaves(), &shape, None, false);
-    for flicker in [0.0, 0.2] {
-        let truth = Noise { flicker, step: 2e-3 }.truth();
-        let (_, others) = truth.split_last().unwrap();
-        let least = model.least_found(others, Term::RateRandomWalk).unwrap();
-        let noise = Noise { flicker, step: least * INTERVAL_S.sqrt() };
-        let share = found(&noise.simulated(Term::RateRandomWalk, SAMPLES as f64 * INTERVAL_S, 40, 5));
-        assert!((0.65..=1.0).contains(&share), "{share} with {least}");
-        assert_eq!(model.least_found(others, Term::Quantization), None);
-    }
-}
-
-#[test]
 fn flicker_noise_hides_a_walk_and_absent_noise_is_never_found() {
     let alone = Noise { flicker: 0.0, step: 2e-3 }.record_s(Term::RateRandomWalk, Aim::Found);
     let hidden = Noise { flicker: 0.2, step: 2e-3 }.record_s(Term::RateRandomWalk, Aim::Found);

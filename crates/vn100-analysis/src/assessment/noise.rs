@@ -2,12 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use std::sync::OnceLock;
 
 use crate::hypothesis_tests::holm;
 use imu_noise::{
     BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, Grade, NoiseFit, NoiseModel, Octave, PROVED_P, Parameter,
-    RecordShape, Rival, Sensor, Status, Term, classical_reading, curve_minimum, white_deficit,
+    Rival, Sensor, Status, Term, classical_reading, curve_minimum, white_deficit,
 };
 use vn100_protocol::Channel;
 
@@ -15,7 +14,6 @@ use super::{
     ChannelAssessment, OctaveVariances, axis_temperature::AxisTemperature, onboard::Onboard, white_budget::WhiteBudget,
 };
 use crate::{
-    in_parallel::in_parallel,
     sensor::sensor_of,
     snapshot::{RateFrom, Snapshot},
 };
@@ -31,12 +29,8 @@ pub struct ChannelNoise {
     pub sensor: Sensor,
     /// The fit itself; its parameters hold for the stream, see [`parameter`](Self::parameter).
     pub fit: NoiseFit,
-    /// The averaging on board, where it is known and depresses short averaging times.
-    pub(super) window: Option<BoxcarWindow>,
     /// By the graphical method, for comparison with published figures only.
     pub classical: ClassicalReading,
-    /// What a longer record would show, where this one is too short for the random walk.
-    pub detectable_rrw: Option<DetectableRrw>,
     /// Why bias instability, random walk and ramp are not those of the sensor.
     pub long_taus: LongTauValidity,
     /// What N is uncertain by.
@@ -85,21 +79,6 @@ pub enum LongTauValidity {
     Motion,
     /// No: the axis has one value for long, or a sample far out.
     Spoiled,
-}
-
-/// The minimum detectable rate random walk of a longer record.
-#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
-pub struct DetectableRrw {
-    /// Length of that record in seconds.
-    pub duration_s: f64,
-    /// Smallest K in unit/√s that about nine of ten such records estimate with the N and B of this
-    /// one; a B that is only bounded is taken at its bound.
-    pub at_least: f64,
-}
-
-impl DetectableRrw {
-    /// Seconds added to the record.
-    pub const MORE_S: f64 = 6.0 * 3600.0;
 }
 
 /// Why bias instability, random walk and ramp of an axis are no more than bounded.
@@ -188,9 +167,7 @@ impl ChannelNoise {
         Some(Self {
             sensor,
             fit,
-            window,
             classical,
-            detectable_rrw: None,
             long_taus,
             white_budget,
             rounded_away: &[],
@@ -279,7 +256,7 @@ impl ChannelNoise {
         self.white_budget.sampling = None;
         self.rounded_away = &[];
         if let LongTauValidity::Sensor | LongTauValidity::LooksCompensated = self.long_taus {
-            (self.long_taus, self.detectable_rrw) = (LongTauValidity::Motion, None);
+            self.long_taus = LongTauValidity::Motion;
         }
     }
 }
@@ -314,20 +291,6 @@ pub(super) fn withhold_unproved(channels: &mut [ChannelAssessment]) {
     }
 }
 
-/// What longer records would show of the random walks that this one does not.
-pub(super) fn add_detectable_rrw(channels: &mut [ChannelAssessment], curves: &[OctaveVariances], models: &Models) {
-    let found = in_parallel(channels.iter().zip(curves), |(assessment, curve)| {
-        let noise = assessment.noise.as_ref().filter(|noise| noise.long_taus == LongTauValidity::Sensor)?;
-        noise.fit.parameter(Term::RateRandomWalk).filter(|walk| walk.value.is_none())?;
-        models.get(&curve.octaves, noise.window)?.detectable_rrw(&curve.shape, &noise.fit)
-    });
-    for (noise, found) in channels.iter_mut().map(|assessment| assessment.noise.as_mut()).zip(found) {
-        if let Some(noise) = noise {
-            noise.detectable_rrw = found;
-        }
-    }
-}
-
 /// The averaging on board, where it is known and depresses short averaging times: unless the
 /// sensor's own low pass does too, whose transfer function is not known.
 fn overlapping_window(onboard: Option<Onboard>) -> Option<BoxcarWindow> {
@@ -357,8 +320,6 @@ struct Made {
     octaves: Vec<Octave>,
     window: Option<BoxcarWindow>,
     model: NoiseModel,
-    /// Of a record longer by [`DetectableRrw::MORE_S`], with its duration in seconds.
-    longer: OnceLock<(NoiseModel, f64)>,
 }
 
 impl Models {
@@ -370,7 +331,7 @@ impl Models {
             let window = overlapping_window(Onboard::of(channel, results, snapshot));
             if models.get(&curve.octaves, window).is_none() {
                 let model = NoiseModel::new(&curve.octaves, &curve.shape, window, snapshot.quantization);
-                models.made.push(Made { octaves: curve.octaves.clone(), window, model, longer: OnceLock::new() });
+                models.made.push(Made { octaves: curve.octaves.clone(), window, model });
             }
         }
         models
@@ -381,42 +342,17 @@ impl Models {
     }
 }
 
-impl Made {
-    /// With the N of this record, and as much B as it leaves; `None` where it excludes that walk
-    /// already.
-    fn detectable_rrw(&self, shape: &RecordShape, fit: &NoiseFit) -> Option<DetectableRrw> {
-        let [white, bias_instability, walk] =
-            [Term::White, Term::BiasInstability, Term::RateRandomWalk].map(|term| fit.parameter(term));
-        let (white, walk) = (white?.value?, walk?.upper);
-        let bias_instability = bias_instability.and_then(|parameter| parameter.value.or(parameter.upper))?;
-        let (model, duration_s) = self.longer.get_or_init(|| self.longer(shape));
-        let others = [(Term::White, white), (Term::BiasInstability, bias_instability)];
-        let at_least = model.least_found(&others, Term::RateRandomWalk)?;
-        walk.is_none_or(|walk| at_least < walk).then_some(DetectableRrw { duration_s: *duration_s, at_least })
-    }
-
-    fn longer(&self, shape: &RecordShape) -> (NoiseModel, f64) {
-        /// With more of the shortest, the answer is the same.
-        const LONGEST_OCTAVES: usize = 14;
-        let more = (DetectableRrw::MORE_S / shape.interval_s) as u64;
-        let shape = RecordShape { samples: shape.samples + more, ..*shape };
-        let octaves = shape.octaves();
-        let longest = &octaves[octaves.len().saturating_sub(LONGEST_OCTAVES)..];
-        (self.model.of_length(longest, shape.samples), shape.samples as f64 * shape.interval_s)
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use imu_noise::Estimator;
+    use imu_noise::{Estimator, RecordShape};
 
     use super::{super::WindowFrom, *};
 
-    /// Of white noise with N = 1 that reads in every octave what is expected of it.
-    fn fit_of(duration_s: f64) -> (RecordShape, Made, NoiseFit) {
+    /// Of ten minutes of white noise with N = 1 that reads in every octave what is expected of it.
+    fn white_fit() -> (RecordShape, NoiseFit) {
         let interval_s = 0.025;
         let shape = RecordShape {
-            samples: (duration_s / interval_s) as u64,
+            samples: (600.0 / interval_s) as u64,
             interval_s,
             estimator: Estimator::Strided,
             deviation: Deviation::Allan,
@@ -425,7 +361,7 @@ mod tests {
         let variances: Vec<f64> = octaves.iter().map(|octave| 1.0 / (octave.m as f64 * interval_s)).collect();
         let model = NoiseModel::new(&octaves, &shape, None, false);
         let fit = model.fit(&ChannelCurve::new(&variances, true), 0.95);
-        (shape, Made { octaves, window: None, model, longer: OnceLock::new() }, fit)
+        (shape, fit)
     }
 
     #[test]
@@ -444,7 +380,7 @@ mod tests {
 
     #[test]
     fn the_whole_solution_holds_terms_that_are_only_bounded() {
-        let (shape, _, white) = fit_of(600.0);
+        let (shape, white) = white_fit();
         let octaves = shape.octaves();
         // a walk too weak to be proved
         let variances: Vec<f64> = (octaves.iter())
@@ -464,22 +400,5 @@ mod tests {
         assert!((1.05..4.0).contains(&longest), "{longest} times the white noise");
         let last = octaves.last().unwrap().m;
         assert!(fit.deviation(last).is_none() && fit.deviation(3).is_none());
-    }
-
-    #[test]
-    fn a_longer_record_promises_no_more_than_its_bias_instability_allows() {
-        let (shape, made, fit) = fit_of(600.0);
-        let later = made.detectable_rrw(&shape, &fit).unwrap();
-        assert_eq!(later.duration_s, 600.0 + DetectableRrw::MORE_S);
-        assert!(later.at_least < fit.parameter(Term::RateRandomWalk).unwrap().upper.unwrap(), "{later:?}");
-        // flicker noise that ten minutes leave possible hides more than none would
-        let white_alone = made.longer(&shape).0.least_found(&[(Term::White, 1.0)], Term::RateRandomWalk).unwrap();
-        assert!(later.at_least > 2.0 * white_alone, "{later:?}, beside white noise alone {white_alone}");
-    }
-
-    #[test]
-    fn a_record_that_excludes_it_already_promises_nothing() {
-        let (shape, made, fit) = fit_of(100.0 * 3600.0);
-        assert_eq!(made.detectable_rrw(&shape, &fit), None);
     }
 }

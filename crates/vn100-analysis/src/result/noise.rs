@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::assessment::{
-    AxisTemperature, ChannelNoise, DetectableRrw, LongTauValidity, NoGrade, WhiteBudget, WhyNoCoefficient, Withheld,
+    AxisTemperature, ChannelNoise, LongTauValidity, NoGrade, WhiteBudget, WhyNoCoefficient, Withheld,
 };
 
 /// The noise model of an axis.
@@ -39,8 +39,6 @@ pub struct NoiseResult {
     /// Samples over which a low-pass filter correlates the white noise, if one is proved: N² over the
     /// mean density.
     pub correlation_samples: Option<f64>,
-    /// Smallest K that a longer record would show, if this one is too short for it.
-    pub rate_random_walk_seen_later: Option<DetectableRrw>,
     /// Why B, K and R are no more than bounded; null if the record decides.
     pub withheld: Option<Withheld>,
     /// Whether long averaging times show the noise of the sensor itself.
@@ -213,7 +211,6 @@ impl NoiseResult {
             quantization: parameter(Term::Quantization),
             likeliest: Some(&noise.fit.likeliest).filter(|_| !poses_as_noise).cloned(),
             correlation_samples: noise.fit.correlation_samples,
-            rate_random_walk_seen_later: noise.detectable_rrw,
             withheld,
             long_taus: noise.long_taus,
             temperature: noise.temperature.as_ref().map(|found| TemperatureResult::of(found, sensor)),

@@ -6,7 +6,7 @@ use crate::{
     codes::word_of,
     names::{QUANTITIES, budget_rows, decided_by, motion_text, names_of, parameter_names, verdict_name},
     numbers::{
-        NOTHING, digits, duration, p_value,
+        NOTHING, digits, p_value,
         plain::{digits_trimmed, short},
         trimmed, with_interval,
     },
@@ -15,8 +15,8 @@ use crate::{
 use maud::{Markup, html};
 use vn100_analysis::noise::{Convention, Parameter, Sensor, Sides, Term, conventions, temperature_conventions};
 use vn100_analysis::{
-    ChannelResult, DatasheetFigure, DecidedBy, DetectableRrw, FigureVerdict, LongTauValidity, NoiseResult, Remedy,
-    RemedyWords, SENSORS, SourceResult, TemperatureResult, letter,
+    ChannelResult, DatasheetFigure, DecidedBy, FigureVerdict, LongTauValidity, NoiseResult, Remedy, RemedyWords,
+    SENSORS, SourceResult, TemperatureResult, letter,
 };
 
 use crate::html::{caption::Captions, elements::table};
@@ -84,10 +84,6 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, caption: &Markup) -> Mar
                     (row(axes, "fitted τ range", "s", |noise| noise.fit.map(|fit| format!("{} to {}", trimmed(fit.tau_min_s, 3), trimmed(fit.tau_max_s, 1)))))
                     (row(axes, "χ² / degrees of freedom", "", |noise| noise.fit.map(|fit| format!("{:.1} / {}", fit.chi2, fit.dof))))
                     (row(axes, "goodness of fit, p", "", |noise| noise.fit.map(|fit| format!("{:.2}", fit.p))))
-                    @if axes.iter().any(|(_, noise)| noise.rate_random_walk_seen_later.is_some()) {
-                        @let name = format!("K detectable with {} more", duration(DetectableRrw::MORE_S));
-                        (row(axes, &name, &pretty_unit(conventions(sensor, Term::RateRandomWalk)[0].unit), |noise| noise.rate_random_walk_seen_later.map(|later| format!("≥ {}", digits(later.at_least, 2)))))
-                    }
                 }
             }
         }

@@ -101,16 +101,6 @@ impl<'a> ReadOut<'a> {
         Some(Self { model, search, tails: 0.0, lacks_free_band: false })
     }
 
-    /// Standard deviations by which the absence of a slow term is excluded.
-    pub(super) fn evidence(&self, term: Term) -> Option<f64> {
-        let column = match term {
-            Term::BiasInstability => FLICKER,
-            Term::RateRandomWalk => WALK,
-            _ => return None,
-        };
-        Some(self.search.slow(column, column == WALK).evidence)
-    }
-
     /// One parameter, of which the model holds.
     pub(super) fn parameter(&self, term: Term, confidence: f64) -> Option<Parameter> {
         match term {

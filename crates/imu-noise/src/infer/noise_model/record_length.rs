@@ -10,22 +10,12 @@ use super::{
     parameter::PROVED_P,
     search::Search,
     spectral_rows::ChannelData,
-    thresholds::{OF_MISSED, PLANNED_BIAS, PLANNED_WALK, PRESENT, UNLUCKY, WIDER, WIDER_WHITE},
+    thresholds::{OF_MISSED, PLANNED_BIAS, PLANNED_WALK, PRESENT, WIDER, WIDER_WHITE},
 };
 use crate::accumulate::record::{Deviation, Estimator, RecordShape};
 use crate::infer::chi_squared;
 
 impl NoiseModel {
-    /// By how many standard deviations an unlucky record excludes that `term` is zero. The squared amplitude
-    /// is estimated with a standard deviation, and so with degrees of freedom; such a record shows the
-    /// quantile of χ² at 2 %. If it finds the term, 83 to 91 % of simulated ones do: the quantile is
-    /// chosen for that, as slow noise is far from independent.
-    fn evidence(&self, truth: &[(Term, f64)], term: Term) -> Option<f64> {
-        let z = chi_squared::normal_two_sided(0.95)?;
-        let data = self.unlucky(truth, term, UNLUCKY)?;
-        ReadOut::expecting(self, &data, z)?.evidence(term)
-    }
-
     /// What the record says of `term` whose squared amplitude comes out at this quantile.
     fn parameter_at(&self, truth: &[(Term, f64)], term: Term, quantile: f64, confidence: f64) -> Option<Parameter> {
         let z = chi_squared::normal_two_sided(confidence)?;
@@ -43,24 +33,6 @@ impl NoiseModel {
         let edf = 2.0 / search.relative_variance(place)?;
         squares[place] *= chi_squared::quantile(quantile, edf)? / edf;
         Some(ChannelData::expecting(&self.grid, &squares))
-    }
-
-    /// The smallest value of `term`, in its unit, that about nine of ten records estimate in the noise of
-    /// `others`, too high by 5 % at most. `None` if the model does not have the term, where
-    /// `others` are nothing, and where no value is ever found.
-    pub fn least_found(&self, others: &[(Term, f64)], term: Term) -> Option<f64> {
-        let is_found = |value: f64| {
-            let named = others.iter().copied().filter(|(named, _)| *named != term);
-            let truth: Vec<_> = named.chain([(term, value)]).collect();
-            self.evidence(&truth, term).is_some_and(|evidence| evidence > margin(term) * PRESENT)
-        };
-        // as high as the others at the longest averaging time, which is of the right order
-        let columns = self.grid.columns(self.grid.octaves.len().checked_sub(1)?);
-        self.column(term)?;
-        let [hidden, one] = [others, &[(term, 1.0)]]
-            .map(|truth| columns.iter().zip(self.squares(truth)).map(|(column, square)| column * square).sum::<f64>());
-        let start = Some((hidden / one).sqrt()).filter(|start| start.is_finite() && *start > 0.0)?;
-        least(start, 0.05, is_found)
     }
 
     pub(super) fn column(&self, term: Term) -> Option<usize> {
@@ -95,24 +67,6 @@ const fn margin(term: Term) -> f64 {
 }
 
 const LONGEST_S: f64 = 100.0 * 86_400.0;
-
-/// The least value that is enough, too high by the `tolerance` at most: from `start` by doublings or
-/// halvings, then between the last two. `None` if no value is enough.
-fn least(start: f64, tolerance: f64, is_enough: impl Fn(f64) -> bool) -> Option<f64> {
-    const FARTHEST: f64 = 1e12;
-    let mut found = start;
-    while !is_enough(found) {
-        found *= 2.0;
-        if found > FARTHEST * start {
-            return None;
-        }
-    }
-    let mut missed = 0.5 * found;
-    while found <= start && is_enough(missed) && found * FARTHEST > start {
-        (found, missed) = (missed, 0.5 * missed);
-    }
-    Some(narrowed(found, missed, tolerance, is_enough))
-}
 
 /// Between a value that is enough and one that is not, the least that is, too high by the `tolerance` at most.
 fn narrowed(mut found: f64, mut missed: f64, tolerance: f64, is_enough: impl Fn(f64) -> bool) -> f64 {

@@ -167,9 +167,6 @@ pub(super) const NO_DENSITY: f64 = 1e-9;
 /// nothing: the parameter is not observable.
 pub(super) const NO_BOUND: f64 = 1e4;
 
-/// Of the squared amplitude of an unlucky record.
-pub(super) const UNLUCKY: f64 = 0.02;
-
 /// The quantiles at which a record is looked at, low and high, of the probability that records may
 /// miss: octaves of slow noise are far from independent, and what they show has heavier tails than
 /// χ². These and the next two are chosen for the share of simulated records that meet a want (the
