@@ -1,6 +1,9 @@
 //! Samples as CSV: a header with the channels and their units, and a row for each sample.
 
-use std::io::{self, Write};
+use std::{
+    io::{self, Write},
+    iter,
+};
 
 use vn100_analysis::protocol::{Channel, stream::Batch};
 
@@ -16,6 +19,7 @@ pub struct SampleTable<W> {
     columns: Option<TimeColumns>,
     /// Rows without a stamp of their own came with the row before.
     arrival_ns: Option<i64>,
+    line: Vec<u8>,
 }
 
 /// Which times there are, by the first batch with samples.
@@ -28,7 +32,7 @@ struct TimeColumns {
 impl<W: Write> SampleTable<W> {
     /// A table without rows; the header is written with the first row.
     pub const fn new(out: W) -> Self {
-        Self { out, columns: None, arrival_ns: None }
+        Self { out, columns: None, arrival_ns: None, line: Vec::new() }
     }
 
     /// Writes the samples of the next batch.
@@ -46,14 +50,25 @@ impl<W: Write> SampleTable<W> {
             if let Some(arrival) = arrivals.next_if(|arrival| arrival.from_row == row) {
                 self.arrival_ns = Some(arrival.at_ns);
             }
-            let mut cells = Vec::with_capacity(counts.len() + 2);
-            cells.extend(columns.arrival.then(|| self.arrival_ns.map_or_else(String::new, |ns| ns.to_string())));
-            let device_ns = || batch.device_ns.get(row).map_or_else(String::new, u64::to_string);
-            cells.extend(columns.device.then(device_ns));
-            for (place, (channel, count)) in layout.channels.iter().zip(counts).enumerate() {
-                cells.push(if batch.is_absent(row, place) { String::new() } else { value(channel, *count) });
+            let line = &mut self.line;
+            line.clear();
+            if columns.arrival {
+                self.arrival_ns.into_iter().for_each(|ns| push_integer(line, ns));
+                line.push(b',');
             }
-            writeln!(self.out, "{}", cells.join(","))?;
+            if columns.device {
+                batch.device_ns.get(row).into_iter().for_each(|ns| push_integer(line, *ns));
+                line.push(b',');
+            }
+            for (place, (channel, count)) in layout.channels.iter().zip(counts).enumerate() {
+                if !batch.is_absent(row, place) {
+                    push_value(line, channel, *count)?;
+                }
+                line.push(b',');
+            }
+            line.pop();
+            line.push(b'\n');
+            self.out.write_all(line)?;
         }
         Ok(())
     }
@@ -81,17 +96,32 @@ impl<W: Write> SampleTable<W> {
     }
 }
 
+fn push_integer(line: &mut Vec<u8>, integer: impl itoa::Integer) {
+    line.extend_from_slice(itoa::Buffer::new().format(integer).as_bytes());
+}
+
 /// A value in the unit of its channel: as the sensor printed it, or else exactly.
-fn value(channel: &Channel, count: i32) -> String {
-    if channel.scale == 1.0 {
-        let count = i64::from(count) + channel.zero_counts;
-        let digits = usize::from(channel.decimals);
-        let sign = if count < 0 { "-" } else { "" };
-        let text = format!("{:0>width$}", count.unsigned_abs(), width = digits + 1);
-        let (whole, part) = text.split_at(text.len() - digits);
-        return if digits == 0 { format!("{sign}{whole}") } else { format!("{sign}{whole}.{part}") };
+fn push_value(line: &mut Vec<u8>, channel: &Channel, count: i32) -> io::Result<()> {
+    if channel.scale != 1.0 {
+        return write!(line, "{}", channel.value(count));
     }
-    channel.value(count).to_string()
+    let count = i64::from(count) + channel.zero_counts;
+    if count < 0 {
+        line.push(b'-');
+    }
+    let mut digits = itoa::Buffer::new();
+    let digits = digits.format(count.unsigned_abs()).as_bytes();
+    let decimals = usize::from(channel.decimals);
+    // a digit before the point, however small the value is
+    let zeros = (decimals + 1).saturating_sub(digits.len());
+    let whole = digits.len() + zeros - decimals;
+    let padded = iter::repeat_n(b'0', zeros).chain(digits.iter().copied());
+    line.extend(padded.clone().take(whole));
+    if decimals > 0 {
+        line.push(b'.');
+        line.extend(padded.skip(whole));
+    }
+    Ok(())
 }
 
 #[cfg(test)]
