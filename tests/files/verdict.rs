@@ -369,3 +369,23 @@ fn the_static_record_agrees_with_the_sheet_as_far_as_decidable() {
         assert!(bias.iter().all(|comparison| comparison["verdict"] == "not-comparable"), "{name}");
     }
 }
+
+/// Records of 0.4 to 20 s, most too short for a part of the model.
+#[test]
+fn a_record_that_would_decide_is_longer_than_this_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = capture(folder.path(), "short.vnymr", "VNYMR", "20s", "");
+    for tenths in [4, 7, 10, 20, 50, 200] {
+        let length_s = f64::from(tenths) / 10.0;
+        let (document, _) = replay(&path, &["--rate", "40", "--duration", &length_s.to_string()]);
+        for name in ["gyro_x", "accel_x", "accel_z"] {
+            let of_axis = channel(&document, name);
+            for verdict in of_axis["verdict"].as_array().into_iter().flatten() {
+                let Some(deciding_s) = verdict["deciding_record_s"].as_f64() else { continue };
+                assert!(deciding_s > length_s, "{name}, {length_s} s: {verdict}");
+                let is_white = verdict["parameter"] == "white";
+                assert!(is_white || of_axis["noise"]["white"]["value"].is_number(), "{name}, {length_s} s: {verdict}");
+            }
+        }
+    }
+}

@@ -12,7 +12,7 @@ mod verdict;
 
 use std::sync::Arc;
 
-use imu_noise::{Deviation, Estimator, Verdict};
+use imu_noise::{Deviation, Estimator, Term, Verdict};
 use schemars::JsonSchema;
 use serde::Serialize;
 use vn100_protocol::Quantity;
@@ -192,10 +192,15 @@ impl SourceResult {
     pub fn find_deciding_records(&mut self) {
         for (channel, assessed) in self.channels.iter_mut().zip(&self.basis.assessment.channels) {
             let Some(noise) = assessed.noise.as_ref().filter(|_| channel.spectrum.is_some()) else { continue };
-            let is_open = |verdict: &&mut FigureVerdict| verdict.decided_by == Some(DecidedBy::LongerRecord);
+            // how long slow noise must be averaged is known by the white noise that hides it
+            let shows_white = noise.parameter(Term::White).is_some_and(|white| white.value.is_some());
+            let is_open = |verdict: &&mut FigureVerdict| {
+                let is_white = verdict.figure.term == Term::White;
+                verdict.decided_by == Some(DecidedBy::LongerRecord) && (shows_white || is_white)
+            };
             for verdict in channel.verdict.iter_mut().flatten().filter(is_open) {
                 let length_s = deciding_record_s(verdict, noise, channel.rate_hz.recip(), self.confidence);
-                verdict.deciding_record_s = length_s;
+                verdict.deciding_record_s = length_s.filter(|length_s| *length_s > self.timing.duration_s);
                 verdict.decided_by = length_s.map(|_| DecidedBy::LongerRecord).or(Some(DecidedBy::Nothing));
             }
         }

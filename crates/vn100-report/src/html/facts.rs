@@ -170,7 +170,7 @@ pub(crate) fn facts_table(name: &str, rows: &[Row], captions: &Captions) -> Mark
 fn traceability(record: &SourceResult) -> Vec<Row> {
     let level = trimmed(100.0 * record.confidence, 2);
     vec![
-        fact("Time", clock(record.timing.rate_from, record.timing.offset_ppm)),
+        fact("Time", clock(record.timing.rate_from, record.timing.offset_ppm, record.timing.measured_hz)),
         fact("Scale factor", "not verified: a record at rest does not show it"),
         fact(
             "Coverage",
@@ -191,7 +191,7 @@ fn traceability(record: &SourceResult) -> Vec<Row> {
 }
 
 /// What the rate and all averaging times rest on.
-fn clock(rate_from: Option<RateFrom>, offset_ppm: Option<f64>) -> String {
+fn clock(rate_from: Option<RateFrom>, offset_ppm: Option<f64>, measured_hz: Option<f64>) -> String {
     // the times of packets are the sensor's own
     let is_of_sensor = rate_from == Some(RateFrom::DeviceTime);
     let clock = if is_of_sensor { "sensor" } else { "host" };
@@ -202,6 +202,7 @@ fn clock(rate_from: Option<RateFrom>, offset_ppm: Option<f64>) -> String {
             trimmed(ppm, 1)
         ),
         None if is_of_sensor => "clock of the sensor; its own tolerance is not verified".into(),
+        None if measured_hz.is_some() => "clock of the host, not compared with a nominal rate".into(),
         None => "nominal rate of the sensor, not verified without arrival times".into(),
     }
 }
@@ -267,13 +268,15 @@ mod tests {
     #[test]
     fn the_clock_is_the_one_of_the_times() {
         let host = "clock of the host, 3 ppm from the nominal rate; its own tolerance is not verified";
-        for (from, ppm, said) in [
-            (RateFrom::Device, Some(3.0), host),
-            (RateFrom::DeviceTime, Some(3.0), &host.replace("host", "sensor")),
-            (RateFrom::DeviceTime, None, "clock of the sensor; its own tolerance is not verified"),
-            (RateFrom::Assumed, Some(3.0), "sample rate assumed, not traceable"),
+        for (from, ppm, measured_hz, said) in [
+            (RateFrom::Device, Some(3.0), Some(40.0), host),
+            (RateFrom::Device, None, Some(40.0), "clock of the host, not compared with a nominal rate"),
+            (RateFrom::Device, None, None, "nominal rate of the sensor, not verified without arrival times"),
+            (RateFrom::DeviceTime, Some(3.0), Some(40.0), &host.replace("host", "sensor")),
+            (RateFrom::DeviceTime, None, None, "clock of the sensor; its own tolerance is not verified"),
+            (RateFrom::Assumed, Some(3.0), Some(40.0), "sample rate assumed, not traceable"),
         ] {
-            assert_eq!(clock(Some(from), ppm), said);
+            assert_eq!(clock(Some(from), ppm, measured_hz), said);
         }
     }
 }

@@ -89,10 +89,11 @@ fn commands(plan: &Plan, given: Given, asked: bool) -> PlanCommands {
     }
 }
 
-const METHOD: &str = "Lengths at which 80 % of records meet the target on all its axes, K on each of them (simulated: N 98 to 100 %, B 79 to \
+const METHOD: &str = "Lengths at which 80 % of records meet the target on all its axes, K on each of them (simulated: N 85 to 100 %, B 79 to \
                       85 %, K 75 to 81 %), for a sensor at rest without vibration or gaps, from the covariance of the octaves in the fit; with --until a \
-                      measurement stops as soon as the target is met. N ±P%: half the interval over the value; of gyro and accel as from 10 independent \
-                      samples a second at most, as the sensor's own low pass, which no manual describes, makes neighbours alike. B, K: estimated, K in the \
+                      measurement stops as soon as the target is met. N ±P%: half the interval over the value; of gyro and accel as from a \
+                      sixth of the rate, 10 independent samples a second at most, as the sensor's own low pass, which no manual describes, makes \
+                      neighbours alike; of mag as from a third of the rate. B, K: estimated, K in the \
                       presence of the assumed B. <=: the limit is decided.";
 
 const PLACE: &str = "at rest on a heavy base with soft feet, without motors, fans or people near by, at a constant temperature; a \
