@@ -111,3 +111,11 @@ fn estimators_agree_as_required() {
     assert_eq!(channel(&hadamard, "yaw")["allan"]["deviation"], "hadamard");
     assert_ne!(deviation(&hadamard, "accel_z", 1), deviation(&full, "accel_z", 1));
 }
+
+#[test]
+fn a_stream_that_a_capture_of_one_does_not_have_is_refused() {
+    let output = vn100().arg("replay").arg(replay_log(CLEAN)).args(["--topic", "/imu"]).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.stdout.is_empty() && said.contains("it has one stream and no \"/imu\""), "{said}");
+    assert_eq!(output.status.code(), Some(3));
+}

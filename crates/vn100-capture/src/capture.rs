@@ -230,6 +230,9 @@ impl Capture {
             Detected::UnusableCsv(problem) => return Err(problem.into()),
             Detected::Unknown(found) => return Err(no_capture(&found)),
         };
+        if let Some(asked) = options.topic.as_ref().filter(|_| readable.topic.is_none()) {
+            return Err(Problem::new(format!("it has one stream and no {asked:?}; name none")));
+        }
         Ok(Self::new(format, stored_bytes_read, readable))
     }
 }

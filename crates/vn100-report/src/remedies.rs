@@ -3,6 +3,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use vn100_analysis::protocol::PacketMessage;
 use vn100_analysis::{Remedy, Setting};
 
 /// A remedy: its code in documents, what to do as an imperative, the option or command for it, and
@@ -130,6 +131,9 @@ fn restored(message: &Option<String>, rate_hz: &Option<f64>) -> String {
 
 fn register(setting: &Setting) -> String {
     match setting {
+        Setting::Message(header) if PacketMessage::named(header).is_some() => {
+            format!("message {header} of uncompensated fields (register 75)")
+        }
         Setting::Message(header) => format!("message {header} (register 6)"),
         Setting::Window(refreshes) => format!("an averaging window of {refreshes} (register 85)"),
     }

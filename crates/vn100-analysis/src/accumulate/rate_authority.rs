@@ -24,7 +24,8 @@ pub(crate) struct RateAuthority {
     rates_hz: &'static [f64],
     pub(super) rate: Rate,
     change: Option<DatedChange>,
-    /// Summary of the latest connection that has ended and whose rate was found.
+    /// Summary of the connections that have ended and whose rate was found: the longest at the latest
+    /// rate.
     confirmed: Option<TimebaseSummary>,
     /// The rate that the sensor reported last, in hertz.
     reported_hz: Option<f64>,
@@ -274,7 +275,8 @@ impl RateAuthority {
     pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>) {
         if !self.is_excluding() {
             self.refused_before = self.refused_before.or_else(|| ended?.refusal);
-            self.confirmed = ended.filter(|ended| ended.nominal.is_some()).or(self.confirmed);
+            let found = ended.filter(|ended| ended.nominal.is_some());
+            self.confirmed = longer(found, self.confirmed);
         }
     }
 
@@ -288,9 +290,10 @@ impl RateAuthority {
     }
 
     /// What arrival times show of the samples that count; `now` gives the summary of the present
-    /// connection.
+    /// connection, in place of which stands a longer one before it.
     pub(crate) fn arrivals(&self, now: impl FnOnce() -> Option<TimebaseSummary>) -> Option<TimebaseSummary> {
-        self.measured.or_else(|| self.change.map_or_else(now, |change| change.until))
+        let longest = || longer(now(), self.confirmed);
+        self.measured.or_else(|| self.change.map_or_else(longest, |change| change.until))
     }
 
     fn set(&mut self, hz: f64, from: RateFrom) {
@@ -308,6 +311,17 @@ impl RateAuthority {
         let has_rate = |summary: &TimebaseSummary| summary.nominal.is_some_and(|nominal| nominal.hz() == self.rate.hz);
         [now, self.confirmed].into_iter().flatten().find(has_rate)
     }
+}
+
+/// The latest of two connections, or the one before it if that is longer: one without a rate so far, or with
+/// the same. A refusal is not passed over.
+fn longer(latest: Option<TimebaseSummary>, before: Option<TimebaseSummary>) -> Option<TimebaseSummary> {
+    let is_shorter = |latest: &TimebaseSummary| {
+        let has_other_rate = latest.nominal.is_some() && latest.nominal != before.and_then(|before| before.nominal);
+        let samples = before.map_or(0, |before| before.samples);
+        latest.refusal.is_none() && !has_other_rate && latest.samples < samples
+    };
+    latest.filter(|latest| !is_shorter(latest)).or(before)
 }
 
 /// Whether arrival times confirm the rate: a sensor that then reports another rate was configured

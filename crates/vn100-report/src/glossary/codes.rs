@@ -30,6 +30,11 @@ fn words(key: &str, code: &str) -> (&'static str, &'static str, &'static [Remedy
             "For B and K of a gyroscope measure the uncompensated message.",
             &[Remedy::MeasureWith(Setting::Message("VNIMU"))],
         ),
+        ("status", "not-observable") => (
+            "The record is too short for it, or other noise hides all of it: it has neither value nor bound.",
+            "Record longer, or without what hides it.",
+            &[Remedy::Plan],
+        ),
         ("status", _) => (
             "Other noise covers it at the averaging times of this record: it may be far below a bound.",
             "Compare the bound with the limit, or record longer.",

@@ -150,11 +150,7 @@ fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>]) -> Vec<Paramete
     // the row that the data sheet is compared with
     let mut compared = 0;
     if term == Term::White && axes.iter().any(|axis| axis.aliasing().is_some()) {
-        let own = axes.iter().zip(&parameters).map(|(axis, found)| {
-            let own = found.and_then(|found| found.value).zip(axis.aliasing());
-            own.map_or("-".into(), |(value, aliasing)| number(value * factor / aliasing))
-        });
-        rows.push(detail("sensor's own N, ±10 %", "  own N, ±10%", own.collect()));
+        rows.push(detail("sensor's own N", "  own N", cells(&of(&NoiseResult::unaliased_white))));
     }
     let minima = of(&NoiseResult::curve_minimum);
     if term == Term::BiasInstability && minima.iter().any(is_known) {

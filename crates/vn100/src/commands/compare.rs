@@ -21,6 +21,7 @@ use vn100_report::{
     remedies::remedy_words,
     run_name,
     summary::rate_text,
+    units::parameter_unit,
     warnings::{headline, in_words},
 };
 use vn100_session::ReplaySpec;
@@ -97,19 +98,22 @@ fn write_comparison(out: &mut String, all: &[SourceResult], comparison: &Compari
 }
 
 fn write_ranking(out: &mut String, ranking: &Ranking) -> fmt::Result {
-    let parameter = sensor_of(ranking.quantity).map_or("N".into(), |sensor| parameter_name(sensor, Term::White));
-    let head = format!("{}: {parameter} in {}, quietest first", names_of(ranking.quantity).title, ranking.unit);
+    let sensor = sensor_of(ranking.quantity);
+    let parameter = sensor.map_or("N".into(), |sensor| parameter_name(sensor, Term::White));
+    let (unit, factor) = sensor.map_or((&*ranking.unit, 1.0), |sensor| parameter_unit(sensor, Term::White));
+    let number = |white: f64| four_digits(white * factor);
+    let head = format!("{}: {parameter} in {unit}, quietest first", names_of(ranking.quantity).title);
     writeln!(out, "\n{}", fill(&head, "", "  "))?;
     for ranked in &ranking.records {
         let axes: Vec<String> =
-            ranked.axes.iter().map(|axis| format!("{} {}", axis.name, four_digits(axis.white))).collect();
+            ranked.axes.iter().map(|axis| format!("{} {}", axis.name, number(axis.white))).collect();
         let (white, lower, upper) = (ranked.white, ranked.lower, ranked.upper);
         let line = format!(
             "{}  {} ({} to {}): {}",
             run_name(ranked.record),
-            four_digits(white),
-            four_digits(lower),
-            four_digits(upper),
+            number(white),
+            number(lower),
+            number(upper),
             axes.join(", ")
         );
         writeln!(out, "{}", fill(&line, "  ", "         "))?;
@@ -128,7 +132,7 @@ fn write_ranking(out: &mut String, ranking: &Ranking) -> fmt::Result {
         let text = if lead.differs {
             format!("{a} is significantly the quietest: N {percent:.1} % below {b} ({})", chance(lead))
         } else {
-            format!("no significant difference: {a} is {percent:.1} % below {b} ({})", chance(lead))
+            format!("the two quietest do not differ significantly: {a} is {percent:.1} % below {b} ({})", chance(lead))
         };
         writeln!(out, "{}", fill(&text, "  ", "  "))?;
     }

@@ -9,7 +9,7 @@ use vn100_report::{
     names::no_prediction,
     numbers::plain::{four_digits, short},
     printable,
-    units::si_unit,
+    units::parameter_unit,
 };
 
 use super::{fill, parameter_name};
@@ -38,15 +38,16 @@ pub(crate) fn write_populations(out: &mut String, populations: &[Population], co
                 .filter(|population| (population.sensor, population.term) == (sensor, term))
                 .collect();
             if !axes.is_empty() {
-                writeln!(out, "{}, {}", parameter_name(sensor, term), si_unit(sensor, term))?;
-                write_axes(out, &axes)?;
+                let (unit, factor) = parameter_unit(sensor, term);
+                writeln!(out, "{}, {unit}", parameter_name(sensor, term))?;
+                write_axes(out, &axes, factor)?;
             }
         }
     }
     Ok(())
 }
 
-fn write_axes(out: &mut String, axes: &[&Population]) -> fmt::Result {
+fn write_axes(out: &mut String, axes: &[&Population], factor: f64) -> fmt::Result {
     row(out, "  sensor", axes, |axis| axis.channel.clone())?;
     let mut names: Vec<&str> = Vec::new();
     for unit in axes.iter().flat_map(|axis| &axis.units) {
@@ -58,16 +59,17 @@ fn write_axes(out: &mut String, axes: &[&Population]) -> fmt::Result {
         let label: String = format!("  {}", printable(name)).chars().take(23).collect();
         row(out, &label, axes, |axis| {
             let unit = axis.units.iter().find(|unit| unit.name == name);
-            unit.map_or("-".into(), |unit| value(unit.is_bound, unit.value))
+            unit.map_or("-".into(), |unit| value(unit.is_bound, unit.value * factor))
         })?;
     }
-    let of_all = |axis: &Population, all| value(axis.units.iter().any(|unit| unit.is_bound), all);
+    let next = |end: Option<f64>| end.map_or("-".into(), |end| four_digits(end * factor));
+    let of_all = |axis: &Population, all| value(axis.units.iter().any(|unit| unit.is_bound), all * factor);
     row(out, "  median", axes, |axis| of_all(axis, axis.median))?;
     row(out, "    lowest", axes, |axis| of_all(axis, axis.lowest))?;
     row(out, "    highest", axes, |axis| of_all(axis, axis.highest))?;
     row(out, "  spread, %", axes, |axis| axis.spread.map_or("-".into(), |spread| format!("{:.1}", 100.0 * spread)))?;
-    row(out, "  next, lower", axes, |axis| axis.next_lower.map_or("-".into(), four_digits))?;
-    row(out, "    upper", axes, |axis| axis.next_upper.map_or("-".into(), four_digits))?;
+    row(out, "  next, lower", axes, |axis| next(axis.next_lower))?;
+    row(out, "    upper", axes, |axis| next(axis.next_upper))?;
     let mut reasons = Vec::new();
     for why in axes.iter().filter_map(|axis| axis.no_interval) {
         if !reasons.contains(&why) {

@@ -190,10 +190,12 @@ fn write_notes(lines: &mut Lines, notes: &[String], lacks_drift: bool) {
         room -= rows.len();
         lines.push_beside(&format!("{:<4}", format!("[{}]", place + 1)), 4, &rows);
     }
-    let drift = if lacks_drift { " the drift" } else { "" };
-    let everything = match left_out.is_empty() && !lacks_drift {
+    let notes = if left_out.is_empty() { String::new() } else { format!("the notes{}", marks(&left_out)) };
+    let more = [if lacks_drift { "the drift" } else { "" }, &notes].map(str::to_owned);
+    let more = more.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" and ");
+    let everything = match more.is_empty() {
         true => "everything: `vn100 report FILE` as a page, --json as a document".to_owned(),
-        false => format!("everything, also{drift}{}: `vn100 report FILE`, or --json", marks(&left_out)),
+        false => format!("everything, also {more}: `vn100 report FILE`, or --json"),
     };
     wrapped(&everything, WIDTH).iter().take(1).for_each(|line| lines.push(&lines.paint(line, FAINT)));
 }

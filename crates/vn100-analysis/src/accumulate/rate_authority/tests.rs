@@ -184,3 +184,21 @@ fn a_false_rate_is_replaced_and_named_where_samples_were_judged_by_it() {
         assert_eq!(rate.false_rate, None);
     }
 }
+
+#[test]
+fn a_short_connection_does_not_hide_what_a_long_one_showed() {
+    let of = |samples, nominal| TimebaseSummary { samples, ..summary(nominal, Some(1.0)) };
+    let rate_of = |hz| Some(NominalRate::Snapped(hz));
+    let mut rate = by_arrival(40.0);
+    for samples in [100, 9000, 20] {
+        rate.end_connection(Some(of(samples, rate_of(40.0))));
+    }
+    let shown = |now| rate.arrivals(|| now).unwrap();
+    for shorter in [None, Some(of(0, None)), Some(of(300, rate_of(40.0)))] {
+        assert_eq!(shown(shorter), of(9000, rate_of(40.0)));
+    }
+    let refused = TimebaseSummary { refusal: Some(Refusal::Backwards { times: 9, samples: 300 }), ..of(300, None) };
+    for other in [of(9001, rate_of(40.0)), of(300, rate_of(50.0)), refused] {
+        assert_eq!(shown(Some(other)), other);
+    }
+}
