@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use imu_noise::{
     BoxcarWindow, ChannelCurve, ChannelSignal, Deviation, Estimator, Interval, NoiseFit, NoiseModel, Octave, Octaves,
-    Parameter, RecordShape, SpectrumPlan, Status, Term,
+    Parameter, RecordShape, Rival, SpectrumPlan, Status, Term,
 };
 
 use crate::oracle;
@@ -100,6 +100,30 @@ fn a_line_is_a_term_of_its_own_at_any_frequency() {
         assert_eq!(fit.parameter(Term::BiasInstability).unwrap().status, Status::Bounded, "{frequency_hz} Hz");
         assert_eq!(fit.parameter(Term::RateRandomWalk).unwrap().status, Status::Bounded, "{frequency_hz} Hz");
     }
+}
+
+/// White noise on a level that changes between two values after random dwells of about a minute: neither
+/// flicker noise nor a walk.
+#[test]
+fn noise_that_switches_between_two_levels_is_no_bias_instability() {
+    let slow = [Term::BiasInstability, Term::RateRandomWalk];
+    let mut told = 0;
+    for seed in 40..50 {
+        let (white, ..) = Synthesis::new(72_000, seed).next_record();
+        let mut state = seed;
+        let mut is_high = false;
+        let switches = |white: &f64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            is_high ^= state >> 32 < (1 << 32) / 2400;
+            white + if is_high { 0.4 } else { 0.0 }
+        };
+        let fit = fit_record(&white.iter().map(switches).collect::<Vec<f64>>(), None, false);
+        for term in slow {
+            assert_eq!(fit.parameter(term).unwrap().status, Status::Bounded, "{seed} {term:?}");
+        }
+        told += usize::from(fit.rival(Term::BiasInstability) == Some(Rival::Switching));
+    }
+    assert!(told > 0, "B would be estimated in some if levels did not explain as much");
 }
 
 #[test]
