@@ -6,13 +6,16 @@ use std::{
     sync::{Arc, atomic::AtomicU64},
 };
 
-use vn100_protocol::{Decoder, Item, MESSAGES, Options, RejectReason, stream::MeasuredFrames};
+use vn100_protocol::{
+    Decoder, Item, MESSAGES, Options, RejectReason,
+    stream::{MeasuredFrames, OpenHint},
+};
 
 use crate::{
     bag::BagForm,
     capture_options::CaptureOptions,
     csv::{self, CsvPlan, Said},
-    open_error::{OpenHint, Problem, Unusable},
+    open_error::{Problem, Unusable},
     readable::Readable,
     recording,
 };

@@ -6,6 +6,7 @@ use std::{
 };
 
 use thiserror::Error;
+use vn100_protocol::stream::OpenHint;
 
 /// The reason why a capture could not be opened.
 #[derive(Debug, Error)]
@@ -45,23 +46,6 @@ pub struct Unusable {
     /// Whether the columns of a table are known, but their stamps are not understood or the requested
     /// stream is missing.
     pub(crate) is_certain: bool,
-}
-
-/// What the user can add so that a file can be read.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum OpenHint {
-    /// The columns; with a fitting map, if names, units and magnitudes fit exactly one.
-    Columns(Option<String>),
-    /// The unit of the stamps, one of s, ms, us and ns; with a map that names one.
-    StampUnit(String),
-    /// The order of the dates, dmy or mdy; with a map that names one.
-    DateOrder(String),
-    /// The topic of a bag, one of these.
-    Topic(Vec<String>),
-    /// The topic of a bag, one of these, and its numbers.
-    TopicAndColumns(Vec<String>),
-    /// The numbers in the messages of the only topic.
-    ColumnsOfTopic,
 }
 
 impl Unusable {

@@ -9,8 +9,9 @@ use super::{
 use crate::{
     capture_options::CaptureOptions,
     csv::ColumnMap,
-    open_error::{OpenHint, Problem, Unusable},
+    open_error::{Problem, Unusable},
 };
+use vn100_protocol::stream::OpenHint;
 
 #[derive(Debug)]
 pub(crate) struct TopicStream {
