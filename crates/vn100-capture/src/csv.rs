@@ -28,13 +28,10 @@ mod time_columns;
 
 use std::sync::Arc;
 
-use vn100_protocol::{
-    Layout,
-    stream::{CsvReport, OpenHint},
-};
+use vn100_protocol::{Layout, stream::CsvReport};
 
 use self::{dialect::Dialect, fields::RowEnd, number::Number, stamp::StampForm};
-use crate::open_error::Unusable;
+use crate::open_error::{OpenHint, Unusable};
 pub(crate) use channels::{Unit, known, names, quantity_word, units};
 pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use columns::Column;

@@ -6,16 +6,13 @@ use std::{
     sync::{Arc, atomic::AtomicU64},
 };
 
-use vn100_protocol::{
-    Decoder, Item, MESSAGES, Options, RejectReason,
-    stream::{MeasuredFrames, OpenHint},
-};
+use vn100_protocol::{Decoder, Item, MESSAGES, Options, RejectReason, stream::MeasuredFrames};
 
 use crate::{
     bag::BagForm,
     capture_options::CaptureOptions,
     csv::{self, CsvPlan, Said},
-    open_error::{Problem, Unusable},
+    open_error::{OpenHint, Problem, Unusable},
     readable::Readable,
     recording,
 };

@@ -53,7 +53,7 @@ pub use captures_below::captures_below;
 pub use csv::{ColumnMap, ColumnMapError};
 pub use detect_format::Format;
 pub use file_stamp::file_stamp;
-pub use open_error::{OpenError, Unusable};
+pub use open_error::{OpenError, OpenHint, Unusable, with_causes};
 pub use read_samples::{End, Event, FileEvents, WAITING_BATCHES, read_samples};
 pub use recording::{
     LowSpace, RecordError, Recorded, Recorder, RecordingEnd, RecordingError, RecordingPart, RecordingReader,

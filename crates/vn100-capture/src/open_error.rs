@@ -1,15 +1,15 @@
 //! Why a capture cannot be opened.
 
 use std::{
+    error::Error,
     io,
     path::{Path, PathBuf},
 };
 
-use thiserror::Error;
-use vn100_protocol::stream::OpenHint;
+pub use vn100_protocol::stream::OpenHint;
 
 /// The reason why a capture could not be opened.
-#[derive(Debug, Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// The operating system, or the decompressor, reports an error.
     #[error("cannot read {}", path.display())]
@@ -38,7 +38,7 @@ pub enum OpenError {
 }
 
 /// The reason why a file cannot be used as a capture, in words.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{reason}")]
 pub struct Unusable {
     reason: String,
@@ -68,7 +68,7 @@ impl Unusable {
 }
 
 /// The reason why a file could not be opened, without its path.
-#[derive(Debug, Error)]
+#[derive(Debug, thiserror::Error)]
 pub(crate) enum Problem {
     #[error(transparent)]
     Io(#[from] io::Error),
@@ -92,4 +92,10 @@ impl Problem {
             Self::NotACapture(reason) => OpenError::NotACapture { path, reason },
         }
     }
+}
+
+/// An error with all its causes.
+pub fn with_causes(error: &dyn Error) -> String {
+    let causes = std::iter::successors(error.source(), |cause| (**cause).source());
+    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
 }

@@ -5,7 +5,7 @@ use std::{error::Error, io, path::PathBuf};
 use tokio::task;
 use vn100_analysis::timebase::Refusal;
 use vn100_analysis::{End, StartCure};
-use vn100_capture::{OpenError, RecordError};
+use vn100_capture::{OpenError, RecordError, with_causes};
 use vn100_driver::{CommandError, ConfigureError};
 
 /// The reason why a live source cannot be used.
@@ -113,10 +113,4 @@ impl StartError {
             _ => None,
         }
     }
-}
-
-/// An error with all its causes.
-pub fn with_causes(error: &dyn Error) -> String {
-    let causes = std::iter::successors(error.source(), |cause| (**cause).source());
-    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
 }

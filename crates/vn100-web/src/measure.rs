@@ -1,7 +1,6 @@
 //! One stream of a file, measured from its opening to its result, on this thread.
 
 use std::{
-    error::Error,
     ops::ControlFlow,
     sync::{Arc, atomic::Ordering},
 };
@@ -10,11 +9,13 @@ use serde::Serialize;
 use vn100_analysis::{
     Analysis, Assessment, End, GoalCheck, Parts, RateFrom, RecordingEndFacts, RecordingFacts, Settings, Shortfall,
     Snapshot, SourceFacts, SourceResult, StartCure, UnmetGoal,
-    protocol::stream::{Batch, FileReport, MeasuredFrames, OpenHint, ReadOptions},
+    protocol::stream::{Batch, FileReport, MeasuredFrames, ReadOptions},
     recorded_settings,
     timebase::Refusal,
 };
-use vn100_capture::{Capture, CaptureOptions, Event, FileEvents, OpenError, Recorded, StoredFile};
+use vn100_capture::{
+    Capture, CaptureOptions, Event, FileEvents, OpenError, OpenHint, Recorded, StoredFile, with_causes,
+};
 use vn100_report::{Ended, remedies::page_words};
 
 /// A stream that was measured; its result is one without samples if nothing could be measured.
@@ -209,13 +210,7 @@ impl Loop {
     }
 
     fn look(&mut self) -> ControlFlow<End> {
-        if self.analysis.is_complete() {
-            ControlFlow::Break(End::DurationReached)
-        } else if self.goals.is_decided(&self.analysis) {
-            ControlFlow::Break(End::GoalsDecided)
-        } else {
-            ControlFlow::Continue(())
-        }
+        self.goals.end(&self.analysis).map_or(ControlFlow::Continue(()), ControlFlow::Break)
     }
 }
 
@@ -246,10 +241,4 @@ fn cure_of(hint: &OpenHint) -> Cure {
         OpenHint::Topic(topics) | OpenHint::TopicAndColumns(topics) => topic(topics),
         OpenHint::ColumnsOfTopic => field("columns", None),
     }
-}
-
-/// An error with all its causes.
-fn with_causes(error: &dyn Error) -> String {
-    let causes = std::iter::successors(error.source(), |cause| (**cause).source());
-    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
 }

@@ -9,9 +9,8 @@ use super::{
 use crate::{
     capture_options::CaptureOptions,
     csv::ColumnMap,
-    open_error::{Problem, Unusable},
+    open_error::{OpenHint, Problem, Unusable},
 };
-use vn100_protocol::stream::OpenHint;
 
 #[derive(Debug)]
 pub(crate) struct TopicStream {

@@ -12,8 +12,8 @@ use std::{
 };
 
 use tokio_util::sync::CancellationToken;
-use vn100_capture::{BagForm, Capture, CaptureOptions, End, Event, Format, OpenError};
-use vn100_protocol::stream::{BagReport, Batch, FileReport, OpenHint, ReadOptions, StampSource};
+use vn100_capture::{BagForm, Capture, CaptureOptions, End, Event, Format, OpenError, OpenHint};
+use vn100_protocol::stream::{BagReport, Batch, FileReport, ReadOptions, StampSource};
 
 const FIRST_NS: i64 = 1_700_000_000_000_000_000;
 

@@ -6,8 +6,8 @@ use std::{
 };
 
 use tokio_util::sync::CancellationToken;
-use vn100_capture::{Capture, CaptureOptions, End, Event, Format, OpenError, RecordingWriter};
-use vn100_protocol::stream::{Batch, Chunk, FileReport, MarkKind, OpenHint, ReadOptions, RejectedRow, StreamInput};
+use vn100_capture::{Capture, CaptureOptions, End, Event, Format, OpenError, OpenHint, RecordingWriter};
+use vn100_protocol::stream::{Batch, Chunk, FileReport, MarkKind, ReadOptions, RejectedRow, StreamInput};
 
 /// A line of the sensor's manual.
 const SENTENCE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63";
