@@ -36,7 +36,6 @@ mod file_stamp;
 mod mcap_records;
 mod open_error;
 mod read_samples;
-mod readable;
 mod recording;
 mod rows_of_samples;
 mod source;
