@@ -93,7 +93,7 @@ fn of_source(out: &mut Families, source: &MeasuredSource<'_>) {
         ("message", facts.message.as_deref().unwrap_or_default()),
     ];
     out.gauge("vn100_info", "The source: sensor and message.", &identity, 1.0);
-    let is_up = !facts.ended && facts.link.as_ref().is_none_or(|link| link.status == LinkStatus::Connected);
+    let is_up = facts.end.is_none() && facts.link.as_ref().is_none_or(|link| link.status == LinkStatus::Connected);
     out.gauge("vn100_link_up", "Whether the sensor's output is received.", of_port, f64::from(u8::from(is_up)));
     out.count("vn100_samples_total", "Samples measured.", of_port, timing.samples);
     if let Some(missing) = timing.missing {
