@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use vn100_protocol::stream::MessageName;
+use vn100_protocol::stream::{MessageName, OpenHint};
 
 use crate::{rate_change::RateChange, source_facts::EndKind};
 
@@ -78,18 +78,8 @@ impl End {
 /// What the user can say of a source so that it can be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StartCure {
-    /// The columns; by this map, if one fits for sure.
-    Columns(Option<String>),
-    /// The order of the dates, as in this map.
-    DateOrder(String),
-    /// The unit of the stamps, as in this map.
-    StampUnit(String),
-    /// One of the topics.
-    Topic,
-    /// A topic, and the numbers in it.
-    TopicAndColumns,
-    /// The numbers of the topic.
-    ColumnsOfTopic,
+    /// What the file lacks.
+    Capture(OpenHint),
     /// The rate, or the column of the times.
     Rate {
         /// Whether it has times, which do not show the rate.

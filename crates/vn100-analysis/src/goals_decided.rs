@@ -2,7 +2,7 @@
 
 use imu_noise::chi_squared;
 
-use crate::{accumulate::analysis::Analysis, assessment::Assessment};
+use crate::{accumulate::analysis::Analysis, assessment::Assessment, end::End};
 
 impl Analysis {
     /// Whether all goals of the settings are met, or one is out of reach; `false` without goals. The
@@ -34,15 +34,19 @@ pub struct GoalCheck {
 }
 
 impl GoalCheck {
-    /// Whether it is time to check, and all goals are met or one is out of reach.
+    /// Why the measurement is over; `None` while its data time has not passed, and its goals are not
+    /// decided or it is not time to check them.
     #[must_use]
-    pub fn is_decided(&mut self, analysis: &Analysis) -> bool {
+    pub fn end(&mut self, analysis: &Analysis) -> Option<End> {
+        if analysis.is_complete() {
+            return Some(End::DurationReached);
+        }
         let second = analysis.seconds();
         if analysis.settings().until.is_empty() || second < self.next_second {
-            return false;
+            return None;
         }
         self.next_second = second + second.div_ceil(20).max(1);
-        analysis.goals_are_decided()
+        analysis.goals_are_decided().then_some(End::GoalsDecided)
     }
 }
 
@@ -78,7 +82,7 @@ mod tests {
         for second in 1..=48 {
             add_second(&mut analysis, &mut state);
             let before = goals.next_second;
-            assert!(!goals.is_decided(&analysis));
+            assert_eq!(goals.end(&analysis), None);
             looked.extend((goals.next_second != before).then_some(second));
         }
         let expected: Vec<_> = (1..=20).chain([21, 23, 25, 27, 29, 31, 33, 35, 37, 39, 41, 44, 47]).collect();

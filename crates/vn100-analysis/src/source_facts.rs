@@ -60,10 +60,7 @@ pub struct SourceFacts {
     /// The place of a paced replay; `None` for any other source.
     #[serde(skip)]
     pub playback: Option<PlaybackFacts>,
-    /// Whether no more samples will follow.
-    #[serde(skip)]
-    pub ended: bool,
-    /// Why the measurement ended; `None` while it has not.
+    /// Why the measurement ended, so that no more samples will follow; `None` while it has not.
     #[serde(skip)]
     pub end: Option<EndKind>,
 }
@@ -72,7 +69,7 @@ impl SourceFacts {
     /// The facts of a source that ended so, with what the file says of its content. Its times are
     /// those of the rows or messages if it is no recording.
     pub fn at_end(self, report: Option<FileReport>, end: EndKind) -> Self {
-        let facts = Self { ended: true, end: Some(end), ..self };
+        let facts = Self { end: Some(end), ..self };
         match report {
             Some(FileReport::Csv(csv)) => {
                 let recording = facts.recording.or_else(|| RecordingFacts::of_rows(&csv));

@@ -17,9 +17,8 @@ use crate::{
     csv::{CsvReader, Said},
     detect_format::{Detected, Format, detect_format, is_capture_ending, no_capture},
     open_error::{OpenError, Problem},
-    read_samples::{Event, FileEvents, read_file, read_samples},
-    readable::{Readable, Reading, StartReading},
-    recording::Recorded,
+    read_samples::{Event, FileEvents, FileReader, read_file, read_samples},
+    recording::{self, Recorded},
     source::ReaderSource,
     stored_file::StoredFile,
     telnet::{Undoubled, doubles_ff},
@@ -45,7 +44,20 @@ pub struct Capture {
     pub topic: Option<String>,
     /// The metadata of a recording of this program; `None` for any other capture.
     pub recorded: Option<Recorded>,
-    start_reading: StartReading,
+    start_reading: Box<dyn FnOnce(ReadOptions) -> io::Result<Reading> + Send>,
+}
+
+/// A capture that is read.
+enum Reading {
+    File(FileEvents),
+    /// A read of a stream may wait for bytes indefinitely.
+    Stream(ReaderSource, ReadOptions),
+}
+
+impl Reading {
+    fn of(file: impl FileReader) -> io::Result<Self> {
+        Ok(Self::File(FileEvents::new(Box::new(file))))
+    }
 }
 
 impl Capture {
@@ -171,18 +183,20 @@ impl Capture {
         let stored_bytes_read = if bag.unpacked_bytes > 0 { read } else { Arc::default() };
         let counted = if bag.unpacked_bytes > 0 { Arc::default() } else { Arc::clone(&stored_bytes_read) };
         let (format, holds_values, topic) = (Format::Bag(bag.form), stream.holds_values(), stream.topic.name.clone());
-        let readable = Readable::new(move |options| {
+        let capture = Self::new(format, stored_bytes_read, move |options| {
             Reading::of(BagSamples::open(&bag, stream, options, &counted).map_err(io::Error::other)?)
         });
-        let readable = Readable { holds_values, topic: Some(topic), ..readable };
-        Ok(Self::new(format, stored_bytes_read, readable))
+        Ok(Self { holds_values, topic: Some(topic), ..capture })
     }
 
+    /// A capture of sentences or packets that `start` begins to read.
     fn new(
         format: Format,
         stored_bytes_read: Arc<AtomicU64>,
-        Readable { holds_values, lacks_times, topic, recorded, start: start_reading }: Readable,
+        start: impl FnOnce(ReadOptions) -> io::Result<Reading> + Send + 'static,
     ) -> Self {
+        let start_reading = Box::new(start);
+        let (holds_values, lacks_times, topic, recorded) = (false, false, None, None);
         Self { format, stored_bytes_read, holds_values, lacks_times, topic, recorded, start_reading }
     }
 
@@ -206,34 +220,40 @@ impl Capture {
         let is_of_telnet = is_raw_file && doubles_ff(&head.bytes);
         let whole = head.chain(reader);
         let reader: Box<dyn Read + Send> = if is_of_telnet { Box::new(Undoubled::new(whole)) } else { Box::new(whole) };
-        let (format, readable) = match detected {
-            Detected::ByMagic(format, open) => (format, open(reader, options, &stored_bytes_read)?),
+        let capture = match detected {
+            Detected::Mcap => {
+                let (recorded, samples) = recording::open(reader, options, &stored_bytes_read)?;
+                let start = |options| Reading::of(samples.with_options(options));
+                Self { recorded: Some(recorded), ..Self::new(Format::Mcap, stored_bytes_read, start) }
+            }
             Detected::Csv(plan) => {
                 let (holds_values, lacks_times) = (plan.holds_values(), plan.lacks_times());
                 let topic = options.topic.clone().filter(|_| holds_values);
-                let readable = Readable::new(|options| Reading::of(CsvReader::new(*plan, reader, options)));
-                (Format::Csv, Readable { holds_values, lacks_times, topic, ..readable })
+                let start = |options| Reading::of(CsvReader::new(*plan, reader, options));
+                Self { holds_values, lacks_times, topic, ..Self::new(Format::Csv, stored_bytes_read, start) }
             }
             Detected::Bytes(format, measured) => {
                 let chosen = move |options: ReadOptions| match options.measured {
                     MeasuredFrames::First => ReadOptions { measured, ..options },
                     _ => options,
                 };
-                let readable = if sidecar.is_some() || is_file {
-                    Readable::new(move |options| Reading::of(BytesReader::new(reader, sidecar, chosen(options))))
+                if sidecar.is_some() || is_file {
+                    let start = move |options| Reading::of(BytesReader::new(reader, sidecar, chosen(options)));
+                    Self::new(format, stored_bytes_read, start)
                 } else {
                     let source = ReaderSource::spawn(reader, None)?;
-                    Readable::new(move |options| Ok(Reading::Stream(source, chosen(options))))
-                };
-                (format, readable)
+                    Self::new(format, stored_bytes_read, move |options| Ok(Reading::Stream(source, chosen(options))))
+                }
             }
             Detected::UnusableCsv(problem) => return Err(problem.into()),
             Detected::Unknown(found) => return Err(no_capture(&found)),
         };
-        if let Some(asked) = options.topic.as_ref().filter(|_| readable.topic.is_none()) {
-            return Err(Problem::new(format!("it has one stream and no {asked:?}; name none")));
+        match &options.topic {
+            Some(asked) if capture.topic.is_none() => {
+                Err(Problem::new(format!("it has one stream and no {asked:?}; name none")))
+            }
+            _ => Ok(capture),
         }
-        Ok(Self::new(format, stored_bytes_read, readable))
     }
 }
 

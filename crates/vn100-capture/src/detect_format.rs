@@ -1,19 +1,14 @@
 //! The formats of captures, and which of them a file has: detected by its first bytes and never by
 //! its name.
 
-use std::{
-    io::{self, Read},
-    sync::{Arc, atomic::AtomicU64},
-};
+use std::io::{self, Read};
 
 use vn100_protocol::{Decoder, Item, MESSAGES, Options, RejectReason, stream::MeasuredFrames};
 
 use crate::{
     bag::BagForm,
-    capture_options::CaptureOptions,
     csv::{self, CsvPlan, Said},
     open_error::{OpenHint, Problem, Unusable},
-    readable::Readable,
     recording,
 };
 
@@ -93,37 +88,13 @@ impl Format {
     }
 }
 
-/// A format, and how its files are known and opened.
-struct FormatRow {
-    format: Format,
-    /// Endings of the names of its files, of which some are those of other files too.
-    endings: &'static [&'static str],
-    /// What of it is searched for in a file.
-    sought: &'static str,
-    /// The first bytes of its files, and what opens them; `None` for a format that is known by the
-    /// content alone.
-    magic: Option<(&'static [u8], Open)>,
-}
-
-/// Opens a file, by its content and the options, and counts the bytes that it reads of other files.
-pub(crate) type Open = fn(Box<dyn Read + Send>, &CaptureOptions, &Arc<AtomicU64>) -> Result<Readable, Problem>;
-
-/// All formats but bags, which are read out of order.
-const FORMATS: [FormatRow; 4] = [
-    FormatRow {
-        format: Format::Text,
-        endings: &["log", "txt"],
-        sought: "VectorNav sentences ($VNYMR,… or $VNIMU,… with a checksum)",
-        magic: None,
-    },
-    FormatRow { format: Format::Raw, endings: &["bin", "raw"], sought: "0xFA binary packets", magic: None },
-    FormatRow { format: Format::Csv, endings: &["csv", "tsv"], sought: "CSV columns of known names", magic: None },
-    FormatRow {
-        format: Format::Mcap,
-        endings: &["mcap"],
-        sought: "MCAP recordings",
-        magic: Some((recording::MAGIC, recording::open)),
-    },
+/// All formats but bags, which are read out of order: the endings of the names of their files, of
+/// which some are those of other files too, and what of them is searched for in a file.
+const FORMATS: [(&[&str], &str); 4] = [
+    (&["log", "txt"], "VectorNav sentences ($VNYMR,… or $VNIMU,… with a checksum)"),
+    (&["bin", "raw"], "0xFA binary packets"),
+    (&["csv", "tsv"], "CSV columns of known names"),
+    (&["mcap"], "MCAP recordings"),
 ];
 
 /// Whether names of captures have this ending: that of a format, or a message that is measured
@@ -131,12 +102,12 @@ const FORMATS: [FormatRow; 4] = [
 pub(crate) fn is_capture_ending(ending: &str) -> bool {
     let ending = ending.to_ascii_lowercase();
     let is_message = MESSAGES.iter().any(|layout| layout.message.eq_ignore_ascii_case(&ending));
-    is_message || BagForm::is_ending(&ending) || FORMATS.iter().any(|row| row.endings.contains(&&*ending))
+    is_message || BagForm::is_ending(&ending) || FORMATS.iter().any(|(endings, _)| endings.contains(&&*ending))
 }
 
 /// The error for a file in which `found` is and no capture.
 pub(crate) fn no_capture(found: &str) -> Problem {
-    let [before @ .., last] = FORMATS.map(|row| row.sought);
+    let [before @ .., last] = FORMATS.map(|(_, sought)| sought);
     let before = before.join(", ");
     Problem::NotACapture(format!(
         "a capture this program reads: searched for {before} and {last}, also inside gzip, zstd, bzip2, xz and ZIP; found {found}"
@@ -152,8 +123,8 @@ pub(crate) enum Detected {
     /// Sentences, packets or both, and the frames that are measured by default.
     Bytes(Format, MeasuredFrames),
     Csv(Box<CsvPlan>),
-    /// A format that is known by its first bytes, and what opens it.
-    ByMagic(Format, Open),
+    /// A recording, or another MCAP file that is no bag.
+    Mcap,
     /// A CSV file whose columns cannot be used; with the reason.
     UnusableCsv(Unusable),
     /// Not VN-100 data; a description of the content.
@@ -187,8 +158,9 @@ impl Read for CaptureHead {
 /// read as CSV.
 pub(crate) fn detect_format(reader: &mut impl Read, said: Said<'_>) -> io::Result<(CaptureHead, Detected)> {
     let mut head = CaptureHead::default();
-    if let Some(detected) = by_magic(&mut head, reader)?.filter(|_| said.map.is_none()) {
-        return Ok((head, detected));
+    while head.bytes.len() < recording::MAGIC.len() && !head.grow(reader)?.is_empty() {}
+    if said.map.is_none() && head.bytes.starts_with(recording::MAGIC) {
+        return Ok((head, Detected::Mcap));
     }
     let mut decoder = Decoder::new(Options { accept_unchecked: true });
     let mut sentence_seen = false;
@@ -242,15 +214,6 @@ pub(crate) fn detect_format(reader: &mut impl Read, said: Said<'_>) -> io::Resul
         }
     };
     Ok((head, detected))
-}
-
-/// The format with these first bytes, if there is one.
-fn by_magic(head: &mut CaptureHead, reader: &mut impl Read) -> io::Result<Option<Detected>> {
-    let magics = || FORMATS.iter().filter_map(|row| Some((row.format, row.magic?)));
-    let longest = magics().map(|(_, (magic, _))| magic.len()).max().unwrap_or(0);
-    while head.bytes.len() < longest && !head.grow(reader)?.is_empty() {}
-    let found = magics().find(|(_, (magic, _))| head.bytes.starts_with(magic));
-    Ok(found.map(|(format, (_, open))| Detected::ByMagic(format, open)))
 }
 
 /// Whether a sentence that is measured is among the first bytes.

@@ -36,7 +36,6 @@ mod file_stamp;
 mod mcap_records;
 mod open_error;
 mod read_samples;
-mod readable;
 mod recording;
 mod rows_of_samples;
 mod source;
@@ -53,7 +52,7 @@ pub use captures_below::captures_below;
 pub use csv::{ColumnMap, ColumnMapError};
 pub use detect_format::Format;
 pub use file_stamp::file_stamp;
-pub use open_error::{OpenError, OpenHint, Unusable};
+pub use open_error::{OpenError, OpenHint, Unusable, with_causes};
 pub use read_samples::{End, Event, FileEvents, WAITING_BATCHES, read_samples};
 pub use recording::{
     LowSpace, RecordError, Recorded, Recorder, RecordingEnd, RecordingError, RecordingPart, RecordingReader,

@@ -1,14 +1,15 @@
 //! Why a capture cannot be opened.
 
 use std::{
+    error::Error,
     io,
     path::{Path, PathBuf},
 };
 
-use thiserror::Error;
+pub use vn100_protocol::stream::OpenHint;
 
 /// The reason why a capture could not be opened.
-#[derive(Debug, Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// The operating system, or the decompressor, reports an error.
     #[error("cannot read {}", path.display())]
@@ -37,7 +38,7 @@ pub enum OpenError {
 }
 
 /// The reason why a file cannot be used as a capture, in words.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{reason}")]
 pub struct Unusable {
     reason: String,
@@ -45,23 +46,6 @@ pub struct Unusable {
     /// Whether the columns of a table are known, but their stamps are not understood or the requested
     /// stream is missing.
     pub(crate) is_certain: bool,
-}
-
-/// What the user can add so that a file can be read.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum OpenHint {
-    /// The columns; with a fitting map, if names, units and magnitudes fit exactly one.
-    Columns(Option<String>),
-    /// The unit of the stamps, one of s, ms, us and ns; with a map that names one.
-    StampUnit(String),
-    /// The order of the dates, dmy or mdy; with a map that names one.
-    DateOrder(String),
-    /// The topic of a bag, one of these.
-    Topic(Vec<String>),
-    /// The topic of a bag, one of these, and its numbers.
-    TopicAndColumns(Vec<String>),
-    /// The numbers in the messages of the only topic.
-    ColumnsOfTopic,
 }
 
 impl Unusable {
@@ -84,7 +68,7 @@ impl Unusable {
 }
 
 /// The reason why a file could not be opened, without its path.
-#[derive(Debug, Error)]
+#[derive(Debug, thiserror::Error)]
 pub(crate) enum Problem {
     #[error(transparent)]
     Io(#[from] io::Error),
@@ -108,4 +92,10 @@ impl Problem {
             Self::NotACapture(reason) => OpenError::NotACapture { path, reason },
         }
     }
+}
+
+/// An error with all its causes.
+pub fn with_causes(error: &dyn Error) -> String {
+    let causes = std::iter::successors(error.source(), |cause| (**cause).source());
+    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
 }

@@ -52,7 +52,7 @@ pub(crate) fn failure(error: Option<&StartError>, result: &SourceResult) -> Opti
 /// The exception of a capture that cannot be opened: for an error of the operating system the
 /// `OSError` of its number.
 pub(crate) fn not_opened(error: &OpenError) -> PyErr {
-    let text = vn100_session::with_causes(error);
+    let text = vn100_capture::with_causes(error);
     match error {
         OpenError::Io { path, source } => match source.raw_os_error() {
             // the fourth is the number where the system is Windows

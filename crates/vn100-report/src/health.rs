@@ -32,8 +32,8 @@ pub fn link_word(link: &LinkFacts) -> String {
 pub fn state(facts: &SourceFacts, is_preparing: bool) -> (String, Option<Severity>) {
     match &facts.link {
         _ if is_preparing => ("preparing".into(), Some(Severity::Note)),
-        _ if facts.ended && facts.error.is_some() => ("ENDED".into(), Some(Severity::Problem)),
-        _ if facts.ended => ("ended".into(), Some(Severity::Note)),
+        _ if facts.end.is_some() && facts.error.is_some() => ("ENDED".into(), Some(Severity::Problem)),
+        _ if facts.end.is_some() => ("ended".into(), Some(Severity::Note)),
         Some(link) => match link.status {
             LinkStatus::Connected => (link.baud.map_or("up".into(), |baud| format!("up {baud} baud")), None),
             LinkStatus::Opening | LinkStatus::Scanning | LinkStatus::NotConnected => {

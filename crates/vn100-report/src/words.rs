@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use vn100_analysis::{End, RateChange, Remedy, RemedyWords, Shortfall, StartCure};
+use vn100_analysis::{End, RateChange, Remedy, RemedyWords, Shortfall, StartCure, protocol::stream::OpenHint};
 
 use crate::numbers::plain::{tau, time};
 
@@ -101,18 +101,19 @@ fn seconds(duration: Duration) -> String {
 
 /// What would make the source readable; on a line of its own after a list of topics.
 fn cure_words(cure: &StartCure, words: RemedyWords) -> String {
+    use StartCure::Capture;
     let columns = || words(&Remedy::MapColumns(None));
     let as_mapped = |map: &String| words(&Remedy::MapColumns(Some(map.clone())));
     let topic = || words(&Remedy::GiveTopic);
     match cure {
-        StartCure::Columns(Some(map)) => format!("; by names and magnitudes this fits: {}", as_mapped(map)),
-        StartCure::Columns(None) | StartCure::ColumnsOfTopic => {
+        Capture(OpenHint::Columns(Some(map))) => format!("; by names and magnitudes this fits: {}", as_mapped(map)),
+        Capture(OpenHint::Columns(None) | OpenHint::ColumnsOfTopic) => {
             format!("; if some are those of a sensor, {}", columns())
         }
-        StartCure::DateOrder(map) => format!("; name the order (dmy or mdy): {}", as_mapped(map)),
-        StartCure::StampUnit(map) => format!("; name the unit (s, ms, us or ns): {}", as_mapped(map)),
-        StartCure::Topic => format!("\nOne of them is to be chosen: {}", topic()),
-        StartCure::TopicAndColumns => {
+        Capture(OpenHint::DateOrder(map)) => format!("; name the order (dmy or mdy): {}", as_mapped(map)),
+        Capture(OpenHint::StampUnit(map)) => format!("; name the unit (s, ms, us or ns): {}", as_mapped(map)),
+        Capture(OpenHint::Topic(_)) => format!("\nOne of them is to be chosen: {}", topic()),
+        Capture(OpenHint::TopicAndColumns(_)) => {
             format!("\nIf one of them has the numbers of a sensor, {}, and {}", topic(), columns())
         }
         StartCure::OneSource => {

@@ -293,10 +293,8 @@ impl Measuring {
 
     async fn look(&mut self, channels: &Channels) {
         self.has_changed = true;
-        if self.analysis.is_complete() {
-            self.end = Some((End::DurationReached, None));
-        } else if self.goals.is_decided(&self.analysis) {
-            self.end = Some((End::GoalsDecided, None));
+        if let Some(end) = self.goals.end(&self.analysis) {
+            self.end = Some((end, None));
         } else {
             self.send_second(channels).await;
         }

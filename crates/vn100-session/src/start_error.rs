@@ -5,7 +5,7 @@ use std::{error::Error, io, path::PathBuf};
 use tokio::task;
 use vn100_analysis::timebase::Refusal;
 use vn100_analysis::{End, StartCure};
-use vn100_capture::{OpenError, OpenHint, RecordError};
+use vn100_capture::{OpenError, RecordError, with_causes};
 use vn100_driver::{CommandError, ConfigureError};
 
 /// The reason why a live source cannot be used.
@@ -109,21 +109,8 @@ impl StartError {
         match self {
             Self::RateUnknown { refusal: Some(Refusal::Pairs { .. }) } => Some(StartCure::OneSource),
             Self::RateUnknown { refusal } => Some(StartCure::Rate { has_times: refusal.is_some() }),
-            Self::Capture(OpenError::Unusable { problem, .. }) => Some(match problem.hint()? {
-                OpenHint::Columns(map) => StartCure::Columns(map.clone()),
-                OpenHint::DateOrder(map) => StartCure::DateOrder(map.clone()),
-                OpenHint::StampUnit(map) => StartCure::StampUnit(map.clone()),
-                OpenHint::Topic(_) => StartCure::Topic,
-                OpenHint::TopicAndColumns(_) => StartCure::TopicAndColumns,
-                OpenHint::ColumnsOfTopic => StartCure::ColumnsOfTopic,
-            }),
+            Self::Capture(OpenError::Unusable { problem, .. }) => problem.hint().cloned().map(StartCure::Capture),
             _ => None,
         }
     }
-}
-
-/// An error with all its causes.
-pub fn with_causes(error: &dyn Error) -> String {
-    let causes = std::iter::successors(error.source(), |cause| (**cause).source());
-    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
 }

@@ -102,7 +102,6 @@ impl SourceState {
                 error: recording.error.as_ref().map(ToString::to_string),
             }),
             playback: self.playback.map(playback_facts),
-            ended,
             ..(*self.source).clone()
         }
     }
@@ -203,7 +202,7 @@ mod tests {
             RecorderFacts { path: "a/b.mcap".into(), bytes: 7, unrecorded_bytes: 3, error: Some("no space".into()) };
         assert_eq!(facts.recorder, Some(recorder));
         assert_eq!(facts.playback, Some(PlaybackFacts { samples: 5, total: Some(9), paused: true, at_end: false }));
-        assert_eq!((facts.name.as_str(), facts.ended, facts.link, facts.recording), ("imu", false, None, None));
+        assert_eq!((facts.name.as_str(), facts.end, facts.link, facts.recording), ("imu", None, None, None));
     }
 
     #[test]

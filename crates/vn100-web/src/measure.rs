@@ -1,7 +1,6 @@
 //! One stream of a file, measured from its opening to its result, on this thread.
 
 use std::{
-    error::Error,
     ops::ControlFlow,
     sync::{Arc, atomic::Ordering},
 };
@@ -14,7 +13,9 @@ use vn100_analysis::{
     recorded_settings,
     timebase::Refusal,
 };
-use vn100_capture::{Capture, CaptureOptions, Event, FileEvents, OpenError, OpenHint, Recorded, StoredFile};
+use vn100_capture::{
+    Capture, CaptureOptions, Event, FileEvents, OpenError, OpenHint, Recorded, StoredFile, with_causes,
+};
 use vn100_report::{Ended, remedies::page_words};
 
 /// A stream that was measured; its result is one without samples if nothing could be measured.
@@ -56,7 +57,12 @@ pub(crate) fn measure(stream: Stream, progress: Progress<'_>) -> Measured {
     let capture = match Capture::of_file(file, &name, &options) {
         Ok(capture) => capture,
         Err(error) => {
-            let (cure, field) = cure_of(&error);
+            let hint = match &error {
+                OpenError::Unusable { problem, .. } => problem.hint().cloned(),
+                _ => None,
+            };
+            let field = hint.as_ref().map(cure_of);
+            let cure = hint.map(StartCure::Capture);
             let end = End::NotStarted { text: with_causes(&error), names_source: true, is_of_recording: false, cure };
             return not_started(facts, end, field, settings);
         }
@@ -204,13 +210,7 @@ impl Loop {
     }
 
     fn look(&mut self) -> ControlFlow<End> {
-        if self.analysis.is_complete() {
-            ControlFlow::Break(End::DurationReached)
-        } else if self.goals.is_decided(&self.analysis) {
-            ControlFlow::Break(End::GoalsDecided)
-        } else {
-            ControlFlow::Continue(())
-        }
+        self.goals.end(&self.analysis).map_or(ControlFlow::Continue(()), ControlFlow::Break)
     }
 }
 
@@ -231,25 +231,14 @@ fn not_started(facts: SourceFacts, end: End, cure: Option<Cure>, settings: Setti
     Measured { cure, ..run.ended(facts) }
 }
 
-/// What would make a file readable: for the words, and for the fields of the page.
-fn cure_of(error: &OpenError) -> (Option<StartCure>, Option<Cure>) {
-    let OpenError::Unusable { problem, .. } = error else { return (None, None) };
-    let Some(hint) = problem.hint() else { return (None, None) };
+/// What would make a file readable, for the fields of the page.
+fn cure_of(hint: &OpenHint) -> Cure {
     let field = |field, guess: Option<&String>| Cure { field, guess: guess.cloned(), choices: Vec::new() };
     let topic = |choices: &Vec<String>| Cure { field: "topic", guess: None, choices: choices.clone() };
-    let (words, cure) = match hint {
-        OpenHint::Columns(map) => (StartCure::Columns(map.clone()), field("columns", map.as_ref())),
-        OpenHint::DateOrder(map) => (StartCure::DateOrder(map.clone()), field("columns", Some(map))),
-        OpenHint::StampUnit(map) => (StartCure::StampUnit(map.clone()), field("columns", Some(map))),
-        OpenHint::Topic(topics) => (StartCure::Topic, topic(topics)),
-        OpenHint::TopicAndColumns(topics) => (StartCure::TopicAndColumns, topic(topics)),
-        OpenHint::ColumnsOfTopic => (StartCure::ColumnsOfTopic, field("columns", None)),
-    };
-    (Some(words), Some(cure))
-}
-
-/// An error with all its causes.
-fn with_causes(error: &dyn Error) -> String {
-    let causes = std::iter::successors(error.source(), |cause| (**cause).source());
-    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
+    match hint {
+        OpenHint::Columns(map) => field("columns", map.as_ref()),
+        OpenHint::DateOrder(map) | OpenHint::StampUnit(map) => field("columns", Some(map)),
+        OpenHint::Topic(topics) | OpenHint::TopicAndColumns(topics) => topic(topics),
+        OpenHint::ColumnsOfTopic => field("columns", None),
+    }
 }

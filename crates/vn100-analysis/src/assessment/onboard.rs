@@ -110,9 +110,7 @@ impl Onboard {
             Quantity::MagneticField => (Self::MAG_REFRESH_HZ, averaging.mag_window, averaging.mag_mode),
             Quantity::Acceleration => (IMU_REFRESH_HZ, averaging.accel_window, averaging.accel_mode),
             Quantity::AngularRate => (IMU_REFRESH_HZ, averaging.gyro_window, averaging.gyro_mode),
-            Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure | Quantity::Value => {
-                return None;
-            }
+            _ => return None,
         };
         // bits of the mode: 1 averages the uncompensated values, 2 the compensated ones
         let averaged = mode & if layout.compensated == Some(false) { 1 } else { 2 } != 0;

@@ -11,123 +11,98 @@ use crate::{
     rate_change::{FalseRate, FalseReport, RateChange},
 };
 
-/// The kinds of warning, whose names are a contract with scripts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, JsonSchema)]
-#[schemars(rename_all = "kebab-case")]
-pub enum WarningKind {
-    /// The record, or the recording that was made of it, is not whole.
-    Incomplete,
-    /// Bytes arrived, but no sample of a message that is measured.
-    NoValidLines,
-    /// Sentences or packets of a message other than the measured one were excluded.
-    OtherMessages,
-    /// Another program has the port of the sensor open, or the sensor reported errors that answer
-    /// no command.
-    LinkErrors,
-    /// The sensor, its output rate or its printed resolution changed within the record.
-    StreamChanged,
-    /// Samples, or values of single channels, are missing; each gap keeps its place on the time
-    /// axis.
-    Gaps,
-    /// Sentences, packets or rows were rejected, or carry no checksum.
-    #[schemars(rename = "bad-lines")]
-    RejectedLines,
-    /// Samples repeat earlier ones exactly, which a live sensor does not do.
-    RepeatedLines,
-    /// There are too few samples for a deviation, or for more than a rough one.
-    TooShort,
-    /// The capture does not contain the sample rate; the factory default of 40 Hz is assumed.
-    RateAssumed,
-    /// The measured rate is none of the sensor's, not the nominal one, or unsure because many
-    /// samples are missing.
-    RateOffNominal,
-    /// Time stamps step backwards, are uneven or cannot be those of a sensor, or the sensor
-    /// restarted.
-    StampsDoubtful,
-    /// The spectrum has significant peaks: vibration, or an alternating magnetic field.
-    VibrationLine,
-    /// The sensor was moved, or mean or noise changed during the record.
-    NotStationary,
-    /// The level settled at the beginning of the record, as when a sensor warms up.
-    WarmUp,
-    /// The bias follows the temperature of the sensor significantly.
-    FollowsTemperature,
-    /// The magnitude of the mean acceleration or magnetic field is not that of the Earth.
-    MagnitudeOff,
-    /// An attitude filter has removed its estimate of the bias from the rates.
-    CompensatedStream,
-    /// The capture does not contain whether a filter has removed the bias of the gyroscope.
-    CompensationUnknown,
-    /// A low-pass filter slower than the output removes the high frequencies.
-    LowPass,
-    /// The sensor turns its axes (register 26), or averages otherwise than was given (register 85).
-    SensorSettings,
-    /// From sample to sample the noise is less than half a step of the values.
-    QuantisationFloor,
-    /// Besides white noise there is noise correlated over seconds.
-    CorrelatedNoise,
-    /// A channel reaches the end of its range, or the count of its turns began anew.
-    FullRange,
-    /// A column holds magnitudes that its unit makes impossible.
-    UnitDoubtful,
+/// Meaning, code, aspect and usual severity of each kind.
+macro_rules! kinds {
+    ($($(#[$meaning:meta])* $kind:ident = $code:literal, $aspect:ident, $severity:ident;)*) => {
+        /// The kinds of warning, whose names are a contract with scripts.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, JsonSchema)]
+        pub enum WarningKind {
+            $($(#[$meaning])* #[schemars(rename = $code)] $kind,)*
+        }
+
+        impl WarningKind {
+            /// All kinds.
+            pub const ALL: [Self; [$($code),*].len()] = [$(Self::$kind),*];
+
+            /// The code of the kind: lower case, words joined by hyphens.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$kind => $code,)*
+                }
+            }
+
+            /// What warnings of this kind concern.
+            pub const fn aspect(self) -> Aspect {
+                match self {
+                    $(Self::$kind => Aspect::$aspect,)*
+                }
+            }
+
+            /// What most findings of this kind mean for the result.
+            pub const fn severity(self) -> Severity {
+                match self {
+                    $(Self::$kind => Severity::$severity,)*
+                }
+            }
+        }
+    };
 }
 
-/// The kinds in their order, each with its code, what it concerns, and what most of its findings mean
-/// for the result.
-const KINDS: [(WarningKind, &str, Aspect, Severity); 25] = [
-    (WarningKind::Incomplete, "incomplete", Aspect::Data, Severity::Problem),
-    (WarningKind::NoValidLines, "no-valid-lines", Aspect::Data, Severity::Problem),
-    (WarningKind::OtherMessages, "other-messages", Aspect::Data, Severity::Caution),
-    (WarningKind::LinkErrors, "link-errors", Aspect::Data, Severity::Problem),
-    (WarningKind::StreamChanged, "stream-changed", Aspect::Data, Severity::Problem),
-    (WarningKind::Gaps, "gaps", Aspect::Data, Severity::Caution),
-    (WarningKind::RejectedLines, "bad-lines", Aspect::Data, Severity::Caution),
-    (WarningKind::RepeatedLines, "repeated-lines", Aspect::Data, Severity::Problem),
-    (WarningKind::TooShort, "too-short", Aspect::Data, Severity::Caution),
-    (WarningKind::RateAssumed, "rate-assumed", Aspect::Time, Severity::Caution),
-    (WarningKind::RateOffNominal, "rate-off-nominal", Aspect::Time, Severity::Caution),
-    (WarningKind::StampsDoubtful, "stamps-doubtful", Aspect::Time, Severity::Caution),
-    (WarningKind::VibrationLine, "vibration-line", Aspect::AtRest, Severity::Caution),
-    (WarningKind::NotStationary, "not-stationary", Aspect::AtRest, Severity::Caution),
-    (WarningKind::WarmUp, "warm-up", Aspect::AtRest, Severity::Caution),
-    (WarningKind::FollowsTemperature, "follows-temperature", Aspect::AtRest, Severity::Caution),
-    (WarningKind::MagnitudeOff, "magnitude-off", Aspect::AtRest, Severity::Caution),
-    (WarningKind::CompensatedStream, "compensated-stream", Aspect::Message, Severity::Note),
-    (WarningKind::CompensationUnknown, "compensation-unknown", Aspect::Message, Severity::Caution),
-    (WarningKind::LowPass, "low-pass", Aspect::Message, Severity::Caution),
-    (WarningKind::SensorSettings, "sensor-settings", Aspect::Message, Severity::Note),
-    (WarningKind::QuantisationFloor, "quantisation-floor", Aspect::Values, Severity::Caution),
-    (WarningKind::CorrelatedNoise, "correlated-noise", Aspect::Values, Severity::Caution),
-    (WarningKind::FullRange, "full-range", Aspect::Values, Severity::Problem),
-    (WarningKind::UnitDoubtful, "unit-doubtful", Aspect::Values, Severity::Problem),
-];
-
-impl WarningKind {
-    /// All kinds.
-    pub const ALL: [Self; KINDS.len()] = {
-        let mut all = [Self::Incomplete; KINDS.len()];
-        let mut place = 0;
-        while place < all.len() {
-            all[place] = KINDS[place].0;
-            place += 1;
-        }
-        all
-    };
-
-    /// The code of the kind: lower case, words joined by hyphens.
-    pub const fn name(self) -> &'static str {
-        KINDS[self as usize].1
-    }
-
-    /// What warnings of this kind concern.
-    pub const fn aspect(self) -> Aspect {
-        KINDS[self as usize].2
-    }
-
-    /// What most findings of this kind mean for the result.
-    pub const fn severity(self) -> Severity {
-        KINDS[self as usize].3
-    }
+kinds! {
+    /// The record, or the recording that was made of it, is not whole.
+    Incomplete = "incomplete", Data, Problem;
+    /// Bytes arrived, but no sample of a message that is measured.
+    NoValidLines = "no-valid-lines", Data, Problem;
+    /// Sentences or packets of a message other than the measured one were excluded.
+    OtherMessages = "other-messages", Data, Caution;
+    /// Another program has the port of the sensor open, or the sensor reported errors that answer
+    /// no command.
+    LinkErrors = "link-errors", Data, Problem;
+    /// The sensor, its output rate or its printed resolution changed within the record.
+    StreamChanged = "stream-changed", Data, Problem;
+    /// Samples, or values of single channels, are missing; each gap keeps its place on the time
+    /// axis.
+    Gaps = "gaps", Data, Caution;
+    /// Sentences, packets or rows were rejected, or carry no checksum.
+    RejectedLines = "bad-lines", Data, Caution;
+    /// Samples repeat earlier ones exactly, which a live sensor does not do.
+    RepeatedLines = "repeated-lines", Data, Problem;
+    /// There are too few samples for a deviation, or for more than a rough one.
+    TooShort = "too-short", Data, Caution;
+    /// The capture does not contain the sample rate; the factory default of 40 Hz is assumed.
+    RateAssumed = "rate-assumed", Time, Caution;
+    /// The measured rate is none of the sensor's, not the nominal one, or unsure because many
+    /// samples are missing.
+    RateOffNominal = "rate-off-nominal", Time, Caution;
+    /// Time stamps step backwards, are uneven or cannot be those of a sensor, or the sensor
+    /// restarted.
+    StampsDoubtful = "stamps-doubtful", Time, Caution;
+    /// The spectrum has significant peaks: vibration, or an alternating magnetic field.
+    VibrationLine = "vibration-line", AtRest, Caution;
+    /// The sensor was moved, or mean or noise changed during the record.
+    NotStationary = "not-stationary", AtRest, Caution;
+    /// The level settled at the beginning of the record, as when a sensor warms up.
+    WarmUp = "warm-up", AtRest, Caution;
+    /// The bias follows the temperature of the sensor significantly.
+    FollowsTemperature = "follows-temperature", AtRest, Caution;
+    /// The magnitude of the mean acceleration or magnetic field is not that of the Earth.
+    MagnitudeOff = "magnitude-off", AtRest, Caution;
+    /// An attitude filter has removed its estimate of the bias from the rates.
+    CompensatedStream = "compensated-stream", Message, Note;
+    /// The capture does not contain whether a filter has removed the bias of the gyroscope.
+    CompensationUnknown = "compensation-unknown", Message, Caution;
+    /// A low-pass filter slower than the output removes the high frequencies.
+    LowPass = "low-pass", Message, Caution;
+    /// The sensor turns its axes (register 26), or averages otherwise than was given (register 85).
+    SensorSettings = "sensor-settings", Message, Note;
+    /// From sample to sample the noise is less than half a step of the values.
+    QuantisationFloor = "quantisation-floor", Values, Caution;
+    /// Besides white noise there is noise correlated over seconds.
+    CorrelatedNoise = "correlated-noise", Values, Caution;
+    /// A channel reaches the end of its range, or the count of its turns began anew.
+    FullRange = "full-range", Values, Problem;
+    /// A column holds magnitudes that its unit makes impossible.
+    UnitDoubtful = "unit-doubtful", Values, Problem;
 }
 
 /// What was found. Counts are of the whole record; times are in seconds of data, with what was

@@ -22,7 +22,6 @@ use crate::{
     counted_reader::CountedReader,
     open_error::Problem,
     read_samples::{Event, FileReader},
-    readable::{Readable, Reading},
     source,
     unpack::unpacked_stored,
 };
@@ -34,18 +33,18 @@ pub(crate) fn open(
     reader: Stored,
     options: &CaptureOptions,
     stored_bytes_read: &Arc<AtomicU64>,
-) -> Result<Readable, Problem> {
+) -> Result<(Recorded, RecordingSamples), Problem> {
     let recording = RecordingReader::open(reader).map_err(|problem| match problem {
         RecordingError::Io(error) => Problem::Io(error),
         problem => Problem::NotACapture(format!("a recording this program reads: {problem}")),
     })?;
     let later = LaterParts::new(&options.later_parts, stored_bytes_read);
-    let recorded = Some(match options.later_parts.is_empty() {
+    let recorded = match options.later_parts.is_empty() {
         true => recording.recorded().clone(),
         false => later.joined(recording.recorded()),
-    });
-    let readable = Readable::new(|options| Reading::of(RecordingSamples::new(recording, later, options)));
-    Ok(Readable { recorded, ..readable })
+    };
+    let samples = SampleReader::new(ReadOptions::default());
+    Ok((recorded, RecordingSamples { recording, later, samples, unsent: 0, up: None, ended_ns: None }))
 }
 
 /// The parts after the current one.
@@ -83,7 +82,7 @@ impl LaterParts {
 }
 
 /// Reads a recording, with one batch for many reads, because a recorded read may have only a few bytes.
-struct RecordingSamples {
+pub(crate) struct RecordingSamples {
     recording: RecordingReader<Stored>,
     later: LaterParts,
     samples: SampleReader,
@@ -96,8 +95,8 @@ struct RecordingSamples {
 }
 
 impl RecordingSamples {
-    fn new(recording: RecordingReader<Stored>, later: LaterParts, options: ReadOptions) -> Self {
-        Self { recording, later, samples: SampleReader::new(options), unsent: 0, up: None, ended_ns: None }
+    pub(crate) fn with_options(self, options: ReadOptions) -> Self {
+        Self { samples: SampleReader::new(options), ..self }
     }
 
     /// Continues with the next part; `None` after the last. If a part, or the end of one, is

@@ -4,7 +4,7 @@ use std::{collections::BTreeSet, fmt::Write, time::Duration};
 
 use vn100_analysis::noise::Term;
 use vn100_analysis::protocol::Quantity;
-use vn100_analysis::{ChannelResult, Device, LinkStatus, SourceResult};
+use vn100_analysis::{ChannelResult, LinkStatus, SourceResult};
 
 use crate::{codes::name_of, health::line_load, names::rejected_kinds, printable::printable, units::si_unit};
 
@@ -82,18 +82,16 @@ fn of_source(out: &mut Families, source: &MeasuredSource<'_>) {
     let (facts, timing, link) = (&result.source, &result.timing, &result.link);
     let port = ("port", facts.name.as_str());
     let of_port = &[port];
-    let device = |part: fn(&Device) -> &Option<String>| {
-        facts.device.as_ref().and_then(|device| part(device).as_deref()).unwrap_or_default()
-    };
+    let device = facts.device.clone().unwrap_or_default();
     let identity = [
         port,
-        ("model", device(|device| &device.model)),
-        ("serial", device(|device| &device.serial_number)),
-        ("firmware", device(|device| &device.firmware)),
+        ("model", device.model.as_deref().unwrap_or_default()),
+        ("serial", device.serial_number.as_deref().unwrap_or_default()),
+        ("firmware", device.firmware.as_deref().unwrap_or_default()),
         ("message", facts.message.as_deref().unwrap_or_default()),
     ];
     out.gauge("vn100_info", "The source: sensor and message.", &identity, 1.0);
-    let is_up = !facts.ended && facts.link.as_ref().is_none_or(|link| link.status == LinkStatus::Connected);
+    let is_up = facts.end.is_none() && facts.link.as_ref().is_none_or(|link| link.status == LinkStatus::Connected);
     out.gauge("vn100_link_up", "Whether the sensor's output is received.", of_port, f64::from(u8::from(is_up)));
     out.count("vn100_samples_total", "Samples measured.", of_port, timing.samples);
     if let Some(missing) = timing.missing {

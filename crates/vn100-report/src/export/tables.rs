@@ -4,8 +4,7 @@ use std::fmt::Write;
 
 use vn100_analysis::noise::{Claim, Parameter, Term, conventions};
 use vn100_analysis::{
-    Completion, Device, Discrete, InUnit, ParameterResult, Point, RemedyWords, SourceResult, Statistics,
-    TemperatureResult,
+    Completion, Discrete, InUnit, ParameterResult, Point, RemedyWords, SourceResult, Statistics, TemperatureResult,
 };
 
 use crate::warnings::{details, headline};
@@ -203,13 +202,13 @@ fn warnings(table: &mut Table, record: &SourceResult, words: RemedyWords) {
 /// The identity of a record, by name; empty if a part is not known.
 fn metadata(table: &mut Table, record: &SourceResult) {
     let (source, timing) = (&record.source, &record.timing);
-    let device = |part: fn(&Device) -> &Option<String>| source.device.as_ref().and_then(|device| part(device).clone());
+    let device = source.device.clone().unwrap_or_default();
     let optional = [
         ("stream", source.stream.clone()),
         ("sha256", source.file.as_ref().map(|file| file.sha256.clone())),
-        ("model", device(|device| &device.model)),
-        ("serial_number", device(|device| &device.serial_number)),
-        ("firmware", device(|device| &device.firmware)),
+        ("model", device.model),
+        ("serial_number", device.serial_number),
+        ("firmware", device.firmware),
         ("started_utc", source.recording.as_ref().and_then(|recording| recording.started())),
         ("message", source.message.clone()),
         ("compensated", source.compensated.map(|compensated| compensated.to_string())),

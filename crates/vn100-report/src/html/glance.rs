@@ -7,7 +7,7 @@ use crate::{
     units::pretty_unit,
 };
 use maud::{Markup, html};
-use vn100_analysis::{Device, Severity, SourceResult};
+use vn100_analysis::{Severity, SourceResult};
 
 use crate::html::caption::Captions;
 
@@ -24,12 +24,12 @@ pub(crate) fn rows<'a>(rows: impl IntoIterator<Item = (&'a str, Option<String>)>
 /// What was measured, with what, when and by whom.
 pub(crate) fn identity(record: &SourceResult) -> Markup {
     let (source, timing) = (&record.source, &record.timing);
-    let device = |part: fn(&Device) -> &Option<String>| source.device.as_ref().and_then(|device| part(device).clone());
+    let device = source.device.clone().unwrap_or_default();
     let meta = |name: &str| source.meta.as_ref().and_then(|meta| meta.get(name)).cloned();
     rows([
-        ("Sensor", device(|device| &device.model)),
-        ("Serial number", device(|device| &device.serial_number)),
-        ("Firmware", device(|device| &device.firmware)),
+        ("Sensor", device.model),
+        ("Serial number", device.serial_number),
+        ("Firmware", device.firmware),
         ("Source", Some(source.name.clone())),
         ("Stream", source.stream.clone()),
         ("Message", source.message.clone()),

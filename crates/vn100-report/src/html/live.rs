@@ -61,7 +61,7 @@ const SHOWN: [&str; 8] = [
 /// The part that changes with every sample: the link, samples and losses, and what is to come.
 pub fn state_part(source: &PageSource<'_>) -> PagePart {
     let SourceResult { source: facts, timing, .. } = source.result;
-    let is_over = source.is_preparing || facts.ended || facts.playback.is_some_and(|playback| playback.at_end);
+    let is_over = source.is_preparing || facts.end.is_some() || facts.playback.is_some_and(|playback| playback.at_end);
     let recorder =
         facts.recorder.as_ref().map(|recorder| format!("{}, {} bytes", recorder.path, grouped(recorder.bytes)));
     let progress = facts.playback.and_then(|playback| {
@@ -86,7 +86,7 @@ pub fn state_part(source: &PageSource<'_>) -> PagePart {
     // of a link that never was
     let is_fault = faults.iter().any(|(fault, _)| *fault != FaultKind::RecordingFailed);
     let cause = facts.link.as_ref().and_then(|link| link.cause.as_ref()).filter(|_| !is_over && !is_fault);
-    let error = facts.error.as_ref().filter(|_| facts.ended);
+    let error = facts.error.as_ref().filter(|_| facts.end.is_some());
     let content = html! {
         p.state {
             (badge(source))

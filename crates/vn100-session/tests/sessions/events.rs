@@ -67,9 +67,9 @@ async fn a_reader_sees_the_latest_state_and_delays_nothing() {
     let result = session.result.await.unwrap();
     let assessed = result.measured.channels.iter().find_map(|channel| Some(channel.noise.as_ref()?.samples));
     assert_eq!((result.measured.timing.samples, assessed), (301, Some(301)));
-    assert!(matches!(*result.end, End::SourceEnded) && result.measured.source.ended && result.is_restored);
+    assert!(matches!(*result.end, End::SourceEnded) && result.measured.source.end.is_some() && result.is_restored);
     let last = state.borrow().clone();
-    assert!(matches!(last.stage, Stage::Ended(_)) && last.facts().ended && last.name() == "a test");
+    assert!(matches!(last.stage, Stage::Ended(_)) && last.facts().end.is_some() && last.name() == "a test");
     assert_eq!(last.snapshot.timing.samples, 301);
 }
 

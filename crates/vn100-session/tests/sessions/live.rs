@@ -96,8 +96,8 @@ async fn a_sensor_is_measured_for_the_requested_time() {
     assert!(matches!(up.stage, Stage::Measuring));
     let facts = up.facts();
     assert_eq!(
-        (facts.name.as_str(), facts.kind, facts.meta, facts.ended),
-        ("imu", Some("serial"), Some(conditions), false)
+        (facts.name.as_str(), facts.kind, facts.meta, facts.end),
+        ("imu", Some("serial"), Some(conditions), None)
     );
     let link = facts.link.unwrap();
     assert_eq!(
@@ -111,12 +111,15 @@ async fn a_sensor_is_measured_for_the_requested_time() {
     let assessed = result.measured.channels.iter().find_map(|channel| Some(channel.noise.as_ref()?.samples));
     assert_eq!((assessed, result.excluded), (Some(120), Duration::ZERO));
     assert!(
-        result.unmet.is_empty() && result.recording.is_none() && result.is_restored && result.measured.source.ended
+        result.unmet.is_empty()
+            && result.recording.is_none()
+            && result.is_restored
+            && result.measured.source.end.is_some()
     );
     assert!(events.is_empty(), "{events:?}");
     let state = state.borrow().clone();
     assert!(matches!(&state.stage, Stage::Ended(reason) if Arc::ptr_eq(reason, &result.end)));
-    assert!(state.facts().ended && matches!(state.link, Some(LinkState::Closed { .. })));
+    assert!(state.facts().end.is_some() && matches!(state.link, Some(LinkState::Closed { .. })));
     assert_eq!(state.facts().link.unwrap().status, LinkStatus::Closed);
 }
 

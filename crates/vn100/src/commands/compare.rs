@@ -100,7 +100,7 @@ fn write_comparison(out: &mut String, all: &[SourceResult], comparison: &Compari
 fn write_ranking(out: &mut String, ranking: &Ranking) -> fmt::Result {
     let sensor = sensor_of(ranking.quantity);
     let parameter = sensor.map_or("N".into(), |sensor| parameter_name(sensor, Term::White));
-    let (unit, factor) = sensor.map_or((&*ranking.unit, 1.0), |sensor| parameter_unit(sensor, Term::White));
+    let (unit, factor) = sensor.map_or((ranking.unit, 1.0), |sensor| parameter_unit(sensor, Term::White));
     let number = |white: f64| four_digits(white * factor);
     let head = format!("{}: {parameter} in {unit}, quietest first", names_of(ranking.quantity).title);
     writeln!(out, "\n{}", fill(&head, "", "  "))?;

@@ -10,10 +10,7 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 
-use crate::serve::{
-    drawing::{Drawer, PageState},
-    hosts::Hosts,
-};
+use crate::serve::drawing::{Drawer, PageState};
 
 pub(crate) struct App {
     pub(crate) drawer: Arc<Mutex<Drawer>>,
@@ -21,7 +18,8 @@ pub(crate) struct App {
     pub(crate) streams: Arc<Semaphore>,
     /// Cancelled when the program ends and every reader has received the last state.
     pub(crate) over: CancellationToken,
-    pub(crate) hosts: Hosts,
+    /// The names of this machine, each as a bare host.
+    pub(crate) hosts: Vec<String>,
 }
 
 impl App {

@@ -188,7 +188,7 @@ impl Drawer {
         self.kept("snapshot", now, KEPT, |drawer| {
             let document = |source: &SourceDrawer| {
                 let state = source.state.borrow().clone();
-                let parts = if state.facts().ended { Parts::All } else { Parts::WithoutSignals };
+                let parts = if state.facts().end.is_some() { Parts::All } else { Parts::WithoutSignals };
                 let result = drawer.evaluation.complete(result_of(&state, parts));
                 // numbers and texts alone are serialised
                 serde_json::to_string(&Document::new(&result, remedy_words)).unwrap_or_default()

@@ -19,7 +19,6 @@ mod connection;
 mod drawing;
 mod events;
 mod guard;
-mod hosts;
 mod routes;
 #[cfg(test)]
 mod tests;
@@ -44,7 +43,6 @@ use vn100_session::SourceState;
 use app::App;
 pub(crate) use drawing::Drawer;
 use drawing::PageState;
-use hosts::Hosts;
 
 /// The program, as its reports name it.
 pub(crate) const PROGRAM: Program<'static> =
@@ -84,6 +82,7 @@ impl Server {
         grace: Duration,
     ) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
+        let hosts = host_names.iter().map(|name| guard::bare(name)).collect();
         let ending = CancellationToken::new();
         let token = ending.clone();
         let run = move || {
@@ -91,7 +90,7 @@ impl Server {
             let runtime =
                 Builder::new_current_thread().enable_all().thread_name("vn100-drawing").max_blocking_threads(1).build();
             if let Ok(runtime) = runtime {
-                let _ = runtime.block_on(serve(listener, Hosts::new(host_names), drawer, grace, token));
+                let _ = runtime.block_on(serve(listener, hosts, drawer, grace, token));
                 runtime.shutdown_timeout(grace);
             }
         };
@@ -113,7 +112,7 @@ impl Drop for Server {
 
 async fn serve(
     listener: TcpListener,
-    hosts: Hosts,
+    hosts: Vec<String>,
     drawer: Drawer,
     grace: Duration,
     ending: CancellationToken,

@@ -121,7 +121,7 @@ fn a_server_ends_although_its_drawing_has_panicked() {
         page: watch::channel(Arc::new(PageState::default())).0,
         streams: Arc::new(Semaphore::new(STREAMS)),
         over: CancellationToken::new(),
-        hosts: Hosts::new(Vec::new()),
+        hosts: Vec::new(),
     });
     let runtime = Builder::new_current_thread().build().unwrap();
     let keeping = keep_drawn(Arc::clone(&app), PATIENCE, CancellationToken::new());

@@ -83,9 +83,7 @@ fn reaches_limit(channel: &Channel, results: &ChannelSnapshot) -> bool {
         Quantity::MagneticField => 2.5,
         Quantity::Acceleration => 16.0 * 9.80665,
         Quantity::AngularRate => 2000.0_f64.to_radians(),
-        Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure | Quantity::Value => {
-            return false;
-        }
+        _ => return false,
     };
     let extremes = [results.moments.min_counts(), results.moments.max_counts()];
     extremes.into_iter().flatten().any(|counts| channel.value(counts).abs() >= 0.99 * range)
