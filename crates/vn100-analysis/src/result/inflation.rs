@@ -118,7 +118,7 @@ mod tests {
             use_s in 1.0_f64..100.0,
         ) {
             let bounds: Vec<(f64, f64)> =
-                levels.iter().enumerate().map(|(octave, level)| (f64::from(1 << octave) / use_s, *level)).collect();
+                levels.iter().enumerate().map(|(octave, level)| (f64::from(1 << octave) / (30.0 * use_s), *level)).collect();
             let (white2, walk2) = smallest_above(&bounds, use_s).unwrap();
             for (hz, bound) in &bounds {
                 prop_assert!(white2 + walk2 * weight(*hz) >= bound * 0.999_999);
