@@ -117,7 +117,7 @@ const TERMS: [Entry; 6] = [
         "IEEE Std 952-1997, annex C; NIST SP 1065",
     ),
     (
-        ("aliasing", &["decimation", "averaging window", "register 85", "sensor's own N"]),
+        ("aliasing", &["decimation", "averaging window", "register 85", "sensor's own N", "own N"]),
         "aliasing of the sensor's own sampling",
         [
             "The VN-100 samples at 800 Hz (the magnetometer slower), averages some samples (register 85, 4 by default) and sends fewer. Noise \
@@ -130,19 +130,19 @@ const TERMS: [Entry; 6] = [
         "VectorNav VN-100 User Manual, register 85 (IMU filtering configuration)",
     ),
     (
-        ("Allan deviation", &["ADEV", "OADEV", "allan", "hadamard"]),
+        ("Allan deviation", &["ADEV", "OADEV", "allan", "hadamard", "slope", "minimum / 0.664"]),
         "Allan deviation",
         [
             "The root of half the mean squared difference between neighbouring averages over tau. OADEV uses overlapping averages. The \
              Hadamard deviation takes second differences, which a linear drift of the rate does not change.",
             "On log-log axes each noise process is a straight line of its own slope: N -1/2, B 0, K +1/2, R +1, Q -1.",
-            "Use the fitted parameters; the graphical slope method is given for comparison only.",
+            "Use the fitted parameters. The graphical method is given for comparison only: N and K on lines of their slope at 1 s and 3 s, B as minimum / 0.664.",
         ],
         &[],
         "IEEE Std 952-1997, annex C; NIST SP 1065",
     ),
     (
-        ("minimum of the curve", &["minimum", "lowest deviation", "in-run bias stability"]),
+        ("minimum of the curve", &["curve minimum", "minimum", "lowest deviation", "in-run bias stability"]),
         "minimum of the Allan deviation, or in-run bias stability",
         [
             "The lowest Allan deviation of the curve, and its averaging time.",
