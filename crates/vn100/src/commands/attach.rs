@@ -15,7 +15,8 @@ use vn100_driver::list_ports;
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Evaluation, goals::Goals};
 use vn100_session::{
-    LiveSource, LiveSpec, RecordingSpec, SampleTap, Session, SessionResult, SourceState, Stage, StartError,
+    LiveSource, LiveSpec, RecordingSpec, SampleTap, Session, SessionEvent, SessionResult, SourceState, Stage,
+    StartError,
 };
 
 use vn100_view::{MessageQueue, SourceMonitor, View};
@@ -242,7 +243,7 @@ async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<SourceResult> {
         Some(error) => matches!(error, StartError::Live(_)),
         None => true,
     };
-    let of = if matches!(job.format, OutputFormat::Head) { ResultOf::Recording } else { ResultOf::Sensor };
+    let of = if job.format.records_alone() { ResultOf::Recording } else { ResultOf::Sensor };
     let mut measured = evaluated(result, &job.evaluation, of).await?;
     if let Some(samples) = samples {
         samples.finish(&mut measured).await;
@@ -282,6 +283,11 @@ async fn follow(
 ) -> Result<SessionResult> {
     let name = session.state.borrow().name().to_owned();
     let show = |event| {
+        // what a step asks for is done
+        let is_expected = matches!(event, SessionEvent::SensorConfigured(_) | SessionEvent::SettingsRestored { .. });
+        if is_expected && job.format == OutputFormat::Counts {
+            return;
+        }
         words::event(&name, event).into_iter().for_each(|text| job.status.report(&text));
     };
     let mut line: Option<StatusLine> = None;
@@ -290,7 +296,7 @@ async fn follow(
     let lines = job.format.lines();
     let mut heartbeat = Heartbeat::start(Instant::now());
     let mut ticks = time::interval(StatusLines::PERIOD);
-    let records_alone = matches!(job.format, OutputFormat::Head);
+    let records_alone = job.format.records_alone();
     let next = if records_alone { "the session ends" } else { "the measurement continues" };
     loop {
         let is_recorded = is_recorded(&session.state.borrow());
