@@ -63,18 +63,20 @@ pub(crate) fn attach(mut args: AttachArgs, format: OutputFormat) -> Result<Compl
     let log = args.live.link.log.clone();
     // there is little work, in small pieces: a second worker would be woken for each and find nothing to do
     let mut runtime = Builder::new_multi_thread();
-    run_logged(runtime.worker_threads(1), &log, async move |log| attach_all(args, format, conditions, log).await)
+    run_logged(runtime.worker_threads(1), &log, async move |log| attach_all(args, format, conditions, log, None).await)
 }
 
 /// Said when the view of a recording begins.
 const RECORDING_GOES_ON: &str =
     "if this terminal is closed, the recording goes on and keeps the port; --hangup stop ends it then";
 
+/// Measures all sources until they end, or until `all` or else an interrupt stops them.
 pub(super) async fn attach_all(
     args: AttachArgs,
     format: OutputFormat,
     conditions: BTreeMap<String, String>,
     log: Entries,
+    all: Option<&CancellationToken>,
 ) -> Result<Completion> {
     let evaluation = Arc::new(evaluation(&args.measure)?);
     let watched = Watched::of(&args.serve)?;
@@ -85,7 +87,7 @@ pub(super) async fn attach_all(
         Some(OnHangup::Continue) => HangUp::Ignored,
         Some(OnHangup::Stop) | None => HangUp::Stops,
     };
-    let stop = stop_on_interrupt(hang_up)?;
+    let stop = all.map_or_else(|| stop_on_interrupt(hang_up), |all| Ok(all.child_token()))?;
     let mut settings = Settings { recent: messages.is_some() || watched.is_some(), ..args.measure.settings() };
     if messages.is_some() {
         settings.watch_every = vn100_view::FIRST_LOOKS;

@@ -148,7 +148,7 @@ impl Steps<'_> {
             let length = Duration::from_secs_f64(seconds.max(1.0).round());
             let time = humantime::format_duration(length);
             print(&format!("step {number} of {}, {time}: {}\n", STEPS.len(), step.ask))?;
-            if !agreed(stop).await? || !self.record_step(step, length, &recording, log).await? {
+            if !agreed(stop).await? || !self.record_step(step, length, &recording, log, stop).await? {
                 report(&format!("step {number} is not recorded; the same command continues with it"));
                 return Ok(false);
             }
@@ -157,7 +157,14 @@ impl Steps<'_> {
     }
 
     /// Records a step; `false` if it lacks something.
-    async fn record_step(&self, step: &Step, length: Duration, recording: &Path, log: &Entries) -> Result<bool> {
+    async fn record_step(
+        &self,
+        step: &Step,
+        length: Duration,
+        recording: &Path,
+        log: &Entries,
+        stop: &CancellationToken,
+    ) -> Result<bool> {
         // an interrupted step begins again
         let part = recording.with_extension("part");
         if part.exists() {
@@ -170,7 +177,8 @@ impl Steps<'_> {
         let Subcommand::Record(record) = Args::try_parse_from(line)?.command else { bail!(FAULT) };
         let mut attach = AttachArgs::from(record);
         attach.live.link = self.args.link.clone();
-        let completion = attach_all(attach, OutputFormat::Counts, self.conditions.clone(), log.clone()).await?;
+        let completion =
+            attach_all(attach, OutputFormat::Counts, self.conditions.clone(), log.clone(), Some(stop)).await?;
         if completion == Completion::Complete {
             fs::rename(&part, recording).with_context(|| format!("cannot rename {}", part.display()))?;
         }
@@ -217,7 +225,7 @@ mod tests {
         fs::write(folder.path().join("vnimu-40-4.part"), "cut").unwrap();
         assert!(
             steps
-                .record_step(&STEPS[0], Duration::from_secs(5), &STEPS[0].recording(folder.path()), &log)
+                .record_step(&STEPS[0], Duration::from_secs(5), &STEPS[0].recording(folder.path()), &log, &stop)
                 .await
                 .unwrap()
         );
