@@ -319,7 +319,7 @@ fn a_recording_that_was_cut_gives_its_samples() {
     assert!((1150..=1200).contains(&samples), "{samples}");
     assert_eq!(document["link"]["bytes"], samples * 122, "whole lines only");
     assert_eq!(document["source"]["recorded"]["complete"], false);
-    let said = "the recording was cut: its file has no end";
+    let said = "the recording was cut: its end or a part is missing";
     let warnings = document["warnings"].as_array().unwrap();
     let cut: Vec<&Value> = warnings.iter().filter(|warning| warning["kind"] == "incomplete").collect();
     assert!(cut.len() == 1 && cut[0]["severity"] == "caution", "{warnings:?}");

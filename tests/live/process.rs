@@ -61,6 +61,21 @@ fn a_signal_without_a_view_ends_with_the_result() {
     }
 }
 
+#[test]
+fn a_step_of_a_witness_kit_says_one_line_of_what_it_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["witness", "sim", "-o", "kit.zip", "-d", "20s"];
+    let mut witness = Running::start(vn100().current_dir(folder.path()).args(arguments).stdin(Stdio::null()));
+    let begin: Vec<String> = witness.lines.by_ref().take(3).collect();
+    kill_process(Pid::from_child(&witness.process), Signal::INT).unwrap();
+    let lines: Vec<String> = begin.into_iter().chain(witness.lines.by_ref()).collect();
+    let (status, error) = witness.end();
+    assert!(lines[0].starts_with("step 1 of 8, 1s: ") && lines[2].starts_with("step 2 of 8, 3s: "), "{lines:?}");
+    assert!(lines[1].ends_with(" samples, 0 missing, 40 Hz") && lines.len() <= 4, "{lines:?}");
+    assert!(error.ends_with("vn100: step 2 is not recorded; the same command continues with it\n"), "{error}");
+    assert!(!error.contains("window") && status.code() == Some(1), "{error}");
+}
+
 /// The interrupt comes during the search for the sensor, with any settings.
 #[test]
 fn an_interrupt_during_the_search_is_an_end_without_samples() {

@@ -171,7 +171,7 @@ pub struct RecordingEndFacts {
     #[serde(rename = "ended", serialize_with = "as_utc")]
     #[schemars(with = "Option<String>")]
     pub ended_ns: Option<i64>,
-    /// Whether the file has its end.
+    /// Whether the file has its end, and no part of the recording before it is missing.
     pub complete: bool,
     /// Why the recording ended, as it says itself; null if it does not.
     #[serde(rename = "end_reason")]

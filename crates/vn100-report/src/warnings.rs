@@ -222,7 +222,7 @@ pub fn headline(warning: &Warning) -> String {
     let on = warning.channels.join(" ");
     match &warning.finding {
         Finding::Said(text) => text.clone(),
-        Finding::RecordingCut => "the recording was cut: its file has no end".into(),
+        Finding::RecordingCut => "the recording was cut: its end or a part is missing".into(),
         Finding::OnlyReplies(replies, None) => {
             format!("{}, all of them replies: asynchronous output is off", counted(*replies, "line"))
         }

@@ -122,7 +122,8 @@ impl ResultWriter {
                 write(&format!("{separator}{summary}"))?;
             }
             OutputFormat::Head if has_text => print(&text::head(&measured))?,
-            OutputFormat::Summary(_) | OutputFormat::Head | OutputFormat::Ndjson(_) | OutputFormat::Samples => {}
+            OutputFormat::Counts if has_text => print(&format!("  {}\n", text::counts(&measured)))?,
+            _ => {}
         }
         self.is_begun = true;
         Ok(())

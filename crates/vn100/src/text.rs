@@ -41,6 +41,14 @@ pub(crate) fn parameter_name(sensor: Sensor, term: Term) -> String {
     format!("{name}{short} {}", letter(term))
 }
 
+/// The samples of a recording, those missing, and their rate.
+pub(crate) fn counts(result: &SourceResult) -> String {
+    let timing = &result.timing;
+    let missing = timing.missing.map_or("unknown".into(), |missing| missing.to_string());
+    let rate = timing.rate_hz.map_or_else(String::new, |rate_hz| format!(", {rate_hz} Hz"));
+    format!("{} samples, {missing} missing{rate}", timing.samples)
+}
+
 /// The source with its rate, counts and losses, and its warnings. Ends with a line feed.
 pub(crate) fn head(result: &SourceResult) -> String {
     let message = result.source.message.as_deref().unwrap_or("no message");

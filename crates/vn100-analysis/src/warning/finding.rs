@@ -111,7 +111,7 @@ kinds! {
 pub enum Finding {
     /// A fault of a recording or of an end, in the words of the face that knows it.
     Said(String),
-    /// The file of a recording has no end.
+    /// The file of a recording has no end, or a part before it is missing.
     RecordingCut,
     /// A link carries this many replies and no measurement, though register 6 may hold an output.
     OnlyReplies(u64, Option<String>),

@@ -66,7 +66,8 @@ pub struct RecordingEnd {
     /// Time of the last input in nanoseconds since 1970-01-01 UTC; `None` if the recording has no
     /// input.
     pub ended_ns: Option<i64>,
-    /// Whether the file was finished; a loss of power, for example, leaves a cut file.
+    /// Whether the file was finished, and no part before it is missing or cut; a loss of power, for
+    /// example, leaves a cut file.
     pub complete: bool,
     /// The reason of the end, in words; `None` if the file does not contain it.
     pub reason: Option<String>,

@@ -51,6 +51,8 @@ pub(crate) fn open(
 struct LaterParts {
     paths: VecDeque<PathBuf>,
     stored_bytes_read: Arc<AtomicU64>,
+    /// Whether none was missing or cut so far.
+    are_whole: bool,
     /// The end of all parts, set after the last part.
     end: Arc<OnceLock<RecordingEnd>>,
 }
@@ -59,7 +61,7 @@ impl LaterParts {
     /// The parts in these files, in order; the bytes read from them are counted.
     fn new(paths: &[PathBuf], stored_bytes_read: &Arc<AtomicU64>) -> Self {
         let paths = paths.iter().cloned().collect();
-        Self { paths, stored_bytes_read: Arc::clone(stored_bytes_read), end: Arc::default() }
+        Self { paths, stored_bytes_read: Arc::clone(stored_bytes_read), are_whole: true, end: Arc::default() }
     }
 
     /// The metadata of the recording that `first` and these parts form.
@@ -107,7 +109,8 @@ impl RecordingSamples {
         // a part that was cut at once has no time
         let end = end.map(|end| RecordingEnd { ended_ns: self.ended_ns, ..end });
         let Some(path) = self.later.paths.pop_front() else {
-            end.into_iter().for_each(|end| _ = self.later.end.set(end));
+            let whole = |end: RecordingEnd| RecordingEnd { complete: end.complete && self.later.are_whole, ..end };
+            end.map(whole).into_iter().for_each(|end| _ = self.later.end.set(end));
             return Ok(None);
         };
         let next = self.later.open(&path)?;
@@ -123,6 +126,7 @@ impl RecordingSamples {
             // the break is in the part that was begun after it
             return Ok(Some(Vec::new()));
         };
+        self.later.are_whole = false;
         let Some(at_ns) = end.and_then(|end| end.ended_ns) else { return Ok(Some(Vec::new())) };
         let lost = LinkEvent { at_ns, kind: LinkEventKind::Down { cause } };
         let found = self.up.clone().zip(now.started_ns).filter(|_| !now.resumed);

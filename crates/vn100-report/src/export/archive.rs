@@ -116,7 +116,10 @@ fn cells(
         ("serial", json!(device.map(|device| &device.serial_number))),
         ("model", json!(device.map(|device| &device.model))),
         ("message", json!(source.map(|source| &source.message))),
-        ("started_ns", json!(recording.and_then(|recording| recording.started_ns))),
+        (
+            "started_ns",
+            json!(recording.and_then(|recording| recording.started_ns.filter(|_| recording.started().is_some()))),
+        ),
         ("rate_hz", json!(timing.and_then(|timing| timing.rate_hz))),
         ("duration_s", json!(timing.map(|timing| timing.duration_s))),
         ("samples", json!(timing.map(|timing| timing.samples))),

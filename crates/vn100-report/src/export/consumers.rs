@@ -242,10 +242,12 @@ impl Consumer {
 
     fn comments(&self, noise: &FilterNoise, terms: &[Term]) -> Vec<String> {
         let mut lines = vec![format!("{} by vn100", self.title)];
-        lines.extend(noise.remarks.iter().cloned());
+        lines.extend(noise.remarks(terms));
         lines.extend(noise.labels(terms));
-        let walk = self.walk.map_or_else(|| "no place for K".into(), |walk| format!("K as {}", walk.text));
-        lines.push(format!("N is typed as {}, {walk}", self.white.text));
+        let walk = self.walk.map_or_else(String::new, |walk| format!(", K as {}", walk.text));
+        lines.push(format!("N is typed as {}{walk}", self.white.text));
+        let is_placeholder = noise.topic.is_none() && self.template.contains("{topic}");
+        lines.extend(is_placeholder.then(|| "rostopic is a placeholder: type the topic of your sensor".to_owned()));
         lines.extend((!self.remark.is_empty()).then(|| self.remark.to_owned()));
         lines.push(format!("code: {}", self.code));
         lines

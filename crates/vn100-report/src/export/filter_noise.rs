@@ -5,7 +5,7 @@ use thiserror::Error;
 use vn100_analysis::noise::{Claim, Sensor, Status, Term};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
-    ChannelResult, Datasheet, DatasheetFigure, LongTauValidity, Remedy, RemedyWords, Setting, SourceResult,
+    ChannelResult, Datasheet, DatasheetFigure, Inflation, LongTauValidity, Remedy, RemedyWords, Setting, SourceResult,
     WALK_OF_FLICKER, axes_name, letter, sensor_name, uncompensated_message,
 };
 
@@ -13,10 +13,6 @@ use crate::{printable, units::si_unit};
 
 /// The time in seconds over which a filter integrates, where the user does not give one.
 pub const DEFAULT_SPAN_S: f64 = 60.0;
-
-/// The times in seconds over which a walk has the drift of a data sheet's bias instability: no sheet
-/// prints a walk.
-const SHEET_WALK_S: (f64, f64) = (60.0, 1000.0);
 
 /// N and K of the two inertial sensors, the rate of their samples, and what the file of a filter needs
 /// beside them.
@@ -29,7 +25,12 @@ pub struct FilterNoise {
     /// Error of the scale factor in ppm, which no record at rest shows; `None` if the user gave none.
     pub scale_factor_ppm: Option<f64>,
     /// What is said at the head of a file.
-    pub(super) remarks: Vec<String>,
+    remarks: Vec<String>,
+    /// What is said of K.
+    walk_remarks: Vec<String>,
+    /// The lower bounds of inflation.
+    least: Vec<(Sensor, Term, f64)>,
+    span_s: f64,
     /// Of the accelerometer and the gyroscope, each N and K.
     values: Vec<NamedValue>,
     was_moved: bool,
@@ -108,22 +109,28 @@ impl FilterNoise {
     pub fn of(record: &SourceResult, span_s: f64) -> Self {
         let message = record.source.message.as_deref().unwrap_or("no message");
         let rate = record.timing.rate_hz.map_or_else(|| "an unknown rate".into(), |hz| format!("{hz} Hz"));
+        let source = &record.source;
+        let started = source.recording.as_ref().and_then(|recording| recording.started());
+        let serial = source.device.as_ref().and_then(|device| device.serial_number.as_ref());
+        let mut origin = format!("record {}", printable(&source.name));
+        origin.extend(started.map(|started| format!(", started {started}")));
+        origin.extend(serial.map(|serial| format!(", serial number {}", printable(serial))));
         let mut remarks = vec![
+            origin,
             format!(
                 "{} samples of {} at {rate}; upper bounds at a confidence of {}",
                 record.timing.samples,
                 printable(message),
                 record.confidence
             ),
-            "N and K of the noisiest axis, as measured in this stream at this rate".into(),
-            format!("K: the larger of the random walk and 1.15 B/sqrt({span_s} s)"),
+            "values of the noisiest axis, as measured in this stream at this rate".into(),
         ];
-        remarks.extend(QUANTITIES.into_iter().filter_map(|of| least(record, of)));
+        let mut walk_remarks = vec![format!("K: the larger of the random walk and 1.15 B/sqrt({span_s} s)")];
         if record.timing.is_rate_assumed() {
-            remarks.push("the rate is assumed, and N and K with it".into());
+            remarks.push("the rate is assumed, and the values with it".into());
         }
         if record.source.compensated.is_none() {
-            remarks.push("if the rates are bias-compensated, which is not known, B and K are too small".into());
+            walk_remarks.push("if the rates are bias-compensated, which is not known, B and K are too small".into());
         }
         Self {
             rate_hz: record.timing.rate_hz,
@@ -136,32 +143,34 @@ impl FilterNoise {
                 .map(|bag| bag.topic.clone()),
             scale_factor_ppm: None,
             remarks,
+            walk_remarks,
+            least: QUANTITIES.into_iter().flat_map(|of| least(record, of)).collect(),
+            span_s,
             values: QUANTITIES.into_iter().flat_map(|of| measured(record, of, span_s)).collect(),
             was_moved: record.motion.is_some(),
         }
     }
 
-    /// Those that a data sheet gives: N as the upper end of its figure times the aliasing, and as K
-    /// the walk that drifts in a minute as much as the bias instability B of the sheet: of the range
-    /// B/√T with T from 1000 to 60 s the upper end. A figure that the sheet lacks is missing.
+    /// Those that a data sheet gives: N as the upper end of its figure times the aliasing, and K
+    /// by the rule for a record. A figure that the sheet lacks is missing.
     pub fn of_datasheet(sheet: &Datasheet, stream: SheetStream) -> Self {
         let SheetStream { rate_hz, aliasing } = stream;
         let aliased = match aliasing {
             1.0 => "N as printed: nothing aliases".into(),
             factor => format!("N is {factor:.3} times the printed one, by aliasing in a stream of {rate_hz} Hz"),
         };
-        let of_sensor = |(_, sensor)| TERMS.map(|term| (sensor, term, printed(sheet, sensor, term, aliasing)));
-        let mut remarks = vec![
-            format!("from a data sheet: {}", printable(&sheet.name)),
-            aliased,
-            "K: no sheet prints it; B/sqrt(T) of the bias instability B, the upper end at T = 60 s".into(),
-        ];
+        let of_sensor =
+            |(_, sensor)| TERMS.map(|term| (sensor, term, printed(sheet, sensor, term, aliasing, DEFAULT_SPAN_S)));
+        let mut remarks = vec![format!("from a data sheet: {}", printable(&sheet.name)), aliased];
         remarks.extend(sheet.note.as_deref().map(|note| format!("the sheet: {}", printable(note))));
         Self {
             rate_hz: Some(rate_hz),
             topic: None,
             scale_factor_ppm: None,
             remarks,
+            walk_remarks: vec![format!("K: as of a record, 1.15 B/sqrt({DEFAULT_SPAN_S} s)")],
+            least: Vec::new(),
+            span_s: DEFAULT_SPAN_S,
             values: QUANTITIES.into_iter().flat_map(of_sensor).collect(),
             was_moved: false,
         }
@@ -169,16 +178,13 @@ impl FilterNoise {
 
     /// Takes from a data sheet what a record does not show.
     pub fn fill(&mut self, sheet: &Datasheet, aliasing: f64) {
-        let mut filled = Vec::new();
         for (sensor, term, value) in self.values.iter_mut().filter(|(.., value)| value.is_err()) {
-            if let Ok(known) = printed(sheet, *sensor, *term, aliasing) {
-                filled.push(name_of(*sensor, *term));
+            if let Ok(known) = printed(sheet, *sensor, *term, aliasing, self.span_s) {
+                let remarks = if *term == Term::White { &mut self.remarks } else { &mut self.walk_remarks };
+                let (name, sheet) = (name_of(*sensor, *term), printable(&sheet.name));
+                remarks.push(format!("not measured, from the data sheet of {sheet}: {name}"));
                 *value = Ok(known);
             }
-        }
-        if !filled.is_empty() {
-            let filled = filled.join(", ");
-            self.remarks.push(format!("not measured, from the data sheet of {}: {filled}", printable(&sheet.name)));
         }
     }
 
@@ -196,6 +202,21 @@ impl FilterNoise {
         }
         let values = self.values.iter().filter(|(_, term, _)| terms.contains(term));
         Ok(values.filter_map(|(.., value)| value.as_ref().err().cloned()).collect())
+    }
+
+    /// What is said at the head of a file that takes these terms. A filter with less than the lower
+    /// bounds is too sure; where the file has more, they say nothing.
+    pub(super) fn remarks(&self, terms: &[Term]) -> Vec<String> {
+        let is_more = |(sensor, term, least): &&(Sensor, Term, f64)| {
+            terms.contains(term) && self.value(*sensor, *term).is_some_and(|value| *least > value)
+        };
+        let more = self.least.iter().filter(is_more).map(|(sensor, term, least)| {
+            format!("{} {least:.3e} {}", name_of(*sensor, *term), si_unit(*sensor, *term))
+        });
+        let more = more.collect::<Vec<_>>().join(", ");
+        let more = (!more.is_empty()).then(|| format!("a filter that shall not be too sure takes at least: {more}"));
+        let of_walk = self.walk_remarks.iter().filter(|_| terms.contains(&Term::RateRandomWalk));
+        self.remarks.iter().chain(of_walk).cloned().chain(more).collect()
     }
 
     /// Each value of these terms with its SI unit and what it is, as lines.
@@ -287,44 +308,45 @@ fn random_walk(axis: &ChannelResult, span_s: f64) -> Option<KnownValue> {
     Some(KnownValue { value, label })
 }
 
-/// The lower bound of inflation of a sensor, in the SI units of N and K: the largest of its axes. `None`
-/// without one.
-fn least(record: &SourceResult, (quantity, sensor): (Quantity, Sensor)) -> Option<String> {
-    let bounds = record.of(quantity).into_iter().filter_map(|axis| axis.inflation);
-    let (white, walk) = bounds.map(|bound| (bound.white, bound.walk)).reduce(|a, b| (a.0.max(b.0), a.1.max(b.1)))?;
-    let values = [(Term::White, white), (Term::RateRandomWalk, walk)].into_iter().filter(|(_, value)| *value > 0.0);
-    let texts: Vec<String> = values
-        .map(|(term, value)| format!("{} {value:.3e} {}", name_of(sensor, term), si_unit(sensor, term)))
-        .collect();
-    Some(format!(
-        "the values are as measured; a filter that shall not be too sure takes at least: {}",
-        texts.join(", ")
-    ))
+/// The lower bounds of inflation of a sensor, in the SI units of N and K, each the largest of its axes.
+fn least(record: &SourceResult, (quantity, sensor): (Quantity, Sensor)) -> Vec<(Sensor, Term, f64)> {
+    let bounds: Vec<_> = record.of(quantity).into_iter().filter_map(|axis| axis.inflation).collect();
+    let largest = |of: fn(&Inflation) -> f64| bounds.iter().map(of).fold(0.0, f64::max);
+    vec![
+        (sensor, Term::White, largest(|bound| bound.white)),
+        (sensor, Term::RateRandomWalk, largest(|bound| bound.walk)),
+    ]
 }
 
-/// N or K by a data sheet.
-fn printed(sheet: &Datasheet, sensor: Sensor, term: Term, aliasing: f64) -> FilterValue {
-    let of_sheet = if term == Term::RateRandomWalk { Term::BiasInstability } else { term };
-    let Some(figure) = figure(sheet, sensor, term).or_else(|| figure(sheet, sensor, of_sheet)) else {
-        let asked = if term == of_sheet { "density of the white noise" } else { "bias instability" };
-        return Err(Missing {
-            value: name_of(sensor, term),
-            why: format!("the data sheet {} gives no {asked} of this sensor", printable(&sheet.name)),
-            remedies: vec![Remedy::GiveDatasheet, Remedy::Record],
-        });
+/// N or K by a data sheet: K by the rule for a record.
+fn printed(sheet: &Datasheet, sensor: Sensor, term: Term, aliasing: f64, span_s: f64) -> FilterValue {
+    let of = |term: &Term| {
+        let figure = figure(sheet, sensor, *term)?;
+        let largest = figure.in_model(figure.claim.ends().1);
+        let figures = printable(&figure.printed);
+        let (value, label) = match term {
+            Term::White if figure.is_of_unknown_sides => {
+                (largest * aliasing, format!("{figures}, taken as two-sided; as one-sided 0.707 times"))
+            }
+            Term::White => (largest * aliasing, figures),
+            Term::BiasInstability => {
+                let minimum = if figure.is_curve_minimum() { ", the minimum, over 0.664" } else { "" };
+                let walk = WALK_OF_FLICKER * largest / span_s.sqrt();
+                (walk, format!("by its bias instability over {span_s} s, B {figures}{minimum}"))
+            }
+            _ => (largest, figures),
+        };
+        Some(KnownValue { value, label: format!("data sheet, {label}") })
     };
-    let (smallest, largest) = figure.claim.ends();
-    let figures = printable(&figure.printed);
-    let (value, label) = if term == Term::White {
-        let sides = if figure.is_of_unknown_sides { ", taken as two-sided; as one-sided 0.707 times" } else { "" };
-        (largest * aliasing, format!("data sheet, {figures}{sides}"))
-    } else if figure.term == Term::RateRandomWalk {
-        (largest, format!("data sheet, {figures}"))
-    } else {
-        let (high, low) = (largest / SHEET_WALK_S.0.sqrt(), smallest / SHEET_WALK_S.1.sqrt());
-        (high, format!("data sheet, upper end of {low:.2e} to {high:.2e}, B {figures}"))
+    let (asked, terms): (_, &[Term]) = match term {
+        Term::White => ("density of the white noise", &[Term::White]),
+        _ => ("bias instability", &[Term::RateRandomWalk, Term::BiasInstability]),
     };
-    Ok(KnownValue { value, label })
+    terms.iter().filter_map(of).max_by(|a, b| a.value.total_cmp(&b.value)).ok_or_else(|| Missing {
+        value: name_of(sensor, term),
+        why: format!("the data sheet {} gives no {asked} of this sensor", printable(&sheet.name)),
+        remedies: vec![Remedy::GiveDatasheet, Remedy::Record],
+    })
 }
 
 /// The figure of a term that says the most: a typical value of one meaning before any other.

@@ -47,7 +47,7 @@ impl ExportForm {
         let own = [
             form(
                 "csv",
-                "Metadata, curves, statistics, parameters in all units, fits, verdicts, warnings, spectrum, segments and histograms as tables",
+                "Metadata, curves, statistics, parameters in all units, verdicts, warnings and spectra as tables",
                 CsvTable::ALL.map(|table| table.ending).into(),
                 |of| Ok(CsvTable::ALL.map(|table| (table.ending.into(), table.text(of.result, of.words))).into()),
             ),

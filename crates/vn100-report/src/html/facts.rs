@@ -53,7 +53,7 @@ fn capture(record: &SourceResult, program: Program<'_>) -> Vec<Row> {
     let end = recorded.and_then(|recorded| recorded.end.as_ref());
     let reason = end.and_then(|end| match (&end.reason, end.complete) {
         (reason, true) => reason.clone(),
-        (_, false) => Some("cut there: the file has no end".into()),
+        (_, false) => Some("cut: its end or a part is missing".into()),
     });
     let mut rows = vec![
         fact("File", source.name.clone()),

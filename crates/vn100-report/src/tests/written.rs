@@ -48,6 +48,27 @@ fn the_file_for_kalibr_says_of_each_value_what_it_is() {
 }
 
 #[test]
+fn a_file_for_a_filter_names_its_record_and_asks_for_more_only_than_it_has() {
+    for span_s in [1.0, 60.0, 600.0, 1e5] {
+        let noise = FilterNoise::of(long_at_rest(), span_s);
+        for consumer in Consumer::ALL.iter().filter(|consumer| consumer.name != "kf-gins") {
+            let text = consumer.file(&noise).unwrap();
+            let name = &long_at_rest().source.name;
+            assert!(text.contains(&format!("record {name}")), "{text}");
+            assert_eq!(text.contains("rostopic is a placeholder"), text.contains("rostopic: "), "{text}");
+            assert!(consumer.walk.is_some() || !text.contains(" K "), "{text}");
+            let (_, asked) = text.split_once("too sure takes at least: ").unwrap();
+            for least in asked.lines().next().unwrap().split(", ") {
+                let (name, least) = least.split_at("N of the ".len() + least["N of the ".len()..].find(' ').unwrap());
+                let value = |text: &str| text.split_whitespace().next().unwrap().parse::<f64>().unwrap();
+                let (_, own) = text.split_once(&format!("{name} = ")).unwrap();
+                assert!(value(least) > value(own), "{least} {text}");
+            }
+        }
+    }
+}
+
+#[test]
 fn metrics_have_the_parameters_of_a_sensor_at_rest_alone() {
     let metrics = |vibrations: &[(f64, f64)]| {
         let source = MeasuredSource { result: &at_rest(4096, vibrations), last_sample_age: None };

@@ -126,8 +126,8 @@ pub(crate) struct ArchiveArgs {
     pub(crate) files: FileArgs,
 
     /// Write the rows here, as lines of JSON in a file that ends in .jsonl, or as a table in one
-    /// that ends in .csv. Rows that are there are kept: a file that they name with its present size
-    /// and time is not read again [default: lines of JSON on standard output]
+    /// that ends in .csv. Rows that are there are kept: a file whose rows have its present path, size
+    /// and time, by the same options, is not read again; its other rows are replaced [default: lines of JSON on standard output]
     #[arg(short, long, help_heading = "Output", value_name = "FILE", value_parser = lines_or_table)]
     pub(crate) output: Option<PathBuf>,
 }

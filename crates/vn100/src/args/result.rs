@@ -67,6 +67,8 @@ pub(crate) enum OutputFormat {
     Json,
     /// As text: the source, and its warnings.
     Head,
+    /// As one line: what a recording has.
+    Counts,
     /// Not at all: standard output has the samples.
     Samples,
     /// As JSON documents in lines, written during the measurement.
@@ -77,6 +79,11 @@ impl OutputFormat {
     /// Whether results are text, so that a view may be shown before.
     pub(crate) const fn is_text(&self) -> bool {
         matches!(self, Self::Summary(_))
+    }
+
+    /// Whether the sensor is recorded and not measured.
+    pub(crate) const fn records_alone(&self) -> bool {
+        matches!(self, Self::Head | Self::Counts)
     }
 
     /// The lines written during the measurement; `None` if there are none.

@@ -5,7 +5,7 @@
 mod rows_file;
 
 use std::{
-    collections::{BTreeMap, VecDeque},
+    collections::{BTreeMap, BTreeSet, VecDeque},
     fs::File,
     io::Read,
     path::{Path, PathBuf},
@@ -97,10 +97,12 @@ fn archived(args: &FileArgs, files: Vec<PathBuf>) -> Vec<ArchivedCapture> {
     let capture = |parts: BTreeMap<u32, PathBuf>| {
         let files: Vec<PathBuf> = parts.into_values().collect();
         let (bytes, modified_ns) = file_stamp(&files);
-        let path = ReplaySpec::of(&files[0]).name_with_folder();
+        // the same from every folder; the name of a row is the path as given
+        let path = ReplaySpec::of(files[0].canonicalize().unwrap_or_else(|_| files[0].clone())).name_with_folder();
         ArchivedCapture { files, file: ArchivedFile { path, bytes, modified_ns, options: options.clone() } }
     };
-    groups.into_iter().map(capture).collect()
+    let mut known = BTreeSet::new();
+    groups.into_iter().map(capture).filter(|capture| known.insert(capture.file.path.clone())).collect()
 }
 
 struct Job {
@@ -138,7 +140,10 @@ async fn measure_all(
         stop: stop_on_interrupt(HangUp::Stops)?,
     });
     let (total, mut written) = (captures.len(), 0);
-    let mut completion = output.as_ref().map_or(Completion::Complete, |rows| rows.completion);
+    let mut completion = output.as_ref().map_or(Completion::Complete, |rows| rows.completion());
+    if let Some(rows) = output.as_ref().filter(|_| total == 0) {
+        report(&rows.kept_in_words());
+    }
     let mut captures = captures.into_iter();
     let mut started: VecDeque<JoinHandle<Result<Found>>> = VecDeque::new();
     loop {

@@ -15,7 +15,8 @@ use vn100_driver::list_ports;
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Evaluation, goals::Goals};
 use vn100_session::{
-    LiveSource, LiveSpec, RecordingSpec, SampleTap, Session, SessionResult, SourceState, Stage, StartError,
+    LiveSource, LiveSpec, RecordingSpec, SampleTap, Session, SessionEvent, SessionResult, SourceState, Stage,
+    StartError,
 };
 
 use vn100_view::{MessageQueue, SourceMonitor, View};
@@ -62,18 +63,20 @@ pub(crate) fn attach(mut args: AttachArgs, format: OutputFormat) -> Result<Compl
     let log = args.live.link.log.clone();
     // there is little work, in small pieces: a second worker would be woken for each and find nothing to do
     let mut runtime = Builder::new_multi_thread();
-    run_logged(runtime.worker_threads(1), &log, async move |log| attach_all(args, format, conditions, log).await)
+    run_logged(runtime.worker_threads(1), &log, async move |log| attach_all(args, format, conditions, log, None).await)
 }
 
 /// Said when the view of a recording begins.
 const RECORDING_GOES_ON: &str =
     "if this terminal is closed, the recording goes on and keeps the port; --hangup stop ends it then";
 
+/// Measures all sources until they end, or until `all` or else an interrupt stops them.
 pub(super) async fn attach_all(
     args: AttachArgs,
     format: OutputFormat,
     conditions: BTreeMap<String, String>,
     log: Entries,
+    all: Option<&CancellationToken>,
 ) -> Result<Completion> {
     let evaluation = Arc::new(evaluation(&args.measure)?);
     let watched = Watched::of(&args.serve)?;
@@ -84,7 +87,7 @@ pub(super) async fn attach_all(
         Some(OnHangup::Continue) => HangUp::Ignored,
         Some(OnHangup::Stop) | None => HangUp::Stops,
     };
-    let stop = stop_on_interrupt(hang_up)?;
+    let stop = all.map_or_else(|| stop_on_interrupt(hang_up), |all| Ok(all.child_token()))?;
     let mut settings = Settings { recent: messages.is_some() || watched.is_some(), ..args.measure.settings() };
     if messages.is_some() {
         settings.watch_every = vn100_view::FIRST_LOOKS;
@@ -242,7 +245,7 @@ async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<SourceResult> {
         Some(error) => matches!(error, StartError::Live(_)),
         None => true,
     };
-    let of = if matches!(job.format, OutputFormat::Head) { ResultOf::Recording } else { ResultOf::Sensor };
+    let of = if job.format.records_alone() { ResultOf::Recording } else { ResultOf::Sensor };
     let mut measured = evaluated(result, &job.evaluation, of).await?;
     if let Some(samples) = samples {
         samples.finish(&mut measured).await;
@@ -282,6 +285,11 @@ async fn follow(
 ) -> Result<SessionResult> {
     let name = session.state.borrow().name().to_owned();
     let show = |event| {
+        // what a step asks for is done
+        let is_expected = matches!(event, SessionEvent::SensorConfigured(_) | SessionEvent::SettingsRestored { .. });
+        if is_expected && job.format == OutputFormat::Counts {
+            return;
+        }
         words::event(&name, event).into_iter().for_each(|text| job.status.report(&text));
     };
     let mut line: Option<StatusLine> = None;
@@ -290,7 +298,7 @@ async fn follow(
     let lines = job.format.lines();
     let mut heartbeat = Heartbeat::start(Instant::now());
     let mut ticks = time::interval(StatusLines::PERIOD);
-    let records_alone = matches!(job.format, OutputFormat::Head);
+    let records_alone = job.format.records_alone();
     let next = if records_alone { "the session ends" } else { "the measurement continues" };
     loop {
         let is_recorded = is_recorded(&session.state.borrow());

@@ -148,7 +148,7 @@ impl Steps<'_> {
             let length = Duration::from_secs_f64(seconds.max(1.0).round());
             let time = humantime::format_duration(length);
             print(&format!("step {number} of {}, {time}: {}\n", STEPS.len(), step.ask))?;
-            if !agreed(stop).await? || !self.record_step(step, length, &recording, log).await? {
+            if !agreed(stop).await? || !self.record_step(step, length, &recording, log, stop).await? {
                 report(&format!("step {number} is not recorded; the same command continues with it"));
                 return Ok(false);
             }
@@ -157,7 +157,14 @@ impl Steps<'_> {
     }
 
     /// Records a step; `false` if it lacks something.
-    async fn record_step(&self, step: &Step, length: Duration, recording: &Path, log: &Entries) -> Result<bool> {
+    async fn record_step(
+        &self,
+        step: &Step,
+        length: Duration,
+        recording: &Path,
+        log: &Entries,
+        stop: &CancellationToken,
+    ) -> Result<bool> {
         // an interrupted step begins again
         let part = recording.with_extension("part");
         if part.exists() {
@@ -170,7 +177,8 @@ impl Steps<'_> {
         let Subcommand::Record(record) = Args::try_parse_from(line)?.command else { bail!(FAULT) };
         let mut attach = AttachArgs::from(record);
         attach.live.link = self.args.link.clone();
-        let completion = attach_all(attach, OutputFormat::Head, self.conditions.clone(), log.clone()).await?;
+        let completion =
+            attach_all(attach, OutputFormat::Counts, self.conditions.clone(), log.clone(), Some(stop)).await?;
         if completion == Completion::Complete {
             fs::rename(&part, recording).with_context(|| format!("cannot rename {}", part.display()))?;
         }
@@ -191,6 +199,9 @@ async fn agreed(stop: &CancellationToken) -> Result<bool> {
 
 #[cfg(test)]
 mod tests {
+    use vn100_capture::{RecordingReader, RecordingWriter};
+    use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamInput};
+
     use super::*;
 
     fn args(line: &str) -> WitnessArgs {
@@ -214,7 +225,7 @@ mod tests {
         fs::write(folder.path().join("vnimu-40-4.part"), "cut").unwrap();
         assert!(
             steps
-                .record_step(&STEPS[0], Duration::from_secs(5), &STEPS[0].recording(folder.path()), &log)
+                .record_step(&STEPS[0], Duration::from_secs(5), &STEPS[0].recording(folder.path()), &log, &stop)
                 .await
                 .unwrap()
         );
@@ -229,5 +240,22 @@ mod tests {
         }
         let (told, completion) = findings::of_kit(&opened).await.unwrap();
         assert_eq!((told.matches("\nsettled ").count(), completion), (5, Completion::Complete), "{told}");
+        assert!(told.contains("\nopen    replug: nothing was unplugged in its step\n"), "{told}");
+        // the last step again, unplugged before its last read
+        let mut reader = RecordingReader::open(fs::File::open(&recordings[7]).unwrap()).unwrap();
+        let mut inputs: Vec<StreamInput> = std::iter::from_fn(|| reader.next_input().unwrap()).collect();
+        let at_ns = inputs
+            .iter()
+            .rev()
+            .find_map(|input| if let StreamInput::Chunk(chunk) = input { chunk.at_ns } else { None });
+        let link = |kind| StreamInput::Link(LinkEvent { at_ns: at_ns.unwrap(), kind });
+        let up = link(LinkEventKind::Up { port: "sim".into(), baud: None });
+        inputs.splice(inputs.len() - 3..inputs.len() - 3, [link(LinkEventKind::Down { cause: "gone".into() }), up]);
+        let mut writer = RecordingWriter::new(fs::File::create(&recordings[7]).unwrap(), &BTreeMap::new()).unwrap();
+        inputs.iter().for_each(|input| writer.write(input).unwrap());
+        writer.finish(None).unwrap();
+        Kit::pack(fs::File::create(&kit).unwrap(), &recordings, &conditions).unwrap();
+        let (told, _) = findings::of_kit(&Kit::open(&kit).unwrap()).await.unwrap();
+        assert!(told.contains("\nsettled replug: the sensor was measured again"), "{told}");
     }
 }

@@ -9,7 +9,7 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use vn100_analysis::Completion;
-use vn100_report::{ArchiveRow, ArchivedFile};
+use vn100_report::{ArchiveRow, ArchivedFile, numbers::plain::counted};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum RowForm {
@@ -58,8 +58,8 @@ pub(super) struct RowsFile {
     file: File,
     /// The captures whose rows are there.
     measured: BTreeSet<String>,
-    /// The worst outcome of those captures that are wanted.
-    pub(super) completion: Completion,
+    /// The number of rows and the outcome of each of those that are wanted.
+    kept: Vec<(usize, Completion)>,
 }
 
 impl RowsFile {
@@ -69,14 +69,14 @@ impl RowsFile {
     pub(super) fn open(path: &Path, wanted: &BTreeMap<String, ArchivedFile>) -> Result<Self> {
         let form = RowForm::of(path);
         let blocks = if path.exists() { blocks(path, form)? } else { Vec::new() };
-        let (mut measured, mut completion) = (BTreeSet::new(), Completion::Complete);
+        let (mut measured, mut wanted_there) = (BTreeSet::new(), Vec::new());
         let is_kept = |block: &Block| {
             block.file.as_ref().is_some_and(|file| {
                 let now = wanted.get(&file.path);
                 let is_current = now.is_none_or(|now| now == file);
                 let is_kept = block.found == block.rows && is_current && measured.insert(file.path.clone());
                 if is_kept && now.is_some() {
-                    completion = completion.max(block.completion);
+                    wanted_there.push((block.rows, block.completion));
                 }
                 is_kept
             })
@@ -87,7 +87,20 @@ impl RowsFile {
         }
         let file = OpenOptions::new().append(true).open(path);
         let file = file.with_context(|| format!("cannot write {}", path.display()))?;
-        Ok(Self { path: path.to_owned(), form, file, measured, completion })
+        Ok(Self { path: path.to_owned(), form, file, measured, kept: wanted_there })
+    }
+
+    /// The worst outcome of the wanted captures whose rows are kept.
+    pub(super) fn completion(&self) -> Completion {
+        self.kept.iter().map(|(_, completion)| *completion).max().unwrap_or(Completion::Complete)
+    }
+
+    /// What is kept of the wanted captures.
+    pub(super) fn kept_in_words(&self) -> String {
+        let rows = self.kept.iter().map(|(rows, _)| *rows as u64).sum();
+        let failed = self.kept.iter().filter(|(_, completion)| *completion != Completion::Complete).count();
+        let end = if failed == 0 { String::new() } else { format!("; {failed} of them did not succeed") };
+        format!("nothing new: {} kept of {}{end}", counted(rows, "row"), counted(self.kept.len() as u64, "file"))
     }
 
     pub(super) fn holds(&self, path: &str) -> bool {

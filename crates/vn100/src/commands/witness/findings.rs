@@ -17,7 +17,7 @@ use crate::{
     args::MeasureArgs,
     exit::{print, unless_closed},
     result::{FAULT, evaluated_replay},
-    text::{fill, text},
+    text::{counts, fill, text},
     user_files::evaluation,
 };
 
@@ -63,13 +63,7 @@ fn write_findings(out: &mut String, kit: &Kit, measured: &[(&str, Option<SourceR
         if sensor.is_empty() { "the sensor did not say what it is".into() } else { sensor.join(", ") }
     )?;
     for (step, result) in measured {
-        let counts = match result {
-            Some(SourceResult { timing, .. }) => {
-                let missing = timing.missing.map_or("unknown".into(), |missing| missing.to_string());
-                format!("{} samples, {missing} missing", timing.samples)
-            }
-            None => "not in the kit".into(),
-        };
+        let counts = result.as_ref().map_or("not in the kit".into(), counts);
         writeln!(out, "  {step:<16}{counts}")?;
     }
     for Finding { question, is_settled, answer } in [
@@ -78,6 +72,7 @@ fn write_findings(out: &mut String, kit: &Kit, measured: &[(&str, Option<SourceR
         density(of("vnimu-40-20")),
         bias_tracking(of("vnymr-40-20"), of("vnimu-40-20")),
         low_pass(of("packets-800-4")),
+        reconnection(of("unplug")),
     ] {
         let verdict = if is_settled { "settled" } else { "open" };
         writeln!(out, "{}", fill(&format!("{verdict:<8}{question}: {answer}"), "", "        "))?;
@@ -169,6 +164,17 @@ fn bias_tracking(tracked: Option<&SourceResult>, plain: Option<&SourceResult>) -
     };
     let answer = format!("{answer}; the largest mean rate is {tracked:.4} deg/s beside {plain:.4} of $VNIMU");
     Finding { question, is_settled, answer }
+}
+
+/// A step in which nothing was unplugged says nothing of it.
+fn reconnection(unplugged: Option<&SourceResult>) -> Finding {
+    let reconnects = unplugged.map_or(0, |result| result.link.reconnects);
+    let answer = match reconnects {
+        0 => "nothing was unplugged in its step".into(),
+        1 => "the sensor was measured again after it was plugged in".into(),
+        times => format!("the sensor was lost and measured again {times} times"),
+    };
+    Finding { question: "replug", is_settled: reconnects > 0, answer }
 }
 
 /// The share of the variance that a sample does not have in common with the next, which a window of

@@ -5,6 +5,7 @@ use std::{
     collections::BTreeMap,
     fs::{self, File},
     io::{Read, Seek, Write},
+    ops::Range,
     path::{Path, PathBuf},
 };
 
@@ -12,12 +13,20 @@ use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use tempfile::TempDir;
+use vn100_capture::{Recorded, RecordingReader, RecordingWriter};
+use vn100_protocol::{
+    Check,
+    stream::{LinkEventKind, StreamInput},
+};
 use zip::{CompressionMethod, ZipArchive, ZipWriter, write::SimpleFileOptions};
 
 use crate::digest::hex;
 
 const SCHEMA: &str = "vn100.witness/1";
 const MANIFEST: &str = "manifest.json";
+
+/// The register of the serial number.
+const SERIAL: u8 = 3;
 
 /// More than the recording of a step can have.
 const MOST_BYTES: u64 = 1 << 28;
@@ -32,15 +41,16 @@ pub(super) struct Manifest {
     system: String,
     /// Model, hardware and firmware, as the sensor replied; empty if it did not.
     pub(super) sensor: BTreeMap<String, String>,
-    /// SHA-256 of the serial number; `None` if the sensor did not reply.
+    /// The first four digits of the SHA-256 of the serial number, which recognise the sensor: many
+    /// numbers share them. `None` if the sensor did not reply.
     serial_sha256: Option<String>,
     /// What the owner says of the measurement.
     conditions: BTreeMap<String, String>,
-    recordings: Vec<Recorded>,
+    recordings: Vec<Packed>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
-struct Recorded {
+struct Packed {
     file: String,
     bytes: u64,
     sha256: String,
@@ -59,36 +69,49 @@ impl Kit {
         recordings: &[PathBuf],
         conditions: &BTreeMap<String, String>,
     ) -> Result<()> {
-        let read = |path: &PathBuf| fs::read(path).with_context(|| format!("cannot read {}", path.display()));
-        let first = read(recordings.first().context("a kit has recordings")?)?;
-        let reply = |number: u8| reply(&first, number);
-        let serial = reply(3);
+        let all = recordings.iter().map(|path| read_recording(path)).collect::<Result<Vec<_>>>()?;
+        let mut serial = None;
+        for (path, (inputs, _)) in recordings.iter().zip(&all) {
+            for found in replies(&stream(inputs), SERIAL) {
+                if *serial.get_or_insert_with(|| found.clone()) != found {
+                    bail!("{} is of another sensor: remove it, and the same command records it", path.display());
+                }
+            }
+        }
+        let first = stream(&all.first().context("a kit has recordings")?.0);
         let names = [(1, "model"), (2, "hardware"), (4, "firmware")];
-        let sensor = names.into_iter().filter_map(|(number, name)| Some((name.to_owned(), reply(number)?)));
+        let sensor = names.map(|(number, name)| Some((name.to_owned(), replies(&first, number).next()?)));
+        let digest = serial.as_deref().map(|serial| hex(&Sha256::digest(serial)[..2]));
+        let secret = serial.as_deref().zip(digest.as_deref());
+        let without = |texts: &BTreeMap<String, String>| {
+            let mut texts = texts.clone();
+            if let Some((serial, digest)) = secret {
+                texts.values_mut().for_each(|text| *text = text.replace(serial, &pseudonym(digest, serial.len())));
+            }
+            texts
+        };
         let mut manifest = Manifest {
             schema: SCHEMA.into(),
             program: format!("vn100 {}", env!("CARGO_PKG_VERSION")),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-            sensor: sensor.collect(),
-            serial_sha256: serial.as_deref().map(|serial| hex(&Sha256::digest(serial))),
-            conditions: conditions.clone(),
+            sensor: sensor.into_iter().flatten().collect(),
+            serial_sha256: digest.clone(),
+            conditions: without(conditions),
             recordings: Vec::new(),
         };
         let mut zip = ZipWriter::new(kit);
         let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
-        for path in recordings {
-            let mut bytes = read(path)?;
-            if let Some(serial) = &serial {
-                replace(&mut bytes, serial.as_bytes(), pseudonym(serial).as_bytes());
+        for (path, (mut inputs, recorded)) in recordings.iter().zip(all) {
+            if let Some((serial, digest)) = secret {
+                replace_serial(&mut inputs, serial, digest);
             }
+            let mut copy = RecordingWriter::new(Vec::new(), &without(&recorded.metadata))?;
+            inputs.iter().try_for_each(|input| copy.write(input))?;
+            let bytes = copy.finish(recorded.end.get().and_then(|end| end.reason.as_deref()))?;
             let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             zip.start_file(&file, options)?;
             zip.write_all(&bytes)?;
-            manifest.recordings.push(Recorded {
-                file,
-                bytes: bytes.len() as u64,
-                sha256: hex(&Sha256::digest(&bytes)),
-            });
+            manifest.recordings.push(Packed { file, bytes: bytes.len() as u64, sha256: hex(&Sha256::digest(&bytes)) });
         }
         zip.start_file(MANIFEST, options)?;
         zip.write_all(&serde_json::to_vec_pretty(&manifest)?)?;
@@ -107,14 +130,21 @@ impl Kit {
             bail!("{name} has the schema {:?}, and this program reads {SCHEMA}", manifest.schema);
         }
         let folder = tempfile::tempdir().context("cannot make a temporary folder")?;
-        for Recorded { file, bytes, sha256 } in &manifest.recordings {
+        for Packed { file, bytes, sha256 } in &manifest.recordings {
             let content = member(&mut zip, file).with_context(|| format!("{name}: {file}"))?;
             if content.len() as u64 != *bytes || hex(&Sha256::digest(&content)) != *sha256 {
                 bail!("{name}: {file} is not the recording that was packed: its checksum differs");
             }
             // the name is that of a file, whatever the manifest says
             let file = Path::new(file).file_name().with_context(|| format!("{name}: {file:?} is no name of a file"))?;
-            fs::write(folder.path().join(file), content).context("cannot write a temporary file")?;
+            let path = folder.path().join(file);
+            fs::write(&path, content).context("cannot write a temporary file")?;
+            let stream = stream(&read_recording(&path)?.0);
+            let digest = manifest.serial_sha256.as_deref().unwrap_or_default();
+            if values(&stream, SERIAL).any(|value| stream[value.clone()] != *pseudonym(digest, value.len()).as_bytes())
+            {
+                bail!("{name}: {} has a serial number that was not replaced: give this kit to no one", file.display());
+            }
         }
         Ok(Self { manifest, folder })
     }
@@ -131,66 +161,207 @@ fn member(zip: &mut ZipArchive<File>, name: &str) -> Result<Vec<u8>> {
     Ok(content)
 }
 
-/// What the sensor replied when it was asked for this register.
-fn reply(recording: &[u8], register: u8) -> Option<String> {
-    let begin = format!("$VNRRG,{register:02},");
-    let at = recording.windows(begin.len()).position(|bytes| bytes == begin.as_bytes())?;
-    let value = recording[at + begin.len()..].split(|byte| *byte == b'*').next()?;
-    Some(String::from_utf8_lossy(value).into_owned()).filter(|value| value.len() < 100)
-}
-
-/// Digits in place of a serial number: as many, the same for the same number, and with the same
-/// checksum of a sentence, the exclusive or of all bytes.
-fn pseudonym(serial: &str) -> String {
-    let checksum = |text: &str| text.bytes().fold(0, |sum, byte| sum ^ byte);
-    let mut digest = Sha256::digest(serial);
-    loop {
-        let digits = serial.bytes().zip(digest.iter().cycle()).map(|(byte, random)| match byte.is_ascii_digit() {
-            true => char::from(b'0' + random % 10),
-            false => char::from(byte),
-        });
-        let digits: String = digits.collect();
-        // one in ten does, but of a single digit only that itself
-        if checksum(&digits) == checksum(serial) {
-            return digits;
-        }
-        digest = Sha256::digest(digest);
+/// What a recording has, and what it says of itself.
+fn read_recording(path: &Path) -> Result<(Vec<StreamInput>, Recorded)> {
+    let name = || format!("cannot read {}", path.display());
+    let mut reader = RecordingReader::open(File::open(path).with_context(name)?).with_context(name)?;
+    let mut inputs = Vec::new();
+    while let Some(input) = reader.next_input().with_context(name)? {
+        inputs.push(input);
     }
+    Ok((inputs, reader.recorded().clone()))
 }
 
-fn replace(bytes: &mut [u8], old: &[u8], new: &[u8]) {
-    let mut from = 0;
-    while let Some(at) = bytes[from..].windows(old.len()).position(|found| found == old) {
-        bytes[from + at..from + at + old.len()].copy_from_slice(new);
-        from += at + old.len();
+/// The bytes of all reads in sequence: a reply may begin in one and end in another.
+fn stream(inputs: &[StreamInput]) -> Vec<u8> {
+    let bytes = inputs.iter().filter_map(|input| match input {
+        StreamInput::Chunk(chunk) => Some(&chunk.bytes[..]),
+        StreamInput::Link(_) => None,
+    });
+    bytes.collect::<Vec<_>>().concat()
+}
+
+/// Where the values are that the sensor replied when it was asked for a register, whole or cut.
+fn values(stream: &[u8], register: u8) -> impl Iterator<Item = Range<usize>> {
+    const BEGIN: &[u8] = b"VNRRG,";
+    let begins = stream.windows(BEGIN.len()).enumerate().filter(|(_, bytes)| *bytes == BEGIN);
+    begins.filter_map(move |(at, _)| {
+        let number = at + BEGIN.len();
+        let comma = number + stream[number..].iter().position(|byte| *byte == b',')?;
+        let is_asked = str::from_utf8(&stream[number..comma]).ok()?.parse() == Ok(register);
+        let is_value = |byte: &&u8| byte.is_ascii_graphic() && !b"*$".contains(byte);
+        let length = stream[comma + 1..].iter().take_while(is_value).count();
+        is_asked.then_some(comma + 1..comma + 1 + length)
+    })
+}
+
+/// The values of a register in whole sentences.
+fn replies(stream: &[u8], register: u8) -> impl Iterator<Item = String> {
+    let is_whole = |value: &Range<usize>| stream.get(value.end) == Some(&b'\r') || checked(stream, value).is_some();
+    values(stream, register).filter(is_whole).map(|value| String::from_utf8_lossy(&stream[value]).into_owned())
+}
+
+/// The check of the sentence that ends with this value, its body, and where its digits are; `None`
+/// if they do not agree.
+fn checked(stream: &[u8], value: &Range<usize>) -> Option<(Check, Range<usize>, Range<usize>)> {
+    let body = stream[..value.start].iter().rposition(|byte| *byte == b'$')? + 1..value.end;
+    [Check::Crc16, Check::Xor8].into_iter().find_map(|check| {
+        let digits = check.digits(&stream[body.clone()])?.to_string();
+        let place = value.end + 1..value.end + 1 + digits.len();
+        let agrees = stream[value.end..].starts_with(format!("*{digits}").as_bytes());
+        agrees.then(|| (check, body.clone(), place))
+    })
+}
+
+/// Digits in place of so many of a serial number; they tell no more of it than the manifest.
+fn pseudonym(digest: &str, length: usize) -> String {
+    let number = format!("{:0>length$}", u16::from_str_radix(digest, 16).unwrap_or_default());
+    number[number.len() - length..].to_owned()
+}
+
+/// Replaces the serial number in all that a recording has, in cut replies as well.
+fn replace_serial(inputs: &mut [StreamInput], serial: &str, digest: &str) {
+    let mut bytes = stream(inputs);
+    let found = bytes.windows(serial.len()).enumerate().filter(|(_, found)| *found == serial.as_bytes());
+    let found = found.map(|(at, _)| at..at + serial.len());
+    for value in values(&bytes, SERIAL).chain(found).collect::<Vec<_>>() {
+        let check = checked(&bytes, &value);
+        bytes[value.clone()].copy_from_slice(pseudonym(digest, value.len()).as_bytes());
+        if let Some((check, body, place)) = check {
+            let digits = check.digits(&bytes[body]).map(|digits| digits.to_string());
+            bytes[place].copy_from_slice(digits.unwrap_or_default().as_bytes());
+        }
+    }
+    let mut rest = &bytes[..];
+    for input in inputs {
+        match input {
+            StreamInput::Chunk(chunk) => {
+                let (read, behind) = rest.split_at(chunk.bytes.len());
+                (chunk.bytes, rest) = (read.to_vec().into(), behind);
+            }
+            StreamInput::Link(event) => match &mut event.kind {
+                LinkEventKind::Up { port: text, .. }
+                | LinkEventKind::Down { cause: text }
+                | LinkEventKind::PortShared { program: text }
+                | LinkEventKind::Marked { text } => *text = text.replace(serial, &pseudonym(digest, serial.len())),
+                _ => {}
+            },
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use proptest::prelude::*;
+    use proptest::{collection::vec, prelude::*};
+    use vn100_protocol::stream::{Chunk, LinkEvent};
 
     use super::*;
 
+    fn chunk(bytes: &[u8], at_ns: i64) -> StreamInput {
+        Chunk { bytes: bytes.to_vec().into(), at_ns: Some(at_ns) }.into()
+    }
+
+    fn record(path: &Path, inputs: &[StreamInput], metadata: &BTreeMap<String, String>) {
+        let mut writer = RecordingWriter::new(File::create(path).unwrap(), metadata).unwrap();
+        inputs.iter().for_each(|input| writer.write(input).unwrap());
+        writer.finish(None).unwrap();
+    }
+
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// Wherever reads and messages end, the kit has no digit of the serial number, of a cut reply
+        /// neither, and every sentence keeps its length and has the right check.
         #[test]
-        fn a_pseudonym_keeps_the_form_and_the_checksum_of_a_sentence(serial in "[0-9]{6,10}") {
-            let checksum = |text: &str| text.bytes().fold(0, |sum, byte| sum ^ byte);
-            let other = pseudonym(&serial);
-            prop_assert_eq!(&other, &pseudonym(&serial));
-            prop_assert!(other.len() == serial.len() && other.bytes().all(|byte| byte.is_ascii_digit()));
-            prop_assert_eq!(checksum(&other), checksum(&serial));
+        fn a_kit_does_not_tell_the_serial_number(
+            serial in "[1-9]{9,10}",
+            lengths in vec((1_usize..40, 0_i64..60_000_000), 1..40),
+            cut in 0_usize..9,
+            is_crc: bool,
+        ) {
+            let check = if is_crc { Check::Crc16 } else { Check::Xor8 };
+            let of = |serial: &str| {
+                let cut = &serial[..cut];
+                let [model, reply] = ["VNRRG,01,VN-100", &format!("VNRRG,03,{serial}")].map(|body| check.sentence(body));
+                format!("{model}\u{1}{reply}$VNRRG,03,{cut}\0$VNRRG,3,{serial}\r\nof {serial}{reply}")
+            };
+            let before = of(&serial);
+            let (mut rest, mut now, mut inputs) = (before.as_bytes(), 0, Vec::new());
+            for (length, later) in lengths {
+                let (read, behind) = rest.split_at(length.min(rest.len()));
+                (rest, now) = (behind, now + later);
+                inputs.push(chunk(read, now));
+                let cause = format!("{serial} is gone");
+                inputs.push(StreamInput::Link(LinkEvent { at_ns: now, kind: LinkEventKind::Down { cause } }));
+            }
+            inputs.push(chunk(rest, now + 1));
+            let conditions = BTreeMap::from([("of".to_owned(), serial.clone())]);
+            let folder = tempfile::tempdir().unwrap();
+            let (recording, kit) = (folder.path().join("as-found.mcap"), folder.path().join("kit.zip"));
+            record(&recording, &inputs, &conditions);
+            Kit::pack(File::create(&kit).unwrap(), std::slice::from_ref(&recording), &conditions).unwrap();
+            let opened = Kit::open(&kit).unwrap();
+            let digest = opened.manifest.serial_sha256.clone().unwrap();
+            prop_assert_eq!(digest.len(), 4);
+            let (replaced, recorded) = read_recording(&opened.recording("as-found").unwrap()).unwrap();
+            let other = pseudonym(&digest, serial.len());
+            let after = of(&other).replace(&format!("{}\0", &other[..cut]), &format!("{}\0", pseudonym(&digest, cut)));
+            prop_assert_eq!(String::from_utf8(stream(&replaced)).unwrap(), after);
+            prop_assert_eq!(&recorded.metadata["of"], &other);
+            for (input, replaced) in inputs.iter().filter(|input| !matches!(input, StreamInput::Chunk(chunk) if chunk.bytes.is_empty())).zip(&replaced) {
+                match (input, replaced) {
+                    (StreamInput::Chunk(old), StreamInput::Chunk(new)) => {
+                        prop_assert_eq!((old.bytes.len(), old.at_ns), (new.bytes.len(), new.at_ns));
+                    }
+                    (_, StreamInput::Link(event)) => {
+                        let cause = format!("{other} is gone");
+                        prop_assert_eq!(&event.kind, &LinkEventKind::Down { cause });
+                    }
+                    other => prop_assert!(false, "{:?}", other),
+                }
+            }
         }
+    }
+
+    #[test]
+    fn a_kit_of_two_sensors_or_with_a_serial_number_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let recordings = ["a.mcap", "b.mcap"].map(|name| folder.path().join(name));
+        let kit = folder.path().join("kit.zip");
+        let pack = || Kit::pack(File::create(&kit).unwrap(), &recordings, &BTreeMap::new());
+        let of = |path: &Path, serial: &str| {
+            let reply = Check::Xor8.sentence(&format!("VNRRG,03,{serial}"));
+            record(path, &[chunk(reply.as_bytes(), 1)], &BTreeMap::new());
+        };
+        of(&recordings[0], "0100071234");
+        of(&recordings[1], "0100071235");
+        let error = pack().unwrap_err().to_string();
+        assert!(error.contains("b.mcap is of another sensor"), "{error}");
+        of(&recordings[1], "0100071234");
+        pack().unwrap();
+        // a member of another kit, or of one that an older program packed
+        let mut manifest = Kit::open(&kit).unwrap().manifest;
+        let bytes = fs::read(&recordings[0]).unwrap();
+        manifest.recordings.truncate(1);
+        manifest.recordings[0].sha256 = hex(&Sha256::digest(&bytes));
+        let mut packed = ZipWriter::new(File::create(&kit).unwrap());
+        for (name, content) in [(MANIFEST, serde_json::to_vec(&manifest).unwrap()), ("a.mcap", bytes)] {
+            packed.start_file(name, SimpleFileOptions::default()).unwrap();
+            packed.write_all(&content).unwrap();
+        }
+        packed.finish().unwrap();
+        let error = Kit::open(&kit).err().unwrap().to_string();
+        assert!(error.contains("a.mcap has a serial number that was not replaced"), "{error}");
     }
 
     #[test]
     fn a_kit_with_a_changed_recording_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let (recording, kit) = (folder.path().join("as-found.mcap"), folder.path().join("kit.zip"));
-        fs::write(&recording, "$VNRRG,01,VN-100*45\r\n$VNRRG,03,0100071234*00\r\n").unwrap();
+        record(&recording, &[chunk(b"$VNRRG,01,VN-100*00\r\n$VNRRG,01,VN-100S\r\n", 1)], &BTreeMap::new());
         Kit::pack(File::create(&kit).unwrap(), std::slice::from_ref(&recording), &BTreeMap::new()).unwrap();
         let opened = Kit::open(&kit).unwrap();
-        assert_eq!(opened.manifest.sensor["model"], "VN-100");
+        assert_eq!(opened.manifest.sensor["model"], "VN-100S");
         assert!(opened.recording("as-found").is_some() && opened.recording("unplug").is_none());
         // the same content in a kit whose manifest says something else
         let mut zip = ZipArchive::new(File::open(&kit).unwrap()).unwrap();
