@@ -51,13 +51,16 @@ pub(crate) fn make(folder: &Path) {
     assert!(samples.output().unwrap().status.success());
 }
 
-/// Gives another folder the same files.
+/// Gives another folder the same files, of recordings copies: one that is resumed is claimed for a while, under each
+/// of its names.
 pub(crate) fn link(made: &Path, folder: &Path) {
     for entry in fs::read_dir(made).unwrap().map(|entry| entry.unwrap()) {
         let place = folder.join(entry.file_name());
         if entry.path().is_dir() {
             fs::create_dir(&place).unwrap();
             link(&entry.path(), &place);
+        } else if place.extension().is_some_and(|extension| extension == "mcap") {
+            fs::copy(entry.path(), place).unwrap();
         } else {
             fs::hard_link(entry.path(), place).unwrap();
         }

@@ -573,33 +573,27 @@ fn summary(scored: &[(&Drawn, Score)], seed: u64) {
         }
     }
     println!();
-    let miss = |aim: &str, is_missed: &dyn Fn(&Drawn, &Score) -> bool| {
-        let missed: Vec<&str> = scored
-            .iter()
-            .filter(|(drawn, score)| is_missed(drawn, score))
-            .map(|(drawn, _)| &*drawn.cell.name)
-            .collect();
-        println!("{} of {} cells miss: {aim}", missed.len(), scored.len());
-        missed.iter().for_each(|name| println!("- {name}"));
-        figures::record(
-            "drawn-aims",
-            &format!("seed {seed}: {aim}"),
-            &[("cells that miss it", missed.len().to_string())],
-        );
+    let mut missed = Vec::new();
+    let mut miss = |aim: &'static str, is_missed: &dyn Fn(&Score) -> bool| {
+        let names: Vec<&str> =
+            scored.iter().filter(|(_, score)| is_missed(score)).map(|(drawn, _)| &*drawn.cell.name).collect();
+        println!("{} of {} cells miss: {aim}", names.len(), scored.len());
+        names.iter().for_each(|name| println!("- {name}"));
+        missed.push((aim, names.len().to_string()));
     };
-    miss("N holds in 88 % or more", &|_, score| score.white.of > 0 && score.white.limits().1 < LEAST_HELD);
-    miss("N is estimated in 90 % if its bound is below 5 %", &|_, score| {
-        score.bounds[0] < CLEAR_WHITE.0 && score.share(score.white_estimated) < CLEAR_WHITE.1
-    });
-    for (place, letter) in ["B", "K"].into_iter().enumerate() {
-        miss(&format!("estimated {letter} hold in 85 %"), &|_, score| {
+    miss("N holds", &|score| score.white.of > 0 && score.white.limits().1 < LEAST_HELD);
+    miss("N estimated", &|score| score.bounds[0] < CLEAR_WHITE.0 && score.share(score.white_estimated) < CLEAR_WHITE.1);
+    for (place, [holds, estimated]) in [["B holds", "B estimated"], ["K holds", "K estimated"]].into_iter().enumerate()
+    {
+        miss(holds, &|score| {
             score.slow[place].of >= FEWEST_ESTIMATES && score.slow[place].limits().1 < LEAST_HELD_SLOW
         });
-        miss(&format!("{letter} is estimated in 80 % if its bound is below 15 %"), &|_, score| {
+        miss(estimated, &|score| {
             score.bounds[1 + place] < CLEAR_SLOW.0 && score.share(score.slow[place].of) < CLEAR_SLOW.1
         });
     }
-    miss("at most 10 % of channels have a false B, K or R", &|_, score| score.share(score.false_terms) > MOST_FALSE);
+    miss("false terms", &|score| score.share(score.false_terms) > MOST_FALSE);
+    figures::record("drawn-aims", &format!("seed {seed}"), &missed);
 }
 
 fn log_uniform(random: &mut Random, low: f64, high: f64) -> f64 {
