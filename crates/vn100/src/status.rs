@@ -43,6 +43,16 @@ impl StatusLines {
         Self { lines: MultiProgress::with_draw_target(target), view, is_quiet }
     }
 
+    /// Says where a recording is that has ended, unless nothing but results is asked for; an empty one is
+    /// removed.
+    pub(crate) fn report_recorded(&self, name: &str, recording: Option<&RecordingState>) {
+        if let Some(RecordingState { path, bytes: bytes @ 1.., error: None, .. }) = recording
+            && !self.is_quiet
+        {
+            self.report(&format!("{name}: recorded {} to {}", HumanBytes(*bytes), path.display()));
+        }
+    }
+
     pub(crate) fn report(&self, text: &str) {
         if let Some(view) = &self.view { view.push(text.to_owned()) } else { self.suspend(|| report(text)) }
     }

@@ -47,7 +47,7 @@ async fn a_recording_is_resumed_with_its_own_message_alone() {
 async fn a_recording_is_resumed_by_one_at_a_time_and_replayed_to_its_end() {
     let bench = Bench::new("");
     let first = bench.run("record --duration 1s -o {}/resumed.mcap").await;
-    assert_eq!(first.completion, Completion::Complete);
+    assert_eq!((first.completion, first.said("resumed.mcap")), (Completion::Complete, 1), "{:?}", first.messages);
     let again = bench.run("record --duration 1s -o {}/resumed.mcap").await;
     assert_eq!(again.completion, Completion::Failed, "it exists");
     let mut second = bench.start("record --resume -o {}/resumed.mcap");
