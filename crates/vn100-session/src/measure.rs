@@ -329,6 +329,7 @@ impl Measuring {
 
     fn publish(&mut self, channels: &Channels) {
         self.has_changed = false;
+        self.analysis.settle();
         let mut snapshot = self.analysis.snapshot();
         if self.end.is_some() {
             let facts = channels.state.borrow().facts_at(true);

@@ -137,7 +137,7 @@ impl Accumulators {
     }
 
     /// Adds the waiting rows to the sums.
-    fn settle(&mut self) {
+    pub(crate) fn settle(&mut self) {
         let mut waiting = mem::take(&mut self.waiting);
         if waiting.stretch != Stretch::EMPTY {
             self.add(&waiting);

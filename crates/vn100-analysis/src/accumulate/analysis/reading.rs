@@ -9,6 +9,12 @@ use crate::{
 };
 
 impl Analysis {
+    /// Adds the rows that wait for others of their block, so that snapshots need no copy of all sums with
+    /// them. No result depends on it.
+    pub fn settle(&mut self) {
+        self.record.accumulators.settle();
+    }
+
     /// All results so far; without a sample, a snapshot without channels.
     pub fn snapshot(&self) -> Snapshot {
         let DataRecord { settings, rate, span, replies, accumulators, .. } = &self.record;
