@@ -102,10 +102,10 @@ fn an_archive_continues_where_it_stopped() {
             (3, kept_text.as_str(), whole.clone()),
             "nothing is read again, and ends the same"
         );
-        // from another folder, and named twice
-        let options = ["archive", ".", "./deep", "--rate", "40", "-q", "-o"];
-        let again = vn100().current_dir(folder.path().join("in")).args(options).arg(format!("../{name}")).output();
-        assert_eq!(String::from_utf8(again.unwrap().stderr).unwrap(), kept_text);
+        // named twice
+        let options = ["archive", "in", "in/deep", "--rate", "40", "-q", "-o", name];
+        let again = vn100().current_dir(folder.path()).args(options).output().unwrap();
+        assert_eq!(String::from_utf8(again.stderr).unwrap(), kept_text);
         assert_eq!(read(name), whole);
         // the power failed in the middle of a row, and in the middle of the rows of a file
         for cut in [whole.len() - 7, whole.len() / 2] {
@@ -211,7 +211,7 @@ fn exports_among_the_captures_are_skipped_and_counted() {
     assert_eq!(exit, 0, "{said}");
     assert!(said.contains("7 files are exports, no captures, as in/a.allan.csv: skipped"), "{said}");
     let first = fs::read_to_string(folder.path().join("in/all.csv")).unwrap();
-    assert!(first.lines().skip(1).all(|row| row.contains("/in/a.mcap,")), "{first}");
+    assert!(first.lines().skip(1).all(|row| row.starts_with("in/a.mcap,")), "{first}");
     let (_, exit, said) = run(folder.path(), &table);
     assert_eq!(exit, 0, "its own table of the run before is no capture: {said}");
     assert_eq!(fs::read_to_string(folder.path().join("in/all.csv")).unwrap(), first);

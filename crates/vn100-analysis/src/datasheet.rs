@@ -244,11 +244,6 @@ impl DatasheetFigure {
     /// a typical range.
     fn parameter(&self) -> f64 {
         let (Claim::Limit(printed) | Claim::Typical { from: printed, .. }) = self.claim;
-        self.in_model(printed)
-    }
-
-    /// The parameter of the noise model that corresponds to this end of the claim.
-    pub fn in_model(&self, printed: f64) -> f64 {
         if self.is_curve_minimum() { printed / floor_of_flicker() } else { printed }
     }
 

@@ -14,6 +14,13 @@ use crate::{printable, units::si_unit};
 /// The time in seconds over which a filter integrates, where the user does not give one.
 pub const DEFAULT_SPAN_S: f64 = 60.0;
 
+const SHEET_WALK: &str =
+    "K by a data sheet, which prints none: B/sqrt(T) of its bias instability B, the upper end at T = 60 s";
+
+/// The times in seconds over which a walk has the drift of a data sheet's bias instability: no sheet
+/// prints a walk.
+const SHEET_WALK_S: (f64, f64) = (60.0, 1000.0);
+
 /// N and K of the two inertial sensors, the rate of their samples, and what the file of a filter needs
 /// beside them.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,7 +37,6 @@ pub struct FilterNoise {
     walk_remarks: Vec<String>,
     /// The lower bounds of inflation.
     least: Vec<(Sensor, Term, f64)>,
-    span_s: f64,
     /// Of the accelerometer and the gyroscope, each N and K.
     values: Vec<NamedValue>,
     was_moved: bool,
@@ -145,22 +151,21 @@ impl FilterNoise {
             remarks,
             walk_remarks,
             least: QUANTITIES.into_iter().flat_map(|of| least(record, of)).collect(),
-            span_s,
             values: QUANTITIES.into_iter().flat_map(|of| measured(record, of, span_s)).collect(),
             was_moved: record.motion.is_some(),
         }
     }
 
-    /// Those that a data sheet gives: N as the upper end of its figure times the aliasing, and K
-    /// by the rule for a record. A figure that the sheet lacks is missing.
+    /// Those that a data sheet gives: N as the upper end of its figure times the aliasing, and as K
+    /// the walk that drifts in a minute as much as the bias instability B of the sheet: of the range
+    /// B/√T with T from 1000 to 60 s the upper end. A figure that the sheet lacks is missing.
     pub fn of_datasheet(sheet: &Datasheet, stream: SheetStream) -> Self {
         let SheetStream { rate_hz, aliasing } = stream;
         let aliased = match aliasing {
             1.0 => "N as printed: nothing aliases".into(),
             factor => format!("N is {factor:.3} times the printed one, by aliasing in a stream of {rate_hz} Hz"),
         };
-        let of_sensor =
-            |(_, sensor)| TERMS.map(|term| (sensor, term, printed(sheet, sensor, term, aliasing, DEFAULT_SPAN_S)));
+        let of_sensor = |(_, sensor)| TERMS.map(|term| (sensor, term, printed(sheet, sensor, term, aliasing)));
         let mut remarks = vec![format!("from a data sheet: {}", printable(&sheet.name)), aliased];
         remarks.extend(sheet.note.as_deref().map(|note| format!("the sheet: {}", printable(note))));
         Self {
@@ -168,9 +173,8 @@ impl FilterNoise {
             topic: None,
             scale_factor_ppm: None,
             remarks,
-            walk_remarks: vec![format!("K: as of a record, 1.15 B/sqrt({DEFAULT_SPAN_S} s)")],
+            walk_remarks: vec![SHEET_WALK.into()],
             least: Vec::new(),
-            span_s: DEFAULT_SPAN_S,
             values: QUANTITIES.into_iter().flat_map(of_sensor).collect(),
             was_moved: false,
         }
@@ -179,10 +183,13 @@ impl FilterNoise {
     /// Takes from a data sheet what a record does not show.
     pub fn fill(&mut self, sheet: &Datasheet, aliasing: f64) {
         for (sensor, term, value) in self.values.iter_mut().filter(|(.., value)| value.is_err()) {
-            if let Ok(known) = printed(sheet, *sensor, *term, aliasing, self.span_s) {
+            if let Ok(known) = printed(sheet, *sensor, *term, aliasing) {
                 let remarks = if *term == Term::White { &mut self.remarks } else { &mut self.walk_remarks };
                 let (name, sheet) = (name_of(*sensor, *term), printable(&sheet.name));
                 remarks.push(format!("not measured, from the data sheet of {sheet}: {name}"));
+                if *term == Term::RateRandomWalk && !remarks.iter().any(|remark| remark == SHEET_WALK) {
+                    remarks.push(SHEET_WALK.into());
+                }
                 *value = Ok(known);
             }
         }
@@ -318,11 +325,11 @@ fn least(record: &SourceResult, (quantity, sensor): (Quantity, Sensor)) -> Vec<(
     ]
 }
 
-/// N or K by a data sheet: K by the rule for a record.
-fn printed(sheet: &Datasheet, sensor: Sensor, term: Term, aliasing: f64, span_s: f64) -> FilterValue {
+/// N or K by a data sheet.
+fn printed(sheet: &Datasheet, sensor: Sensor, term: Term, aliasing: f64) -> FilterValue {
     let of = |term: &Term| {
         let figure = figure(sheet, sensor, *term)?;
-        let largest = figure.in_model(figure.claim.ends().1);
+        let (smallest, largest) = figure.claim.ends();
         let figures = printable(&figure.printed);
         let (value, label) = match term {
             Term::White if figure.is_of_unknown_sides => {
@@ -330,9 +337,8 @@ fn printed(sheet: &Datasheet, sensor: Sensor, term: Term, aliasing: f64, span_s:
             }
             Term::White => (largest * aliasing, figures),
             Term::BiasInstability => {
-                let minimum = if figure.is_curve_minimum() { ", the minimum, over 0.664" } else { "" };
-                let walk = WALK_OF_FLICKER * largest / span_s.sqrt();
-                (walk, format!("by its bias instability over {span_s} s, B {figures}{minimum}"))
+                let (high, low) = (largest / SHEET_WALK_S.0.sqrt(), smallest / SHEET_WALK_S.1.sqrt());
+                (high, format!("upper end of {low:.2e} to {high:.2e}, B/sqrt(T) of B {figures}"))
             }
             _ => (largest, figures),
         };
@@ -342,7 +348,7 @@ fn printed(sheet: &Datasheet, sensor: Sensor, term: Term, aliasing: f64, span_s:
         Term::White => ("density of the white noise", &[Term::White]),
         _ => ("bias instability", &[Term::RateRandomWalk, Term::BiasInstability]),
     };
-    terms.iter().filter_map(of).max_by(|a, b| a.value.total_cmp(&b.value)).ok_or_else(|| Missing {
+    terms.iter().find_map(of).ok_or_else(|| Missing {
         value: name_of(sensor, term),
         why: format!("the data sheet {} gives no {asked} of this sensor", printable(&sheet.name)),
         remedies: vec![Remedy::GiveDatasheet, Remedy::Record],

@@ -97,12 +97,14 @@ fn archived(args: &FileArgs, files: Vec<PathBuf>) -> Vec<ArchivedCapture> {
     let capture = |parts: BTreeMap<u32, PathBuf>| {
         let files: Vec<PathBuf> = parts.into_values().collect();
         let (bytes, modified_ns) = file_stamp(&files);
-        // the same from every folder; the name of a row is the path as given
-        let path = ReplaySpec::of(files[0].canonicalize().unwrap_or_else(|_| files[0].clone())).name_with_folder();
+        let path = ReplaySpec::of(&files[0]).name_with_folder();
         ArchivedCapture { files, file: ArchivedFile { path, bytes, modified_ns, options: options.clone() } }
     };
+    // a file that is named twice counts once; one that is missing is told of each time
     let mut known = BTreeSet::new();
-    groups.into_iter().map(capture).filter(|capture| known.insert(capture.file.path.clone())).collect()
+    let mut is_new =
+        |capture: &ArchivedCapture| capture.files[0].canonicalize().map_or(true, |path| known.insert(path));
+    groups.into_iter().map(capture).filter(|capture| is_new(capture)).collect()
 }
 
 struct Job {
