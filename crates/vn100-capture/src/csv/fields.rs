@@ -214,4 +214,18 @@ mod tests {
             prop_assert!(!all.is_empty() && all.iter().map(|field| field.len()).sum::<usize>() <= line.len());
         }
     }
+
+    #[test]
+    fn decimals_are_the_digits_after_the_point_of_a_number() {
+        for (field, expected) in [
+            ("-12.50", Some((2, false))),
+            ("1.5e-3", Some((1, true))),
+            ("0.125", Some((3, false))),
+            ("5.", None),
+            ("5", None),
+            ("x.5", None),
+        ] {
+            assert_eq!(decimals(field.as_bytes()), expected, "{field}");
+        }
+    }
 }
