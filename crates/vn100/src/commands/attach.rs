@@ -245,7 +245,10 @@ async fn attach_one(prepared: Prepared, job: Arc<Job>) -> Result<SourceResult> {
         Some(error) => matches!(error, StartError::Live(_)),
         None => true,
     };
-    job.status.report_recorded(&result.measured.source.name, result.recording.as_ref());
+    // the recordings of a witness kit are named when they are packed
+    if job.format != OutputFormat::Counts {
+        job.status.report_recorded(&result.measured.source.name, result.recording.as_ref());
+    }
     let of = if job.format.records_alone() { ResultOf::Recording } else { ResultOf::Sensor };
     let mut measured = evaluated(result, &job.evaluation, of).await?;
     if let Some(samples) = samples {
