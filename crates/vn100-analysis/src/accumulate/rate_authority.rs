@@ -313,8 +313,8 @@ impl RateAuthority {
     }
 }
 
-/// The latest of two connections, or the one before it if that is longer: one without a rate so far, or with
-/// the same. A refusal is not passed over.
+/// The connection that shows more of the rate: the latest one, unless the one before was longer. The
+/// latest one counts in any case if it is at another rate or its stamps were refused.
 fn longer(latest: Option<TimebaseSummary>, before: Option<TimebaseSummary>) -> Option<TimebaseSummary> {
     let is_shorter = |latest: &TimebaseSummary| {
         let has_other_rate = latest.nominal.is_some() && latest.nominal != before.and_then(|before| before.nominal);

@@ -28,6 +28,9 @@ const MANIFEST: &str = "manifest.json";
 /// The register of the serial number.
 const SERIAL: u8 = 3;
 
+/// Of a serial number that is replaced wherever it stands, and not in replies alone.
+const LEAST_DIGITS: usize = 6;
+
 /// More than the recording of a step can have.
 const MOST_BYTES: u64 = 1 << 28;
 
@@ -86,7 +89,7 @@ impl Kit {
         let without = |texts: &BTreeMap<String, String>| {
             let mut texts = texts.clone();
             if let Some((serial, digest)) = secret {
-                texts.values_mut().for_each(|text| *text = text.replace(serial, &pseudonym(digest, serial.len())));
+                texts.values_mut().for_each(|text| *text = without_serial(text, serial, digest));
             }
             texts
         };
@@ -195,10 +198,11 @@ fn values(stream: &[u8], register: u8) -> impl Iterator<Item = Range<usize>> {
     })
 }
 
-/// The values of a register in whole sentences.
+/// The values of a register in whole sentences; an empty one says nothing.
 fn replies(stream: &[u8], register: u8) -> impl Iterator<Item = String> {
     let is_whole = |value: &Range<usize>| stream.get(value.end) == Some(&b'\r') || checked(stream, value).is_some();
-    values(stream, register).filter(is_whole).map(|value| String::from_utf8_lossy(&stream[value]).into_owned())
+    let said = values(stream, register).filter(|value| !value.is_empty());
+    said.filter(is_whole).map(|value| String::from_utf8_lossy(&stream[value]).into_owned())
 }
 
 /// The check of the sentence that ends with this value, its body, and where its digits are; `None`
@@ -219,10 +223,17 @@ fn pseudonym(digest: &str, length: usize) -> String {
     number[number.len() - length..].to_owned()
 }
 
+fn without_serial(text: &str, serial: &str, digest: &str) -> String {
+    if serial.len() < LEAST_DIGITS { text.to_owned() } else { text.replace(serial, &pseudonym(digest, serial.len())) }
+}
+
 /// Replaces the serial number in all that a recording has, in cut replies as well.
 fn replace_serial(inputs: &mut [StreamInput], serial: &str, digest: &str) {
     let mut bytes = stream(inputs);
-    let found = bytes.windows(serial.len()).enumerate().filter(|(_, found)| *found == serial.as_bytes());
+    // so few digits are in measured values too
+    let is_long = serial.len() >= LEAST_DIGITS;
+    let found = bytes.windows(serial.len().max(1)).enumerate();
+    let found = found.filter(|(_, found)| is_long && *found == serial.as_bytes());
     let found = found.map(|(at, _)| at..at + serial.len());
     for value in values(&bytes, SERIAL).chain(found).collect::<Vec<_>>() {
         let check = checked(&bytes, &value);
@@ -243,7 +254,7 @@ fn replace_serial(inputs: &mut [StreamInput], serial: &str, digest: &str) {
                 LinkEventKind::Up { port: text, .. }
                 | LinkEventKind::Down { cause: text }
                 | LinkEventKind::PortShared { program: text }
-                | LinkEventKind::Marked { text } => *text = text.replace(serial, &pseudonym(digest, serial.len())),
+                | LinkEventKind::Marked { text } => *text = without_serial(text, serial, digest),
                 _ => {}
             },
         }
@@ -320,6 +331,24 @@ mod tests {
                     other => prop_assert!(false, "{:?}", other),
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_reply_without_or_with_a_short_serial_number_costs_no_measured_sentence() {
+        let measured = Check::Xor8.sentence("VNYMR,+001.5,-010.25");
+        for serial in ["", "1", "0", "25"] {
+            let folder = tempfile::tempdir().unwrap();
+            let (recording, kit) = (folder.path().join("as-found.mcap"), folder.path().join("kit.zip"));
+            let reply = Check::Xor8.sentence(&format!("VNRRG,03,{serial}"));
+            let conditions = BTreeMap::from([("temperature".to_owned(), "10.25".to_owned())]);
+            record(&recording, &[chunk(format!("{reply}{measured}").as_bytes(), 1)], &conditions);
+            Kit::pack(File::create(&kit).unwrap(), std::slice::from_ref(&recording), &conditions).unwrap();
+            let opened = Kit::open(&kit).unwrap();
+            let (inputs, recorded) = read_recording(&opened.recording("as-found").unwrap()).unwrap();
+            assert!(String::from_utf8(stream(&inputs)).unwrap().ends_with(&measured), "{serial:?}");
+            assert_eq!(recorded.metadata["temperature"], "10.25", "{serial:?}");
+            assert_eq!(opened.manifest.serial_sha256.is_some(), !serial.is_empty());
         }
     }
 
