@@ -26,7 +26,7 @@ const ENOUGH_S: f64 = 4.0;
 const SHA256SUM: &str = "sha256sum";
 
 /// Name of the row, unit, and command line, in which `@NAME` is a file of the record.
-const PATHS: [(&str, &str, &str); 34] = [
+const PATHS: [(&str, &str, &str); 35] = [
     (SHA256SUM, "line", "sha256sum @text.vnymr"),
     ("`$VNYMR`", "line", "vn100 replay @text.vnymr"),
     ("`$VNYMR`, one core", "line", "taskset -c 0 vn100 replay @text.vnymr"),
@@ -61,14 +61,16 @@ const PATHS: [(&str, &str, &str); 34] = [
     ("pandas and allantools, `$VNYMR`", "line", "python3 -c TEXT @text.vnymr"),
     ("pandas and allantools, CSV of floats", "row", "python3 -c FLOATS @floats.csv"),
     ("rosbags and allantools, rosbag2 in MCAP", "message", "python3 -c BAG @mcap"),
+    ("rosbags and allantools, messages in zstd", "message", "python3 -c BAG @db3-messages"),
 ];
 
 /// Each program of Python, and the row of the same work.
-const PEERS: [(&str, &str); 4] = [
+const PEERS: [(&str, &str); 5] = [
     ("script in Python, no deviation", "`$VNYMR`"),
     ("pandas and allantools, `$VNYMR`", "`$VNYMR`"),
     ("pandas and allantools, CSV of floats", "CSV of floats"),
     ("rosbags and allantools, rosbag2 in MCAP", "rosbag2, MCAP"),
+    ("rosbags and allantools, messages in zstd", "rosbag2, SQLite, messages in zstd"),
 ];
 
 /// The words of the command lines that stand for a program.
