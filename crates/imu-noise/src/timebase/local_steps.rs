@@ -552,3 +552,20 @@ fn median(values: &[f64]) -> Option<f64> {
     let middle = values.len().checked_sub(1)? / 2;
     Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Stamps of 1 000 samples of 10 ms, without those in these places.
+    fn stamps_without(missing: &[usize]) -> Vec<f64> {
+        (0..1_000).filter(|place| !missing.contains(place)).map(|place| 0.01 * place as f64).collect()
+    }
+
+    #[test]
+    fn an_edge_that_missing_samples_raise_again_and_again_gives_no_step() {
+        let (step_s, variation_s) = edge_step(&stamps_without(&[500])).unwrap();
+        assert!((step_s - 0.01).abs() < 0.000_02 && variation_s < 1e-6, "{step_s} {variation_s}");
+        assert_eq!(edge_step(&stamps_without(&[200, 500, 800])), None);
+    }
+}

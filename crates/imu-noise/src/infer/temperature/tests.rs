@@ -158,3 +158,15 @@ fn a_few_readings_are_enough_and_nothing_is_taken_across_a_break() {
     let end_s = search.series.duration_s();
     assert!((1190.0..=1200.0).contains(&end_s), "{end_s} s");
 }
+
+#[test]
+fn the_largest_share_is_that_of_the_octave_of_the_cycle() {
+    // white noise of 1 spreads evenly over all cosines, and nine cycles lie among the 16th to the 31st
+    let (seconds, amplitude_c, coefficient) = (3600, 2.0, 0.0075_f64);
+    let made = (coefficient * amplitude_c).powi(2) / 2.0;
+    let noise = 16.0 / (seconds * 40) as f64;
+    let shares =
+        (0..20).map(|seed| SyntheticRecord::new(seconds, cycle, coefficient, 0.0, seed).coefficient().largest_share);
+    let mean = shares.sum::<f64>() / 20.0;
+    assert!((mean - made / (made + noise)).abs() < 0.1, "{mean}");
+}
