@@ -55,7 +55,7 @@ pub use sample_tap::SampleTap;
 pub use session::Session;
 pub use session_event::{OutputLeft, SessionEvent};
 pub use session_result::SessionResult;
-pub use start_error::{LiveError, SetupError, StartError};
+pub use start_error::{LiveError, OtherMessage, SetupError, StartError};
 pub use state::{SourceState, Stage, link_facts, playback_facts};
 pub use wall_limits::WallLimits;
 pub use watchdog::RateEvent;

@@ -12,7 +12,7 @@ use crate::{
     channels::Channels,
     live_source::LiveSource,
     measure::{Measurement, measure, read_options},
-    recording::RecordingSpec,
+    recording::{RecordedMessage, RecordingSpec, layout_named},
     sample_tap::SampleTap,
     sensor_setup::SensorSetup,
     session_event::SessionEvent,
@@ -64,8 +64,8 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
         Err(error) => return channels.end(not_started(StartError::StreamInput(error), &channels)),
     };
     // first, so that no setting is changed for a recording that cannot be made
-    let recorder = match begin_recording(&source, &spec).await {
-        Ok(recorder) => recorder,
+    let (recorder, recorded) = match begin_recording(&source, &spec).await {
+        Ok(begun) => begun.unzip(),
         Err(error) => return channels.end(not_started(error, &channels)),
     };
     let known_serial = recorder.as_ref().and_then(Recorder::known_serial).map(str::to_owned);
@@ -77,7 +77,8 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
                 // former one again
                 source.options.baud = None;
             }
-            let result = measure_and_record(&source, keep, recorder, &spec, start, &mut channels).await;
+            let result =
+                measure_and_record(&source, keep, recorder, recorded.flatten(), &spec, start, &mut channels).await;
             let is_restored = setup.undo(&source, known_serial.as_deref(), &channels).await;
             SessionResult { is_restored, ..result }
         }
@@ -86,11 +87,17 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
     channels.end(result)
 }
 
-async fn begin_recording(source: &LiveSource, spec: &LiveSpec) -> Result<Option<Recorder>, StartError> {
+/// The recording, and the message that it has already.
+async fn begin_recording(
+    source: &LiveSource,
+    spec: &LiveSpec,
+) -> Result<Option<(Recorder, Option<RecordedMessage>)>, StartError> {
     let Some(recording) = &spec.recording else { return Ok(None) };
-    recording.continues(spec.output.as_ref().and_then(|output| output.message.as_deref())).await?;
+    let recorded = recording.message().await;
+    let asked = spec.output.as_ref().and_then(|output| layout_named(output.message.as_deref()?));
+    recorded.iter().zip(&asked).try_for_each(|(recorded, asked)| recorded.check(asked))?;
     let metadata = recorded_settings::metadata(&spec.conditions, &spec.settings, source.options.read.measured);
-    Ok(Some(recording.begin(metadata).await?))
+    Ok(Some((recording.begin(metadata).await?, recorded)))
 }
 
 /// The result of a source that is not measured; an empty recording is removed.
@@ -111,6 +118,7 @@ async fn measure_and_record(
     source: &LiveSource,
     keep: Vec<Change>,
     recorder: Option<Recorder>,
+    recorded: Option<RecordedMessage>,
     spec: &LiveSpec,
     start: Instant,
     channels: &mut Channels,
@@ -135,6 +143,7 @@ async fn measure_and_record(
     let measurement = Measurement {
         link: link.clone(),
         recording: recorder.as_ref().map(Recorder::state),
+        recorded,
         deadlines: Some(deadlines),
         ..Measurement::of(events, spec.settings.clone())
     };

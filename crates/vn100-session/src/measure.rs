@@ -37,6 +37,7 @@ pub(crate) use ending::Ending;
 use crate::{
     channels::Channels,
     pace::{Due, Pace, Playback, Speed},
+    recording::RecordedMessage,
     session_event::SessionEvent,
     state::Stage,
     wall_limits::{Deadlines, WallLimits},
@@ -52,6 +53,8 @@ pub(crate) struct Measurement {
     pub(crate) ends_as_recorded: bool,
     pub(crate) link: Option<LinkHandle>,
     pub(crate) recording: Option<watch::Receiver<RecordingState>>,
+    /// Of a recording that is resumed: the message that the sensor is to send.
+    pub(crate) recorded: Option<RecordedMessage>,
     /// The limits of a live source, whose stream is watched. A stop ends the reading, and the
     /// measurement ends with the last event that was read.
     pub(crate) deadlines: Option<Deadlines>,
@@ -70,6 +73,7 @@ impl Measurement {
             ends_as_recorded: false,
             link: None,
             recording: None,
+            recorded: None,
             deadlines: None,
             stored_bytes_read: None,
             speed: None,
@@ -191,6 +195,8 @@ struct Measuring {
     warm_up: Duration,
     pace: Option<Pace>,
     watchdog: Option<StreamWatchdog>,
+    /// Until the sensor has sent a message.
+    recorded: Option<RecordedMessage>,
     deadlines: Deadlines,
     link: Option<LinkHandle>,
     stored_bytes_read: Option<Arc<AtomicU64>>,
@@ -204,7 +210,7 @@ struct Measuring {
 
 impl Measuring {
     fn new(measurement: Measurement) -> (Self, mpsc::Receiver<Event>) {
-        let Measurement { events, settings, link, deadlines, stored_bytes_read, speed, .. } = measurement;
+        let Measurement { events, settings, link, recorded, deadlines, stored_bytes_read, speed, .. } = measurement;
         let rate_hz = settings.rate_hz.unwrap_or(DEFAULT_RATE_HZ);
         let source = Self {
             analysis: Analysis::new(settings),
@@ -213,6 +219,7 @@ impl Measuring {
             warm_up: Duration::ZERO,
             pace: speed.map(|speed| Pace::new(speed, rate_hz, Instant::now())),
             watchdog: deadlines.as_ref().map(|_| StreamWatchdog::default()),
+            recorded,
             deadlines: deadlines.unwrap_or_else(|| Deadlines::new(WallLimits::default(), Instant::now())),
             link,
             stored_bytes_read,

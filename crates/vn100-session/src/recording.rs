@@ -7,14 +7,14 @@ use tokio_util::sync::CancellationToken;
 use vn100_analysis::{
     End,
     protocol::{
-        Layout, MESSAGES, PacketMessage,
+        Layout, MESSAGES, PACKET_MESSAGES, PacketMessage,
         stream::{MeasuredFrames, ReadOptions},
     },
     recorded_settings,
 };
 use vn100_capture::{Capture, CaptureOptions, Event, RecordError, Recorder, RecordingState, Rotation, part_path};
 
-use crate::start_error::StartError;
+use crate::start_error::OtherMessage;
 
 /// The options of a recording.
 #[derive(Debug, Clone)]
@@ -41,19 +41,11 @@ impl RecordingSpec {
         task::spawn_blocking(begin).await.map_err(failed)?
     }
 
-    /// Checks that the recording to be resumed contains this message of the sensor: otherwise a
-    /// replay would not measure the appended part.
-    pub(crate) async fn continues(&self, message: Option<&str>) -> Result<(), StartError> {
-        let Some(asked) = message.and_then(layout_named).filter(|_| self.resume) else { return Ok(()) };
+    /// The message of the recording to be resumed; `None` if there is none.
+    pub(crate) async fn message(&self) -> Option<RecordedMessage> {
         let path = self.rotation.map_or_else(|| self.path.clone(), |_| part_path(&self.path, 1));
-        match first_layout(path).await {
-            Some(recorded) if !is_same(&recorded, &asked) => Err(StartError::OtherMessage {
-                path: self.path.clone(),
-                recorded: recorded.message.to_string(),
-                asked: message.unwrap_or_default().to_owned(),
-            }),
-            _ => Ok(()),
-        }
+        let layout = if self.resume { first_layout(path).await } else { None };
+        layout.map(|layout| RecordedMessage { path: self.path.clone(), layout })
     }
 
     /// Ends the recording. A new recording without input is removed, so that its name is free for
@@ -74,6 +66,20 @@ impl RecordingSpec {
     }
 }
 
+/// The message of a recording that is resumed.
+pub(crate) struct RecordedMessage {
+    path: PathBuf,
+    layout: Arc<Layout>,
+}
+
+impl RecordedMessage {
+    /// Checks that the recording continues with its message: a replay would not measure another one.
+    pub(crate) fn check(&self, sent: &Layout) -> Result<(), OtherMessage> {
+        let other = || OtherMessage { path: self.path.clone(), recorded: name_of(&self.layout), sent: name_of(sent) };
+        if is_same(&self.layout, sent) { Ok(()) } else { Err(other()) }
+    }
+}
+
 fn recorded_reason(end: &End) -> String {
     match end {
         End::NotStarted { text, .. } | End::SourceFailed(text) => text.clone(),
@@ -88,7 +94,7 @@ fn recorded_reason(end: &End) -> String {
     }
 }
 
-fn layout_named(name: &str) -> Option<Arc<Layout>> {
+pub(crate) fn layout_named(name: &str) -> Option<Arc<Layout>> {
     let sentence = MESSAGES.iter().find(|layout| layout.message == name);
     sentence.map(|layout| Arc::new((*layout).clone())).or_else(|| PacketMessage::named(name)?.layout())
 }
@@ -110,6 +116,12 @@ async fn first_layout(path: PathBuf) -> Option<Arc<Layout>> {
     None
 }
 
+/// The name by which a sensor is set to a message.
+fn name_of(layout: &Layout) -> String {
+    let packets = PACKET_MESSAGES.iter().find(|packets| packets.layout().is_some_and(|of| is_same(&of, layout)));
+    packets.map_or_else(|| layout.message.to_string(), |packets| packets.name.to_owned())
+}
+
 fn is_same(recorded: &Layout, asked: &Layout) -> bool {
     let names = |layout: &Layout| layout.channels.iter().map(|channel| channel.name.to_string()).collect::<Vec<_>>();
     recorded.message == asked.message && names(recorded) == names(asked)
@@ -120,6 +132,7 @@ mod tests {
     use vn100_analysis::RateChange;
 
     use super::*;
+    use crate::start_error::StartError;
 
     fn spec(path: PathBuf, resume: bool) -> RecordingSpec {
         RecordingSpec { path, resume, rotation: None }

@@ -4,7 +4,11 @@ use std::time::Duration;
 
 use vn100_driver::{Change, Configured};
 
-use crate::{command::CommandRefusal, start_error::SetupError, watchdog::RateEvent};
+use crate::{
+    command::CommandRefusal,
+    start_error::{OtherMessage, SetupError},
+    watchdog::RateEvent,
+};
 
 /// Something that happened in a session; its effect is in the [state](crate::SourceState).
 #[derive(Debug)]
@@ -34,6 +38,8 @@ pub enum SessionEvent {
         /// The name of the program, and the number of its process.
         program: String,
     },
+    /// A replay of the recording that is resumed will not measure what the sensor sends.
+    OtherMessage(OtherMessage),
     /// The rate of the stream changed.
     Rate(RateEvent),
     /// Everything before this is excluded as warm-up.

@@ -53,6 +53,18 @@ pub enum SetupError {
     },
 }
 
+/// A recording that is resumed contains another message than the sensor sends.
+#[derive(Debug, thiserror::Error)]
+#[error("{} holds {recorded}, and a replay would not measure {sent} behind it: record {sent} to another file", path.display())]
+pub struct OtherMessage {
+    /// The recording.
+    pub path: PathBuf,
+    /// The message in it.
+    pub recorded: String,
+    /// The message of the sensor.
+    pub sent: String,
+}
+
 /// The reason why a source could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
@@ -62,19 +74,9 @@ pub enum StartError {
     /// No recording could be made.
     #[error(transparent)]
     Recording(#[from] RecordError),
-    /// The recording to be resumed contains another message.
-    #[error(
-        "{} holds {recorded}, and a replay would not measure {asked} behind it: record {asked} to another file",
-        path.display()
-    )]
-    OtherMessage {
-        /// The recording.
-        path: PathBuf,
-        /// The message in it.
-        recorded: String,
-        /// The message that the sensor was to be set to.
-        asked: String,
-    },
+    /// The recording to be resumed contains another message than the sensor was to be set to.
+    #[error(transparent)]
+    OtherMessage(#[from] OtherMessage),
     /// The sensor could not be set as requested.
     #[error(transparent)]
     Setup(#[from] SetupError),
@@ -100,7 +102,7 @@ impl StartError {
         End::NotStarted {
             text: with_causes(self),
             names_source: matches!(self, Self::Capture(_)),
-            is_of_recording: matches!(self, Self::Recording(_) | Self::OtherMessage { .. }),
+            is_of_recording: matches!(self, Self::Recording(_) | Self::OtherMessage(_)),
             cure: self.cure(),
         }
     }

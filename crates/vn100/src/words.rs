@@ -36,6 +36,7 @@ pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
         SessionEvent::PortShared { program } => {
             format!("{program} has the port open too, and receives a part of the bytes: end that program")
         }
+        SessionEvent::OtherMessage(other) => other.to_string(),
         SessionEvent::Rate(RateEvent::Changed(RateChange { from_hz, to_hz, .. })) => {
             format!("the rate changed from {from_hz} to {to_hz} Hz: samples at that rate are excluded")
         }

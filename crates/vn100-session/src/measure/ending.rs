@@ -40,6 +40,11 @@ impl Measuring {
         let Some(watchdog) = &mut self.watchdog else { return };
         let state = channels.state.borrow().clone();
         let is_up = matches!(state.link, None | Some(LinkState::Up(_) | LinkState::Silent(_)));
+        if let Some(sent) = &state.snapshot.layout
+            && let Some(Err(other)) = self.recorded.take().map(|recorded| recorded.check(sent))
+        {
+            channels.report(SessionEvent::OtherMessage(other));
+        }
         if let Some(event) = watchdog.rate_event(&state.snapshot) {
             channels.report(SessionEvent::Rate(event));
         }

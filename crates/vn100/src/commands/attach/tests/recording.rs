@@ -3,6 +3,7 @@
 use std::fs;
 
 use proptest::prelude::*;
+use vn100_driver::OutputSettings;
 
 use super::{Bench, replayed};
 use crate::commands::attach::Completion;
@@ -41,6 +42,17 @@ async fn a_recording_is_resumed_with_its_own_message_alone() {
             assert_eq!(is_told, expected == Completion::Failed, "{error}");
         }
     }
+}
+
+/// What a sensor sends by itself is known after its first sample.
+#[tokio::test(start_paused = true)]
+async fn a_recording_that_goes_on_with_another_message_says_so() {
+    let bench = Bench::new("");
+    let record = async || bench.run("record --duration 2s --resume -o {}/on.mcap").await;
+    let told = "on.mcap holds VNYMR, and a replay would not measure VNIMU behind it: record VNIMU to another file";
+    assert_eq!((record().await.said(told), record().await.said(told)), (0, 0));
+    bench.configure(OutputSettings { message: Some("VNIMU".into()), ..OutputSettings::default() }).await;
+    assert_eq!(record().await.said(told), 1);
 }
 
 #[tokio::test(start_paused = true)]
