@@ -119,3 +119,15 @@ fn a_stream_that_a_capture_of_one_does_not_have_is_refused() {
     assert!(output.stdout.is_empty() && said.contains("it has one stream and no \"/imu\""), "{said}");
     assert_eq!(output.status.code(), Some(3));
 }
+
+#[test]
+fn a_window_that_no_column_has_is_a_caution() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("table.csv");
+    let rows = (0..500).map(|row| format!("{},{}\n", f64::from(row) * 0.01, row * 7 % 11));
+    fs::write(&table, "t,gyro_x [deg/s]\n".to_owned() + &rows.collect::<String>()).unwrap();
+    let ignored = |file, options: &[&str]| warned(&replay(file, options).0, "sensor-settings");
+    assert!(ignored(&table, &["--window", "20"]) && !ignored(&table, &[]));
+    assert!(ignored(&table, &["--window", "20", "--columns", "t=t:s,gyro_x=2:deg/s"]));
+    assert!(!ignored(&replay_log(CLEAN), &["--window", "20"]));
+}

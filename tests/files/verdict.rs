@@ -221,7 +221,6 @@ fn the_window_may_be_given_if_the_capture_does_not_contain_it() {
     let warnings = document["warnings"].as_array().unwrap();
     assert!(warnings.iter().any(|warning| warning["text"].as_str().unwrap().contains("averaging window 20 ignored")));
     assert_eq!(ended(&unknown, &["--window", "0"]).0, 2);
-    assert_eq!(ended(&unknown, &["--window", "4", "--columns", "gyro_x=wx:rad/s"]).0, 2);
 }
 
 #[test]

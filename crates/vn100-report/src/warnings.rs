@@ -353,8 +353,11 @@ pub fn headline(warning: &Warning) -> String {
             format!("low-pass filter on {on}: white noise correlated over {samples:.1} samples")
         }
         Finding::Rotated => "axes rotated by the sensor (register 26)".into(),
-        Finding::WindowIgnored(given, [accel, gyro]) => {
+        Finding::WindowIgnored(given, Some([accel, gyro])) => {
             format!("averaging window {given} ignored: register 85 is {accel} (accel), {gyro} (gyro)")
+        }
+        Finding::WindowIgnored(given, None) => {
+            format!("averaging window {given} ignored: only rates and accelerations in messages of a VN-100 have one")
         }
         Finding::TwoValues => format!("no more than two values on {on}"),
         Finding::RoundedAway => format!("quantisation hides the noise of {on}"),
@@ -604,7 +607,7 @@ mod tests {
             (on(Kind::CompensatedStream, Finding::BiasTracked), "removes the bias of gyro_x gyro_y"),
             (on(Kind::CompensationUnknown, Finding::MaybeCompensated), "unknown whether"),
             (on(Kind::LowPass, Finding::LowPass(4.0)), "white noise correlated over 4.0 samples"),
-            (on(Kind::SensorSettings, Finding::WindowIgnored(20, [4, 4])), "averaging window 20 ignored"),
+            (on(Kind::SensorSettings, Finding::WindowIgnored(20, Some([4, 4]))), "averaging window 20 ignored"),
             (on(Kind::QuantisationFloor, Finding::TwoValues), "no more than two values on gyro_x gyro_y"),
             (
                 on(

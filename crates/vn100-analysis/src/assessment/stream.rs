@@ -3,7 +3,7 @@
 
 use vn100_protocol::{Channel, ImuFilter, Quantity, Register};
 
-use super::{ChannelAssessment, noise::LongTauValidity, rounding::hidden_terms};
+use super::{ChannelAssessment, WindowFrom, noise::LongTauValidity, rounding::hidden_terms};
 use crate::{
     snapshot::{ChannelSnapshot, Snapshot},
     warning::{Finding, Severity, Warning},
@@ -18,7 +18,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment], was_
             .collect()
     };
     let mut warnings = Vec::new();
-    warnings.extend(contradicted_window(snapshot));
+    warnings.extend(ignored_window(snapshot, assessed));
     if was_moved {
         return warnings;
     }
@@ -41,12 +41,15 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment], was_
     warnings
 }
 
-/// A window that was given and that register 85 contradicts.
-fn contradicted_window(snapshot: &Snapshot) -> Option<Warning> {
-    let (given, filter) = snapshot.given_window.zip(snapshot.register::<ImuFilter>(Register::IMU_FILTER))?;
-    let windows = [filter.accel_window, filter.gyro_window].map(u32::from);
-    let found = Warning::new(Finding::WindowIgnored(given, windows));
-    (windows != [given; 2]).then(|| found.as_severe_as(Severity::Caution))
+/// A window that was given, and that register 85 contradicts or no channel has.
+fn ignored_window(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Option<Warning> {
+    let given = snapshot.given_window?;
+    let filter = snapshot.register::<ImuFilter>(Register::IMU_FILTER);
+    let windows = filter.map(|filter| [filter.accel_window, filter.gyro_window].map(u32::from));
+    let is_taken =
+        |channel: &ChannelAssessment| channel.onboard.is_some_and(|onboard| onboard.window_from == WindowFrom::Given);
+    let counts = assessed.is_empty() || windows == Some([given; 2]) || assessed.iter().any(is_taken);
+    (!counts).then(|| Warning::new(Finding::WindowIgnored(given, windows)).as_severe_as(Severity::Caution))
 }
 
 /// The correlation time in samples of a filter that is not the sensor's own.

@@ -218,8 +218,9 @@ pub enum Finding {
     LowPass(f64),
     /// Register 26 holds a rotation.
     Rotated,
-    /// The averaging window that was given, and those of accelerometer and gyroscope in register 85.
-    WindowIgnored(u32, [u32; 2]),
+    /// The averaging window that was given, and those of accelerometer and gyroscope in register 85;
+    /// `None` if no channel has such a window.
+    WindowIgnored(u32, Option<[u32; 2]>),
     /// No more than two values.
     TwoValues,
     /// The noise is less than half a step of the values.

@@ -53,7 +53,7 @@ pub(crate) struct FileArgs {
 
     /// Averaging window of gyroscope and accelerometer that register 85 had, in samples at 800 Hz,
     /// where the capture does not contain the register
-    #[arg(long, help_heading = "Capture", value_name = "N", conflicts_with = "columns", value_parser = clap::value_parser!(u32).range(1..=800))]
+    #[arg(long, help_heading = "Capture", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=800))]
     pub(crate) window: Option<u32>,
 
     /// Whether a filter has removed the bias of the angular rates, which a CSV file of values does
