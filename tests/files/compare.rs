@@ -303,6 +303,8 @@ fn a_plan_is_as_long_as_its_longest_goal() {
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
     let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(words.contains("magnetometer is not averaged: aliasing raises its N 1.12 times, sqrt(250/200)"), "{text}");
+    let asked = vn100().args(["plan", "--want", "gyro K >= 0.5 °/h/√h"]).output().unwrap().stdout;
+    assert!(String::from_utf8(asked).unwrap().contains("gyro K >= 0.5 deg/h^1.5 "), "in its own unit");
     for wrong in ["gyro N", "gyro K", "mag B", "gyro N ±x%"] {
         assert_eq!(vn100().args(["plan", "--want", wrong]).output().unwrap().status.code(), Some(2), "{wrong}");
     }

@@ -2,7 +2,7 @@
 
 use std::{fmt, str::FromStr};
 
-use imu_noise::{Sides, Term, conventions};
+use imu_noise::{Convention, Sides, Term, conventions};
 
 use crate::{
     datasheet::Datasheet,
@@ -17,6 +17,8 @@ pub struct Want {
     pub figure: NoiseFigure,
     /// How well it is to be known.
     pub known: Known,
+    /// The unit in which a size or a limit was stated; the SI unit if there is none.
+    pub unit: Convention,
 }
 
 /// How well a parameter is to be known.
@@ -52,17 +54,20 @@ impl FromStr for Want {
             false => error,
         })?;
         if let Some((_, limit)) = at_most {
-            let known = Known::AtMost(in_si(limit.trim(), &figure)?);
-            return Ok(Self { figure, known });
+            let (limit, unit) = in_si(limit.trim(), &figure)?;
+            return Ok(Self { figure, known: Known::AtMost(limit), unit });
         }
+        let mut unit = conventions(figure.sensor, figure.term)[0];
         let known = match (figure.term, percent, at_least) {
             (Term::White | Term::BiasInstability, Some(relative), _) => Known::Within(relative),
             (Term::BiasInstability, None, None) => Known::Seen,
             (Term::BiasInstability | Term::RateRandomWalk, None, Some((_, amount))) => {
-                Known::AtLeast(in_si(amount.trim(), &figure)?)
+                let size;
+                (size, unit) = in_si(amount.trim(), &figure)?;
+                Known::AtLeast(size)
             }
             (Term::RateRandomWalk, ..) => {
-                let example = format!("{figure} >= 2e-7 {}", si_unit(&figure));
+                let example = format!("{figure} >= 2e-7 {}", unit.unit);
                 return Err(InvalidText(format!(
                     "the size of the random walk to detect is missing, as in \"{example}\"; no typical figure is known"
                 )));
@@ -70,7 +75,7 @@ impl FromStr for Want {
             // N is in every record: it cannot be detected, only measured
             _ => return Err(InvalidText(format!("the precision of {figure} is missing, as in \"{figure} ±5%\""))),
         };
-        Ok(Self { figure, known })
+        Ok(Self { figure, known, unit })
     }
 }
 
@@ -96,12 +101,8 @@ fn begins_with_figure(text: &str) -> bool {
     words.next().is_some() && figure.parse::<NoiseFigure>().is_ok()
 }
 
-fn si_unit(figure: &NoiseFigure) -> &'static str {
-    conventions(figure.sensor, figure.term).first().map_or("", |si| si.unit)
-}
-
-/// A number in SI units, from one with a unit in use.
-fn in_si(amount: &str, figure: &NoiseFigure) -> Result<f64, InvalidText> {
+/// A number in SI units, from one with a unit in use, and that unit.
+fn in_si(amount: &str, figure: &NoiseFigure) -> Result<(f64, Convention), InvalidText> {
     let (number, unit) = amount.split_once(char::is_whitespace).unwrap_or((amount, ""));
     let number = number.parse::<f64>().ok().filter(|number| *number > 0.0 && number.is_finite());
     let number = number.ok_or_else(|| {
@@ -112,7 +113,7 @@ fn in_si(amount: &str, figure: &NoiseFigure) -> Result<f64, InvalidText> {
         || conventions(figure.sensor, figure.term).iter().filter(|convention| convention.sides != Some(Sides::One));
     let unit = unit.trim();
     if let Some(convention) = known().find(|convention| convention.unit == unit) {
-        return Ok(number / convention.factor);
+        return Ok((number / convention.factor, *convention));
     }
     let units = known().map(|convention| convention.unit).collect::<Vec<_>>().join(", ");
     Err(InvalidText(match unit {
@@ -130,8 +131,10 @@ impl fmt::Display for Want {
             Known::AtLeast(value) | Known::AtMost(value) => {
                 let sign = if matches!(self.known, Known::AtMost(_)) { "<=" } else { ">=" };
                 // rounded, without trailing zeros
-                let digits = format!("{value:.3e}").parse().unwrap_or(value);
-                write!(f, "{} {sign} {digits:e} {}", self.figure, si_unit(&self.figure))
+                let stated = value * self.unit.factor;
+                let digits = format!("{stated:.3e}").parse().unwrap_or(stated);
+                let number = if digits < 1e-3 { format!("{digits:e}") } else { digits.to_string() };
+                write!(f, "{} {sign} {number} {}", self.figure, self.unit.unit)
             }
         }
     }
@@ -152,11 +155,11 @@ mod tests {
             ("accel B ± 20 %", "accel B ±20 %"),
             ("gyro K >= 2e-7 rad/s/sqrt(s)", "gyro K >= 2e-7 rad/s/sqrt(s)"),
             ("gyro K≥2e-7 rad/s/sqrt(s)", "gyro K >= 2e-7 rad/s/sqrt(s)"),
-            ("gyro K >= 2.475178 deg/h^1.5", "gyro K >= 2e-7 rad/s/sqrt(s)"),
-            ("gyro B >= 5 deg/h", "gyro B >= 2.424e-5 rad/s"),
-            ("accel B >= 0.04 mg", "accel B >= 3.923e-4 m/s^2"),
+            ("gyro K >= 2.475178 deg/h^1.5", "gyro K >= 2.475 deg/h^1.5"),
+            ("gyro B >= 5 deg/h", "gyro B >= 5 deg/h"),
+            ("accel B >= 4e-5 mg", "accel B >= 4e-5 mg"),
             ("mag N ±10%", "mag N ±10 %"),
-            ("accel B <= 0.04 mg", "accel B <= 3.923e-4 m/s^2"),
+            ("accel B <= 0.04 mg", "accel B <= 0.04 mg"),
             ("gyro N≤1e-4 rad/s/sqrt(Hz)", "gyro N <= 1e-4 rad/s/sqrt(Hz)"),
             ("gyro_z K <= 2e-7 rad/s/sqrt(s)", "gyro_z K <= 2e-7 rad/s/sqrt(s)"),
         ] {

@@ -25,13 +25,13 @@ const USUAL: [&str; 13] = [
     "gyro N ±1%",
     "gyro B",
     "gyro B ±20%",
-    "gyro K >= 1e-6 rad/s/sqrt(s)",
-    "gyro K >= 2e-7 rad/s/sqrt(s)",
+    "gyro K >= 12 deg/h^1.5",
+    "gyro K >= 2.5 deg/h^1.5",
     "accel N ±5%",
     "accel N ±1%",
     "accel B",
     "accel B ±20%",
-    "accel K >= 2e-5 m/s^2/sqrt(s)",
+    "accel K >= 0.12 mg/sqrt(h)",
     "mag N ±5%",
 ];
 
@@ -159,7 +159,7 @@ fn write_wants(out: &mut String, plan: &Plan, confidence: f64, asked: bool) -> f
 
 /// The value of the sensor that the length for a limit is for.
 fn taken_words(want: &Want, taken: TakenAt) -> String {
-    let value = Want { figure: want.figure.clone(), known: Known::AtMost(taken.value) }.to_string();
+    let value = Want { known: Known::AtMost(taken.value), ..want.clone() }.to_string();
     let beside = format!("{} times the limit", TakenAt::BESIDE);
     let from = match taken.from {
         TakenFrom::Datasheet => "the data sheet's figure".into(),
@@ -321,10 +321,10 @@ mod tests {
                 "gyro N <= 0.21 deg/sqrt(h)",
                 "(0.8 times the limit, because the data sheet's figure lies too near to the",
             ),
-            ("gyro N <= 0.5 deg/sqrt(h)", "gyro N 5.818e-5 rad/s/sqrt(Hz) (the data sheet's figure); nearer"),
+            ("gyro N <= 0.5 deg/sqrt(h)", "gyro N 0.2 deg/sqrt(h) (the data sheet's figure); nearer"),
             ("gyro K <= 1 deg/h^1.5", "(0.8 times the limit, because the data sheet has no figure)"),
             // 0.8 times 0.04 mg, not times 0.04 mg over 0.664
-            ("accel B <= 0.04 mg", "if it is accel B 3.138e-4 m/s^2 (0.8 times the limit"),
+            ("accel B <= 0.04 mg", "if it is accel B 0.032 mg (0.8 times the limit"),
             ("accel B <= 0.04 mg", "value and limit are the minimum of the deviation, 0.664 B, as in the verdict"),
         ] {
             let plan = Plan::new(&[want.parse().unwrap()], given, &sheet).unwrap();
