@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::support::{channel, deviation, document, replay, replay_log, vn100, warned, with_stdin};
+use crate::support::{capture, channel, deviation, document, replay, replay_log, vn100, warned, with_stdin};
 
 const CLEAN: &str = "clean-minute.vnymr";
 
@@ -118,6 +118,24 @@ fn a_stream_that_a_capture_of_one_does_not_have_is_refused() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.stdout.is_empty() && said.contains("it has one stream and no \"/imu\""), "{said}");
     assert_eq!(output.status.code(), Some(3));
+}
+
+#[test]
+fn columns_that_a_capture_of_another_format_does_not_have_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let [bytes, image] = ["port.bin", "image.png"].map(|name| folder.path().join(name));
+    fs::write(&bytes, [0x80, 1].repeat(2500)).unwrap();
+    fs::write(&image, b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR").unwrap();
+    for (file, expected) in [
+        (capture(folder.path(), "a.mcap", &["-d", "1s"]), "it is of the format mcap and has no columns; name none"),
+        (bytes, "it is of the format raw and has no columns; name none"),
+        (image, "found a PNG image"),
+    ] {
+        let output = vn100().args(["replay", "--columns", "gyro_x=wx:deg/s"]).arg(&file).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(said.trim_end().ends_with(expected), "{said}");
+        assert_eq!(output.status.code(), Some(3));
+    }
 }
 
 #[test]

@@ -248,8 +248,12 @@ impl Capture {
             Detected::UnusableCsv(problem) => return Err(problem.into()),
             Detected::Unknown(found) => return Err(no_capture(&found)),
         };
-        match &options.topic {
-            Some(asked) if capture.topic.is_none() => {
+        match (&options.topic, &options.columns) {
+            (_, Some(_)) if capture.format != Format::Csv => {
+                let format = capture.format.code();
+                Err(Problem::new(format!("it is of the format {format} and has no columns; name none")))
+            }
+            (Some(asked), _) if capture.topic.is_none() => {
                 Err(Problem::new(format!("it has one stream and no {asked:?}; name none")))
             }
             _ => Ok(capture),

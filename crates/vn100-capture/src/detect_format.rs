@@ -154,12 +154,12 @@ impl Read for CaptureHead {
 /// Reads the head of `reader`, as far as needed to be certain, and detects its format.
 ///
 /// Bytes that are not text and hold no sentence count as a raw capture: a port at the wrong baud
-/// rate gives such bytes, and the user learns it from the result. With a map of columns the file is
-/// read as CSV.
+/// rate gives such bytes, and the user learns it from the result. With a map of columns
+/// legible lines are read as CSV.
 pub(crate) fn detect_format(reader: &mut impl Read, said: Said<'_>) -> io::Result<(CaptureHead, Detected)> {
     let mut head = CaptureHead::default();
     while head.bytes.len() < recording::MAGIC.len() && !head.grow(reader)?.is_empty() {}
-    if said.map.is_none() && head.bytes.starts_with(recording::MAGIC) {
+    if head.bytes.starts_with(recording::MAGIC) {
         return Ok((head, Detected::Mcap));
     }
     let mut decoder = Decoder::new(Options { accept_unchecked: true });
@@ -175,7 +175,7 @@ pub(crate) fn detect_format(reader: &mut impl Read, said: Said<'_>) -> io::Resul
         decoder.push(more, note);
     }
     let text = is_text(&head.bytes);
-    let other = other_by_its_head(&head.bytes).filter(|_| said.map.is_none() && !text && !sentence_seen);
+    let other = other_by_its_head(&head.bytes).filter(|_| !text && !sentence_seen);
     if let Some(name) = other {
         return Ok((head, Detected::Unknown(name.into())));
     }
@@ -191,7 +191,7 @@ pub(crate) fn detect_format(reader: &mut impl Read, said: Said<'_>) -> io::Resul
             Err(error) if matches!(error.hint(), Some(OpenHint::StampUnit(_) | OpenHint::DateOrder(_))) => {
                 return Ok((head, Detected::UnusableCsv(error)));
             }
-            Err(error) if said.map.is_some() || !sentence_seen && begins_legibly(&head.bytes) => {
+            Err(error) if (said.map.is_some() || !sentence_seen) && begins_legibly(&head.bytes) => {
                 return Ok((head, Detected::UnusableCsv(error)));
             }
             Ok(None) | Err(_) => {}
