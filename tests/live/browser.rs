@@ -91,6 +91,11 @@ impl Browser {
         }
     }
 
+    fn resize(&mut self, width: u32, height: u32) {
+        let screen = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 1000 });
+        self.call("Emulation.setDeviceMetricsOverride", screen).unwrap();
+    }
+
     /// Waits until an expression is true on the page, which may be loaded again meanwhile.
     fn until(&mut self, expression: &str) {
         let begin = Instant::now();
@@ -223,7 +228,8 @@ fn each_of_several_sources_has_a_page_that_the_list_leads_to() {
     browser
         .until("document.title === 'b.mcap: noise, live' && document.querySelectorAll('#allan figure').length === 3");
     browser.until(UP_TO_DATE);
-    // the curves are seen at once, and every control has a description
+    // the curves are seen at once beside the table, and every control has a description
+    browser.resize(1400, 900);
     browser.until("document.querySelector('#allan svg').getBoundingClientRect().top < innerHeight");
     browser.until("document.querySelectorAll('button').length > 20");
     let unnamed = "[...document.querySelectorAll('input, select, button')].filter((one) => \
@@ -231,7 +237,7 @@ fn each_of_several_sources_has_a_page_that_the_list_leads_to() {
     assert_eq!(browser.value(unnamed), 0);
 }
 
-/// Tables scroll within themselves; their names stay visible.
+/// Tables scroll within themselves; their names stay visible. The badges stand above the curves.
 #[test]
 fn a_phone_shows_no_line_that_leaves_the_screen() {
     const WIDTH: u32 = 400;
@@ -239,10 +245,11 @@ fn a_phone_shows_no_line_that_leaves_the_screen() {
     let file = capture(folder.path(), "a.mcap", &["--message", "VNIMU", "-d", "1min"]);
     let served = Served::start(&["replay", file.to_str().unwrap(), "--speed", "max"]);
     let Some(mut browser) = Browser::open(&format!("http://{}/report.html", served.address)) else { return };
-    let screen = json!({ "width": WIDTH, "height": 800, "deviceScaleFactor": 1, "mobile": true });
-    browser.call("Emulation.setDeviceMetricsOverride", screen).unwrap();
+    browser.resize(WIDTH, 800);
     browser
         .until("document.querySelectorAll('figure').length > 10 && document.querySelectorAll('caption').length > 10");
+    let edge = |id: &str, edge: &str| format!("document.getElementById('{id}').getBoundingClientRect().{edge}");
+    assert_eq!(browser.value(&format!("{} <= {}", edge("statuses", "bottom"), edge("allan", "top"))), true);
     browser.value("document.querySelectorAll('details').forEach((one) => { one.open = true; })");
     assert_eq!(browser.value("document.documentElement.scrollWidth"), WIDTH);
     let cut = format!(

@@ -81,7 +81,7 @@ const SECTIONS: [Section; 13] = [
 ];
 
 /// What is seen first, in columns where there is room.
-const TOP: [&[&str]; 3] = [&["now"], &["allan"], &["identity", "statuses", "parameters"]];
+const TOP: [&[&str]; 3] = [&["now", "identity", "statuses"], &["allan"], &["parameters"]];
 
 /// The parts of a record. A record under way has those that say something then, and each of them.
 pub(super) fn parts(
