@@ -6,7 +6,7 @@ use ratatui::{
     layout::{Constraint, Layout, Rect},
     style::Style,
     text::{Line, Span},
-    widgets::Paragraph,
+    widgets::{Paragraph, Wrap},
 };
 
 use vn100_report::{names::names_of, numbers::plain::grouped};
@@ -134,12 +134,17 @@ pub(crate) fn is_too_small((width, height): (u16, u16)) -> bool {
 }
 
 fn too_small(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
+    let under_way = match scene.source.playback {
+        None => "the measurement continues",
+        Some(playback) if playback.paused => "the replay is paused",
+        Some(_) => "the replay continues",
+    };
     let lines = vec![
         Line::raw(format!("{}x{} is too small", area.width, area.height)).style(scene.theme.warning()),
         Line::raw(format!("the view needs {}x{}", LEAST.0, LEAST.1)),
-        Line::raw("the measurement continues"),
+        Line::raw(scene.source.no_measurement().unwrap_or(under_way)),
         Line::raw(format!("{} samples", grouped(scene.source.result.timing.samples))),
         Line::raw("q quits"),
     ];
-    frame.render_widget(Paragraph::new(lines), area);
+    frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), area);
 }

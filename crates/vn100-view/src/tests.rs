@@ -287,6 +287,16 @@ fn too_small_still_shows_that_it_measures() {
         let screen = screen(&one(), measured(), size);
         assert!(screen.contains("is too small") && screen.contains("20 000 samples"), "{screen}");
     }
+    let replay = |paused, at_end| Some(Playback { samples: 9, total: None, speed: Speed::Max, paused, at_end });
+    for (playback, expected) in [
+        (None, "the measurement continues"),
+        (replay(false, false), "the replay continues"),
+        (replay(true, false), "the replay is paused"),
+        (replay(false, true), "the replay is at its end: q\nprints its result"),
+    ] {
+        let screen = screen(&one(), SourceView { playback, ..measured() }, (30, 6));
+        assert!(screen.lines().map(str::trim_end).collect::<Vec<_>>().join("\n").contains(expected), "{screen}");
+    }
 }
 
 #[test]
