@@ -156,6 +156,9 @@ fn a_page_greys_when_it_hears_no_more() {
     let served = replayed(folder.path());
     let Some(mut browser) = Browser::open(&format!("http://{}/", served.address)) else { return };
     browser.until(UP_TO_DATE);
+    // a page may be left open for days
+    let is_dated = "document.getElementById('connection').textContent.includes(new Date().getFullYear())";
+    assert_eq!(browser.value(is_dated), true);
     served.signal(Signal::STOP);
     browser.until(OLD);
     served.signal(Signal::CONT);

@@ -403,7 +403,7 @@ if (!document.documentElement.dataset.version) {
   let source;
   // what the page knows of the program, when it heard from it last, and when it asked last
   let state = 'waiting', heard = Date.now(), asked = heard;
-  const time = () => new Date(heard).toLocaleTimeString();
+  const time = () => new Date(heard).toLocaleString();
   // by the reader's own clock: a program that stands still says nothing
   const look = () => {
     const age_s = Math.floor((Date.now() - heard) / 1000);
