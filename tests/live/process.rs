@@ -163,6 +163,8 @@ fn two_emulated_sensors_are_two() {
     };
     assert_eq!(output.status.code(), Some(0));
     assert_eq!((&documents[0]["source"]["name"], &documents[1]["source"]["name"]), (&"sim-1".into(), &"sim-2".into()));
+    let serial = |index: usize| &documents[index]["source"]["device"]["serial_number"];
+    assert_eq!((serial(0), serial(1)), (&"0100000001".into(), &"0100000002".into()));
     // two measurements of one sensor show the same values, apart from a line or two at the ends
     let shared = least(0).iter().zip(&least(1)).filter(|(a, b)| a == b).count();
     assert!(shared < 6, "{:?}, {:?}", least(0), least(1));

@@ -64,7 +64,9 @@ fn link_hint(hint: LinkHint) -> &'static str {
 
 /// The sensor itself, switched off.
 pub(crate) fn device(args: &SimSensorArgs) -> Result<Device> {
-    Ok(Device::new(DeviceConfig { profile: profile(args)?, seed: args.seed, ..DeviceConfig::default() }))
+    // each seed is a sensor of its own
+    let serial = 100_000_000 + (args.seed % 100_000_000) as u32;
+    Ok(Device::new(DeviceConfig { profile: profile(args)?, seed: args.seed, serial, ..DeviceConfig::default() }))
 }
 
 /// An emulated sensor that a command starts for itself is past its boot of 1.25 s.
