@@ -53,6 +53,15 @@ fn a_wrong_command_line_is_usage() {
         &["compare", "x", "y", "--duration", "0s"],
         &["report", "x", "-o", "x.html", "--json"],
         &["report", "x", "-o", "x.html", "--ndjson"],
+        &["attach", "sim", "sim", "--record", "x.mcap", "--duration", "1s"],
+        &["attach", "-", "--temperature"],
+        &["record", "-", "-o", "x.mcap", "--set-rate", "40"],
+        &["info", "-"],
+        &["configure", "-", "--set-rate", "40"],
+        &["witness", "-", "-o", "x.zip"],
+        &["plan", "--rate", "300"],
+        &["export", "--datasheet", "vn-100", "--to", "kalibr", "--rate", "900", "--window", "1"],
+        &["sim", "-o", "x.mcap", "--duration", "1ms"],
         &["fly"],
     ] {
         let output = vn100().args(arguments).output().unwrap();

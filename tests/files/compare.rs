@@ -279,7 +279,7 @@ fn a_plan_fits_the_line_and_its_window_is_exact() {
         assert!(setting.as_str().unwrap().contains(&set), "{commands}");
     }
     let output = vn100().args(["plan", "--message", "VNIMU", "--rate", "200", "--baud", "115200"]).output().unwrap();
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8(output.stderr).unwrap().contains("reduce the rate to 50 Hz"));
     let output = vn100().args(["plan", "--message", "VNQTN"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
@@ -327,7 +327,7 @@ fn a_plan_is_for_the_sensor_of_the_data_sheet() {
     assert!(of(&better) > 4.0 * of(&built_in), "{} s against {} s", of(&better), of(&built_in));
     fs::write(&sheet, format!("name = \"better\"\n{white}")).unwrap();
     let output = vn100().args(["plan", "--want", "gyro B", "--datasheet"]).arg(&sheet).output().unwrap();
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(2));
     let error = String::from_utf8(output.stderr).unwrap();
     assert!(error.contains("its own size") && error.contains("better"), "{error}");
 }

@@ -16,6 +16,7 @@ mod view;
 
 use std::{
     path::{Path, PathBuf},
+    slice,
     time::Duration,
 };
 
@@ -58,7 +59,14 @@ impl Args {
     pub(crate) fn checked(self) -> Result<Self, clap::Error> {
         let (name, refusal) = match &self.command {
             Subcommand::Attach(args) => ("attach", args.refused()),
-            Subcommand::Record(RecordArgs { live, .. }) => ("record", live.change.not_measured()),
+            Subcommand::Record(RecordArgs { source, live, .. }) => ("record", live.refused(slice::from_ref(source))),
+            Subcommand::Info(InfoArgs { source: SourceName::Stdin, .. }) => ("info", Some(NO_REPLIES.into())),
+            Subcommand::Configure(ConfigureArgs { source: SourceName::Stdin, .. }) => {
+                ("configure", Some(NO_REPLIES.into()))
+            }
+            Subcommand::Witness(WitnessArgs { source: Some(SourceName::Stdin), .. }) => {
+                ("witness", Some(NO_REPLIES.into()))
+            }
             Subcommand::Replay(args) => ("replay", args.refused()),
             Subcommand::Archive(args) => {
                 let has_stdin = args.files.files.iter().any(|path| path == Path::new("-"));
@@ -168,17 +176,22 @@ pub(crate) struct AttachArgs {
 
 impl AttachArgs {
     fn refused(&self) -> Option<String> {
-        let Self { sources, live: LiveArgs { change, recording, .. }, record, measure, result, serve, .. } = self;
+        let Self { sources, live, record, measure, result, serve, .. } = self;
         if measure.estimator == Estimator::Full {
             return Some("--estimator full is for replay: its memory grows with the record, which has no end on a live sensor. Record it and replay the recording".into());
         }
-        if recording.resume && record.is_empty() {
+        if live.recording.resume && record.is_empty() {
             return Some("--resume appends to a recording: name it with --record".into());
         }
-        if recording.rotate.is_some() && record.is_empty() {
+        if live.recording.rotate.is_some() && record.is_empty() {
             return Some("--rotate cuts a recording into parts: name it with --record".into());
         }
-        (change.not_measured())
+        let (recordings, places) = (record.len(), sources.len().max(1));
+        if recordings != 0 && recordings != places {
+            let text = "give it once for each, in their order";
+            return Some(format!("--record is given {recordings} times for {places} sources; {text}"));
+        }
+        (live.refused(sources))
             .or_else(|| result.refused(sources.len()))
             .or_else(|| serve.refused(sources.iter().map(ToString::to_string)))
     }
@@ -270,6 +283,16 @@ pub(crate) struct LiveArgs {
 
     #[command(flatten)]
     pub(crate) limits: LimitArgs,
+}
+
+const NO_REPLIES: &str = "standard input is not a sensor that replies: name a port";
+
+impl LiveArgs {
+    fn refused(&self, sources: &[SourceName]) -> Option<String> {
+        let asks = self.temperature || self.change.settings().is_some();
+        let asks_stream = asks && sources.contains(&SourceName::Stdin);
+        self.change.not_measured().or_else(|| asks_stream.then(|| NO_REPLIES.into()))
+    }
 }
 
 #[derive(Debug, clap::Args)]

@@ -63,6 +63,9 @@ fn main() -> ExitCode {
         Ok(completion) => completion,
         Err(error) if exit::is_broken_pipe(&error) => Completion::Complete,
         Err(error) => {
+            if let Some(error) = error.downcast_ref() {
+                exit::usage(error);
+            }
             exit::report(&format!("{error:#}"));
             match error.downcast_ref() {
                 Some(LiveError::NoSensor(_)) => Completion::NoData,

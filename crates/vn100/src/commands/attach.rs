@@ -3,7 +3,7 @@
 
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use tokio::{
     runtime::Builder,
     task::{self, JoinHandle},
@@ -51,13 +51,6 @@ pub(crate) fn attach(mut args: AttachArgs, format: OutputFormat) -> Result<Compl
                 return Ok(Completion::NoData);
             }
         }
-    }
-    if !args.record.is_empty() && args.record.len() != args.sources.len() {
-        bail!(
-            "--record is given {} times for {} sources; give it once for each, in their order",
-            args.record.len(),
-            args.sources.len()
-        );
     }
     let conditions = read_conditions(args.live.recording.meta.as_deref())?;
     let log = args.live.link.log.clone();

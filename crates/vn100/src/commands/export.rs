@@ -9,7 +9,7 @@ use vn100_report::{FilterNoise, SheetStream};
 
 use super::report::not_written;
 use crate::{
-    args::{ExportArgs, Window},
+    args::{ExportArgs, Window, refused},
     exit::print,
     output::Output,
     user_files::open_datasheet,
@@ -19,7 +19,8 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Completion> {
     let ExportArgs { rate: rate_hz, window, .. } = *args;
     let sheet = open_datasheet(&args.datasheet)?;
     let refresh_hz = args.refresh.or(sheet.onboard.map(|onboard| onboard.refresh_hz));
-    let stream = SheetStream { rate_hz, aliasing: aliasing(rate_hz, window, refresh_hz, &sheet.name)? };
+    let aliasing = aliasing(rate_hz, window, refresh_hz, &sheet.name);
+    let stream = SheetStream { rate_hz, aliasing: aliasing.map_err(|error| refused("export", &error.to_string()))? };
     let mut noise = FilterNoise::of_datasheet(&sheet, stream);
     noise.scale_factor_ppm = args.not_shown.scale_factor;
     let name = args.output.as_deref().unwrap_or_else(|| Path::new(args.to.title));

@@ -12,7 +12,7 @@ use vn100_protocol::BaudRate;
 use vn100_report::{PlanCommands, numbers::plain::span, plan_document, printable, vn100_datasheet};
 
 use crate::{
-    args::{Fixed, PlanArgs},
+    args::{Fixed, PlanArgs, refused},
     exit::{print, print_json},
     text::{WIDTH, fill, text},
     user_files::open_datasheet,
@@ -51,7 +51,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Completion> {
     let asked = !args.want.is_empty();
     let sheet = args.datasheet.as_deref().map_or_else(|| Ok(vn100_datasheet()?), open_datasheet)?;
     let wants = if asked { args.want.clone() } else { usual_wants(message, &sheet)? };
-    let plan = Plan::new(&wants, given, &sheet)?;
+    let plan = Plan::new(&wants, given, &sheet).map_err(|error| refused("plan", &error.to_string()))?;
     if args.output.json {
         let commands = commands(&plan, given, asked);
         print_json(&plan_document(&plan, given, &sheet, asked, &commands))?;

@@ -21,7 +21,7 @@ use vn100_sim::{Generator, PacketStream, capture::write_next};
 use self::pseudo_terminal::emulate;
 use self::tcp::emulate_at;
 use crate::{
-    args::{CaptureMessage, SimArgs},
+    args::{CaptureMessage, SimArgs, refused},
     output::Output,
     twin::profile,
 };
@@ -65,7 +65,8 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
     };
     let samples = (duration.as_secs_f64() * f64::from(rate_hz)).round() as u64;
     if samples == 0 {
-        bail!("a record of {duration:?} at {rate_hz} Hz contains no sample: give a longer duration");
+        let refusal = format!("a record of {duration:?} at {rate_hz} Hz contains no sample: give a longer duration");
+        bail!(refused("sim", &refusal));
     }
     if output == Path::new("-") {
         let mut out = BufWriter::with_capacity(64 * 1024, io::stdout().lock());
