@@ -28,7 +28,7 @@ use tokio::{
     time::{self, Instant, MissedTickBehavior, sleep_until},
 };
 use vn100_analysis::protocol::stream::{Batch, FileReport, LinkEventKind, ReadOptions};
-use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, End, GoalCheck, Settings, Snapshot};
+use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, End, GoalCheck, Playback, Settings, Snapshot, Speed};
 use vn100_capture::{Event, RecordingState};
 use vn100_driver::{LinkHandle, LinkState};
 
@@ -36,7 +36,7 @@ pub(crate) use ending::Ending;
 
 use crate::{
     channels::Channels,
-    pace::{Due, Pace, Playback, Speed},
+    pace::{Due, Pace},
     session_event::SessionEvent,
     state::Stage,
     wall_limits::{Deadlines, WallLimits},

@@ -10,13 +10,12 @@ use std::{
 use tokio::{sync::watch, task};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::protocol::stream::ReadOptions;
-use vn100_analysis::{End, RateFrom, Settings, SourceFacts, recorded_settings};
+use vn100_analysis::{End, Playback, RateFrom, Settings, SourceFacts, Speed, recorded_settings};
 use vn100_capture::{Capture, CaptureOptions, Event, OpenError, recording_path};
 
 use crate::{
     channels::{Channels, EventObserver},
     measure::{Ending, Measuring, measure, read_options},
-    pace::{Playback, Speed},
     sample_tap::SampleTap,
     session_result::{SessionResult, not_started, result},
     start_error::StartError,
