@@ -78,8 +78,8 @@ pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensat
 pub use settings::{DEFAULT_RATE_HZ, Settings};
 pub use snapshot::{ChannelSnapshot, MissingFrom, Outages, PlaceMark, RateFrom, RegisterChannel, Snapshot, Timing};
 pub use source_facts::{
-    Device, EndKind, FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,
-    SourceFacts, utc,
+    Device, EndKind, FileFacts, LinkFacts, LinkStatus, Playback, RecorderFacts, RecordingEndFacts, RecordingFacts,
+    SourceFacts, Speed, utc,
 };
 pub use want::{Known, Want};
 pub use warning::{Aspect, Doubt, Doubtful, Event, Finding, Happening, Peak, Rejected, Severity, Warning, WarningKind};

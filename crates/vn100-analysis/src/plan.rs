@@ -5,8 +5,8 @@ use std::sync::Arc;
 use imu_noise::{Aim, Sensor, Term, Wanted};
 use thiserror::Error;
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, Channel, Layout, LineForm, LinkLoad, MEASUREMENTS_PER_S, OUTPUT_RATES_HZ,
-    PACKET_MESSAGES, PacketMessage, VNIMU,
+    AsyncRate, AsyncType, BaudRate, Channel, Layout, LinkLoad, MEASUREMENTS_PER_S, OUTPUT_RATES_HZ, PACKET_MESSAGES,
+    PacketMessage, ProtocolControl, VNIMU,
 };
 
 use crate::{
@@ -103,10 +103,10 @@ impl PlannedMessage {
 
     /// Bytes of a packet, or of a sentence with its counter.
     fn frame_bytes(self) -> u32 {
-        let form = LineForm { count: true, ..LineForm::default() };
+        let control = ProtocolControl { serial_count: 3, ..ProtocolControl::default() };
         match self {
             Self::Packets(packets) => packets.packet_length() as u32,
-            Self::Sentences => Self::SENTENCE.line_length(form).unwrap_or_default(),
+            Self::Sentences => Self::SENTENCE.line_length(&control).unwrap_or_default(),
         }
     }
 

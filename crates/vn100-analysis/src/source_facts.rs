@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 use std::{
     collections::BTreeMap,
+    str::FromStr,
     time::{Duration, SystemTime},
 };
 
@@ -59,7 +60,7 @@ pub struct SourceFacts {
     pub recorder: Option<RecorderFacts>,
     /// The place of a paced replay; `None` for any other source.
     #[serde(skip)]
-    pub playback: Option<PlaybackFacts>,
+    pub playback: Option<Playback>,
     /// Why the measurement ended, so that no more samples will follow; `None` while it has not.
     #[serde(skip)]
     pub end: Option<EndKind>,
@@ -288,16 +289,65 @@ pub struct RecorderFacts {
 }
 
 /// The place of a paced replay.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct PlaybackFacts {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Playback {
     /// Samples replayed.
     pub samples: u64,
     /// Samples in the capture; `None` until they are counted, and where they cannot be.
     pub total: Option<u64>,
+    /// The speed at which the replay continues.
+    pub speed: Speed,
     /// Whether the replay is paused.
     pub paused: bool,
     /// Whether the capture, or the part to be measured, was replayed to its end.
     pub at_end: bool,
+}
+
+/// The speed of a replay.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Speed {
+    /// This many seconds of data per second; above 0.
+    Times(f64),
+    /// As fast as the machine can.
+    Max,
+}
+
+impl Playback {
+    /// A replay before its first sample.
+    pub const fn begin(speed: Speed) -> Self {
+        Self { samples: 0, total: None, speed, paused: false, at_end: false }
+    }
+}
+
+/// The speeds that commands step through, in seconds of data per second; above the last one the
+/// replay is as fast as the machine can.
+const STEPS: [f64; 10] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
+
+impl Speed {
+    /// The next higher or lower speed.
+    pub fn next(self, faster: bool) -> Self {
+        match (self, faster) {
+            (Self::Max, true) => Self::Max,
+            (Self::Max, false) => Self::Times(STEPS[STEPS.len() - 1]),
+            (Self::Times(now), true) => STEPS.into_iter().find(|step| *step > now).map_or(Self::Max, Self::Times),
+            (Self::Times(now), false) => {
+                Self::Times(STEPS.into_iter().rev().find(|step| *step < now).unwrap_or(STEPS[0]))
+            }
+        }
+    }
+}
+
+impl FromStr for Speed {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let times = text.strip_suffix('x').and_then(|times| times.parse::<f64>().ok());
+        match times {
+            _ if text == "max" => Ok(Self::Max),
+            Some(times) if (1e-3..=1e6).contains(&times) => Ok(Self::Times(times)),
+            _ => Err("neither \"max\" nor a speed such as \"1x\" or \"10x\"".into()),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use crate::{
     capture_options::CaptureOptions,
     counted_reader::CountedReader,
     csv::{CsvReader, Said},
-    detect_format::{Detected, Format, detect_format, is_capture_ending, no_capture},
+    detect_format::{Detected, Format, detect_format, is_capture_ending},
     open_error::{OpenError, Problem},
     read_samples::{Event, FileEvents, FileReader, read_file, read_samples},
     recording::{self, Recorded},
@@ -245,8 +245,6 @@ impl Capture {
                     Self::new(format, stored_bytes_read, move |options| Ok(Reading::Stream(source, chosen(options))))
                 }
             }
-            Detected::UnusableCsv(problem) => return Err(problem.into()),
-            Detected::Unknown(found) => return Err(no_capture(&found)),
         };
         match (&options.topic, &options.columns) {
             (_, Some(_)) if capture.format != Format::Csv => {
@@ -299,6 +297,5 @@ const IN_ARCHIVE: KnownBy = KnownBy {
 
 /// Whether a file of this name begins like a capture.
 fn is_capture(mut bytes: &mut dyn Read, name: &str) -> bool {
-    let detected = detect_format(&mut bytes, Said { file: Some(name), ..Said::default() });
-    detected.is_ok_and(|(_, detected)| !matches!(detected, Detected::Unknown(_) | Detected::UnusableCsv(_)))
+    detect_format(&mut bytes, Said { file: Some(name), ..Said::default() }).is_ok()
 }

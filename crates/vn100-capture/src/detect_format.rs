@@ -8,7 +8,7 @@ use vn100_protocol::{Decoder, Item, MESSAGES, Options, RejectReason, stream::Mea
 use crate::{
     bag::BagForm,
     csv::{self, CsvPlan, Said},
-    open_error::{OpenHint, Problem, Unusable},
+    open_error::{OpenHint, Problem},
     recording,
 };
 
@@ -106,7 +106,7 @@ pub(crate) fn is_capture_ending(ending: &str) -> bool {
 }
 
 /// The error for a file in which `found` is and no capture.
-pub(crate) fn no_capture(found: &str) -> Problem {
+fn no_capture(found: &str) -> Problem {
     let [before @ .., last] = FORMATS.map(|(_, sought)| sought);
     let before = before.join(", ");
     Problem::NotACapture(format!(
@@ -125,10 +125,6 @@ pub(crate) enum Detected {
     Csv(Box<CsvPlan>),
     /// A recording, or another MCAP file that is no bag.
     Mcap,
-    /// A CSV file whose columns cannot be used; with the reason.
-    UnusableCsv(Unusable),
-    /// Not VN-100 data; a description of the content.
-    Unknown(String),
 }
 
 /// The first bytes of a capture, and the error that ended them early, if any. Reads the same bytes
@@ -156,7 +152,10 @@ impl Read for CaptureHead {
 /// Bytes that are not text and hold no sentence count as a raw capture: a port at the wrong baud
 /// rate gives such bytes, and the user learns it from the result. With a map of columns
 /// legible lines are read as CSV.
-pub(crate) fn detect_format(reader: &mut impl Read, said: Said<'_>) -> io::Result<(CaptureHead, Detected)> {
+///
+/// # Errors
+/// If the file cannot be read, is no capture, or is a CSV file whose columns cannot be used.
+pub(crate) fn detect_format(reader: &mut impl Read, said: Said<'_>) -> Result<(CaptureHead, Detected), Problem> {
     let mut head = CaptureHead::default();
     while head.bytes.len() < recording::MAGIC.len() && !head.grow(reader)?.is_empty() {}
     if head.bytes.starts_with(recording::MAGIC) {
@@ -177,7 +176,7 @@ pub(crate) fn detect_format(reader: &mut impl Read, said: Said<'_>) -> io::Resul
     let text = is_text(&head.bytes);
     let other = other_by_its_head(&head.bytes).filter(|_| !text && !sentence_seen);
     if let Some(name) = other {
-        return Ok((head, Detected::Unknown(name.into())));
+        return Err(no_capture(name));
     }
     // a line that begins with a sentence is no row
     if said.map.is_some() || !head.bytes.trim_ascii_start().starts_with(b"$") {
@@ -189,19 +188,19 @@ pub(crate) fn detect_format(reader: &mut impl Read, said: Said<'_>) -> io::Resul
             // the sentences could be read without stamps, but the user would not learn that a word turns the stamps
             // into a time base
             Err(error) if matches!(error.hint(), Some(OpenHint::StampUnit(_) | OpenHint::DateOrder(_))) => {
-                return Ok((head, Detected::UnusableCsv(error)));
+                return Err(error.into());
             }
             Err(error) if (said.map.is_some() || !sentence_seen) && begins_legibly(&head.bytes) => {
-                return Ok((head, Detected::UnusableCsv(error)));
+                return Err(error.into());
             }
             Ok(None) | Err(_) => {}
         }
     }
     let detected = match (sentence_seen, text) {
         (true, true) => Detected::Bytes(Format::Text, MeasuredFrames::First),
-        (false, true) => Detected::Unknown(describe(&head.bytes)),
+        (false, true) => return Err(no_capture(&describe(&head.bytes))),
         (false, false) if head.bytes.iter().all(|byte| *byte == 0) => {
-            Detected::Unknown("nothing but zero bytes".into())
+            return Err(no_capture("nothing but zero bytes"));
         }
         (_, false) => {
             // a live stream of sentences is not delayed

@@ -5,7 +5,7 @@ use std::fmt;
 
 use thiserror::Error;
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, BinaryOutput, ImuFilter, LineForm, LinkLoad, MEASUREMENTS_PER_S, OUTPUT_RATES_HZ,
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, ImuFilter, LinkLoad, MEASUREMENTS_PER_S, OUTPUT_RATES_HZ,
     PACKET_MESSAGES, PacketMessage, ProtocolControl, Register, RegisterContents, RegisterFields, RegisterValue,
     SyncControl, ValueError, WritableValue, stream::FrameKind,
 };
@@ -325,7 +325,7 @@ impl Output {
             )));
         }
         // a message of unknown length has no known load: the sensor itself refuses an excess
-        let Some(length) = message.line_length(LineForm::from(&self.protocol)) else { return Ok(()) };
+        let Some(length) = message.line_length(&self.protocol) else { return Ok(()) };
         let load = LinkLoad::of_lines(length, rate) + packets;
         if load.fits(baud) {
             return Ok(());

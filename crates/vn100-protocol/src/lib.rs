@@ -98,7 +98,7 @@ pub use framing::{
     sentence::{MAX_BODY, RejectReason, RejectedSentence, Sentence},
     tally::{MeasuredPackets, RejectedCounts, Tally},
 };
-pub use link_budget::{LineForm, LinkLoad};
+pub use link_budget::LinkLoad;
 pub use message::{
     GrammarError, RangeError,
     decoder::{Decoder, Item},

@@ -19,41 +19,16 @@ pub struct LinkLoad {
     pub bytes_per_s: f64,
 }
 
-/// The additions of register 30 to every sentence; the default, no suffix and XOR-8, is the factory
-/// default.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct LineForm {
-    /// The count, `,T` and ten digits.
-    pub count: bool,
-    /// The status, `,S` and four digits.
-    pub status: bool,
-    /// The check of the sentence.
-    pub check: Check,
-}
-
-/// An unknown kind of check is counted as the longer one.
-impl From<&ProtocolControl> for LineForm {
-    fn from(control: &ProtocolControl) -> Self {
-        Self {
-            count: control.serial_count != 0,
-            status: control.serial_status != 0,
-            check: control.check().unwrap_or(Check::Crc16),
-        }
-    }
-}
-
 impl AsyncType {
-    /// The usual length of a sentence of this form in bytes, CR and LF included; 0 for
+    /// The usual length of a sentence in bytes, CR and LF included, with the count, the status and the
+    /// check of register 30; an unknown kind of check is counted as the longer one. 0 for
     /// [`OFF`](Self::OFF), `None` if the length is not known.
-    pub fn line_length(self, form: LineForm) -> Option<u32> {
-        let check = match form.check {
-            Check::Xor8 => 3,
-            Check::Crc16 => 5,
-            Check::None => 0,
-        };
+    pub fn line_length(self, control: &ProtocolControl) -> Option<u32> {
+        let check = if control.check() == Some(Check::Xor8) { 3 } else { 5 };
+        let (has_count, has_status) = (control.serial_count != 0, control.serial_status != 0);
         match self.usual_length()? {
             0 => Some(0),
-            length => Some(length - 3 + check + 12 * u32::from(form.count) + 6 * u32::from(form.status)),
+            length => Some(length - 3 + check + 12 * u32::from(has_count) + 6 * u32::from(has_status)),
         }
     }
 }

@@ -2,7 +2,7 @@
 //! as on a terminal, see [`plain`](crate::numbers::plain).
 
 use vn100_analysis::noise::Deviation;
-use vn100_analysis::{LinkFacts, LinkStatus, PlaybackFacts, RateFrom, Severity, SourceFacts, SourceResult};
+use vn100_analysis::{LinkFacts, LinkStatus, Playback, RateFrom, Severity, SourceFacts, SourceResult};
 
 use crate::{numbers::plain::time, printable::printable};
 
@@ -42,14 +42,14 @@ pub fn state(facts: &SourceFacts, is_preparing: bool) -> (String, Option<Severit
             LinkStatus::Silent | LinkStatus::Lost => (link_word(link), Some(Severity::Problem)),
             LinkStatus::Closed => (link_word(link), Some(Severity::Note)),
         },
-        None => match facts.playback.unwrap_or_default() {
+        None => match facts.playback {
             // the requested duration
-            PlaybackFacts { at_end: true, total: Some(total), samples, .. } if samples < total => {
+            Some(Playback { at_end: true, total: Some(total), samples, .. }) if samples < total => {
                 ("duration reached".into(), Some(Severity::Note))
             }
-            PlaybackFacts { at_end: true, .. } => ("end of capture".into(), Some(Severity::Note)),
-            PlaybackFacts { paused: true, .. } => ("paused".into(), Some(Severity::Note)),
-            PlaybackFacts { .. } => ("reading".into(), None),
+            Some(Playback { at_end: true, .. }) => ("end of capture".into(), Some(Severity::Note)),
+            Some(Playback { paused: true, .. }) => ("paused".into(), Some(Severity::Note)),
+            _ => ("reading".into(), None),
         },
     }
 }

@@ -11,7 +11,7 @@ use vn100_driver::{Change, LinkHandle, LinkOptions, LinkState, OutputSettings};
 use crate::{
     channels::Channels,
     live_source::LiveSource,
-    measure::{Measurement, measure, read_options},
+    measure::{Measuring, measure, read_options},
     recording::{RecordedMessage, RecordingSpec, layout_named},
     sample_tap::SampleTap,
     sensor_setup::SensorSetup,
@@ -140,14 +140,8 @@ async fn measure_and_record(
     if link.is_none() {
         deadlines.note_connected(Instant::now());
     }
-    let measurement = Measurement {
-        link: link.clone(),
-        recording: recorder.as_ref().map(Recorder::state),
-        recorded,
-        deadlines: Some(deadlines),
-        ..Measurement::of(events, spec.settings.clone())
-    };
-    let ending = measure(measurement, channels).await;
+    let measuring = Measuring::live(spec.settings.clone(), link.clone(), recorded, deadlines);
+    let ending = measure(measuring, events, recorder.as_ref().map(Recorder::state), false, channels).await;
     channels.stage(Stage::Finishing);
     if let Some(link) = &link {
         match closed(link).await {

@@ -25,27 +25,17 @@ pub struct LiveSource {
 }
 
 enum LiveInput {
-    Link(Box<dyn OpenLink>),
+    /// Opens a link. Each opening has a clone of the connector, which shares the knowledge of earlier
+    /// ones about the port.
+    Link(Box<dyn Fn(LinkOptions, CancellationToken) -> (LinkHandle, mpsc::Receiver<Event>) + Send + Sync>),
     /// A stream without a way to send; `None` once it is taken.
     Stream(Mutex<Option<Box<dyn Read + Send>>>),
-}
-
-/// A connector of any kind. Each opening has a clone, which shares the knowledge of earlier ones
-/// about the port.
-trait OpenLink: Send + Sync {
-    fn open(&self, options: LinkOptions, stop: CancellationToken) -> (LinkHandle, mpsc::Receiver<Event>);
-}
-
-impl<C: Connect + Clone + Sync> OpenLink for C {
-    fn open(&self, options: LinkOptions, stop: CancellationToken) -> (LinkHandle, mpsc::Receiver<Event>) {
-        open_link(self.clone(), options, stop)
-    }
 }
 
 impl LiveSource {
     /// A sensor on a link that accepts commands.
     pub fn link(connect: impl Connect + Clone + Sync) -> Self {
-        Self::new(LiveInput::Link(Box::new(connect)))
+        Self::new(LiveInput::Link(Box::new(move |options, stop| open_link(connect.clone(), options, stop))))
     }
 
     /// The output of a sensor on a stream, such as standard input. Bytes are stamped when they are
@@ -75,9 +65,9 @@ impl LiveSource {
         E: From<LiveError>,
     {
         let closing = CancellationToken::new();
-        let LiveInput::Link(connect) = &self.input else { return Err(LiveError::NoCommands.into()) };
+        let LiveInput::Link(open) = &self.input else { return Err(LiveError::NoCommands.into()) };
         let options = LinkOptions { known_serial: known_serial.map(str::to_owned), ..self.options.clone() };
-        let (link, mut events) = connect.open(options, closing.clone());
+        let (link, mut events) = open(options, closing.clone());
         let observer = self.observer.clone();
         // the link waits until its events are taken
         let ended = task::spawn(async move {
@@ -112,8 +102,8 @@ impl LiveSource {
         stop: CancellationToken,
     ) -> Result<(Option<LinkHandle>, mpsc::Receiver<Event>), LiveError> {
         match &self.input {
-            LiveInput::Link(connect) => {
-                let (link, events) = connect.open(options, stop);
+            LiveInput::Link(open) => {
+                let (link, events) = open(options, stop);
                 Ok((Some(link), events))
             }
             LiveInput::Stream(_) if options.poll_temperature.is_some() => Err(LiveError::NoTemperature),

@@ -28,7 +28,7 @@ use tokio::{
     time::{self, Instant, MissedTickBehavior, sleep_until},
 };
 use vn100_analysis::protocol::stream::{Batch, FileReport, LinkEventKind, ReadOptions};
-use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, End, GoalCheck, Settings, Snapshot};
+use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, End, GoalCheck, Playback, Settings, Snapshot, Speed};
 use vn100_capture::{Event, RecordingState};
 use vn100_driver::{LinkHandle, LinkState};
 
@@ -36,7 +36,7 @@ pub(crate) use ending::Ending;
 
 use crate::{
     channels::Channels,
-    pace::{Due, Pace, Playback, Speed},
+    pace::{Due, Pace},
     recording::RecordedMessage,
     session_event::SessionEvent,
     state::Stage,
@@ -44,52 +44,20 @@ use crate::{
     watchdog::StreamWatchdog,
 };
 
-/// The events of a source, until their end or until the stop, and what measuring them needs.
-pub(crate) struct Measurement {
-    pub(crate) events: mpsc::Receiver<Event>,
-    pub(crate) settings: Settings,
-    /// Whether the settings end the measurement at its recorded end: the few bytes after it are
-    /// then read as well, for the recorded reason.
-    pub(crate) ends_as_recorded: bool,
-    pub(crate) link: Option<LinkHandle>,
-    pub(crate) recording: Option<watch::Receiver<RecordingState>>,
-    /// Of a recording that is resumed: the message that the sensor is to send.
-    pub(crate) recorded: Option<RecordedMessage>,
-    /// The limits of a live source, whose stream is watched. A stop ends the reading, and the
-    /// measurement ends with the last event that was read.
-    pub(crate) deadlines: Option<Deadlines>,
-    /// Of a capture, read as fast as possible. A stop ends it in the same way as a live source.
-    pub(crate) stored_bytes_read: Option<Arc<AtomicU64>>,
-    /// Of a capture replayed at a pace. The measurement lasts until the stop, so that the user can
-    /// read its end.
-    pub(crate) speed: Option<Speed>,
-}
-
-impl Measurement {
-    pub(crate) fn of(events: mpsc::Receiver<Event>, settings: Settings) -> Self {
-        Self {
-            events,
-            settings,
-            ends_as_recorded: false,
-            link: None,
-            recording: None,
-            recorded: None,
-            deadlines: None,
-            stored_bytes_read: None,
-            speed: None,
-        }
-    }
-}
-
-pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -> Ending {
-    let Measurement { ends_as_recorded, .. } = measurement;
-    let mut ticks = time::interval(measurement.settings.watch_every.max(Duration::from_millis(1)));
+/// Measures the events of a source until their end, or until the stop. If the settings end the
+/// measurement at its recorded end, the few bytes after it are read as well, for the recorded reason.
+pub(crate) async fn measure(
+    mut source: Measuring,
+    mut events: mpsc::Receiver<Event>,
+    mut recording: Option<watch::Receiver<RecordingState>>,
+    ends_as_recorded: bool,
+    channels: &mut Channels,
+) -> Ending {
+    let mut ticks = time::interval(source.analysis.settings().watch_every.max(Duration::from_millis(1)));
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut looks = time::interval(StreamWatchdog::PERIOD);
     let stop = channels.stop.clone();
-    let mut link = measurement.link.as_ref().map(LinkHandle::state);
-    let mut recording = measurement.recording.clone();
-    let (mut source, mut events) = Measuring::new(measurement);
+    let mut link = source.link.as_ref().map(LinkHandle::state);
     let stop_ends_it = source.pace.is_some() || (source.watchdog.is_none() && source.stored_bytes_read.is_none());
     channels.state.send_modify(|state| {
         state.stage = Stage::Measuring;
@@ -186,19 +154,25 @@ fn latest<T: Clone>(watched: &mut Option<watch::Receiver<T>>) -> Option<T> {
     watched.as_mut().map(|watched| watched.borrow_and_update().clone())
 }
 
-struct Measuring {
+/// A source that is measured.
+pub(crate) struct Measuring {
     analysis: Analysis,
     goals: GoalCheck,
     /// Data time up to the last restart of the measurement.
     before: Duration,
     /// Data time after that, excluded as warm-up.
     warm_up: Duration,
+    /// Of a capture replayed at a pace. The measurement lasts until the stop, so that the user can
+    /// read its end.
     pace: Option<Pace>,
+    /// Of a live source. A stop ends the reading, and the measurement ends with the last event that
+    /// was read.
     watchdog: Option<StreamWatchdog>,
     /// Until the sensor has sent a message.
     recorded: Option<RecordedMessage>,
     deadlines: Deadlines,
     link: Option<LinkHandle>,
+    /// Of a capture, read as fast as possible. A stop ends it in the same way as a live source.
     stored_bytes_read: Option<Arc<AtomicU64>>,
     /// Number of seconds of data time whose states were sent.
     seconds: u64,
@@ -209,26 +183,43 @@ struct Measuring {
 }
 
 impl Measuring {
-    fn new(measurement: Measurement) -> (Self, mpsc::Receiver<Event>) {
-        let Measurement { events, settings, link, recorded, deadlines, stored_bytes_read, speed, .. } = measurement;
-        let rate_hz = settings.rate_hz.unwrap_or(DEFAULT_RATE_HZ);
-        let source = Self {
+    pub(crate) fn new(settings: Settings) -> Self {
+        Self {
             analysis: Analysis::new(settings),
             goals: GoalCheck::default(),
             before: Duration::ZERO,
             warm_up: Duration::ZERO,
-            pace: speed.map(|speed| Pace::new(speed, rate_hz, Instant::now())),
-            watchdog: deadlines.as_ref().map(|_| StreamWatchdog::default()),
-            recorded,
-            deadlines: deadlines.unwrap_or_else(|| Deadlines::new(WallLimits::default(), Instant::now())),
-            link,
-            stored_bytes_read,
+            pace: None,
+            watchdog: None,
+            recorded: None,
+            deadlines: Deadlines::new(WallLimits::default(), Instant::now()),
+            link: None,
+            stored_bytes_read: None,
             seconds: 0,
             has_changed: false,
             stream_ended: None,
             end: None,
-        };
-        (source, events)
+        }
+    }
+
+    /// A live source with these limits; `recorded` is the message of a recording that is resumed.
+    pub(crate) fn live(
+        settings: Settings,
+        link: Option<LinkHandle>,
+        recorded: Option<RecordedMessage>,
+        deadlines: Deadlines,
+    ) -> Self {
+        Self { link, recorded, deadlines, watchdog: Some(StreamWatchdog::default()), ..Self::new(settings) }
+    }
+
+    /// A capture, at this pace if there is one.
+    pub(crate) fn capture(settings: Settings, speed: Option<Speed>, stored_bytes_read: Arc<AtomicU64>) -> Self {
+        let rate_hz = settings.rate_hz.unwrap_or(DEFAULT_RATE_HZ);
+        Self {
+            pace: speed.map(|speed| Pace::new(speed, rate_hz, Instant::now())),
+            stored_bytes_read: speed.is_none().then_some(stored_bytes_read),
+            ..Self::new(settings)
+        }
     }
 
     /// Takes an event; `None` when the reading task has ended.

@@ -3,69 +3,9 @@
 use std::time::Duration;
 
 use tokio::time::Instant;
+use vn100_analysis::{Playback, Speed};
 
 use crate::command::Command;
-
-/// The speeds that commands step through, in seconds of data per second; above the last one the
-/// replay is as fast as the machine can.
-const STEPS: [f64; 10] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
-
-/// The speed of a replay.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Speed {
-    /// This many seconds of data per second; above 0.
-    Times(f64),
-    /// As fast as the machine can.
-    Max,
-}
-
-impl std::str::FromStr for Speed {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let times = text.strip_suffix('x').and_then(|times| times.parse::<f64>().ok());
-        match times {
-            _ if text == "max" => Ok(Self::Max),
-            Some(times) if (1e-3..=1e6).contains(&times) => Ok(Self::Times(times)),
-            _ => Err("neither \"max\" nor a speed such as \"1x\" or \"10x\"".into()),
-        }
-    }
-}
-
-impl Speed {
-    fn next(self, faster: bool) -> Self {
-        match (self, faster) {
-            (Self::Max, true) => Self::Max,
-            (Self::Max, false) => Self::Times(STEPS[STEPS.len() - 1]),
-            (Self::Times(now), true) => STEPS.into_iter().find(|step| *step > now).map_or(Self::Max, Self::Times),
-            (Self::Times(now), false) => {
-                Self::Times(STEPS.into_iter().rev().find(|step| *step < now).unwrap_or(STEPS[0]))
-            }
-        }
-    }
-}
-
-/// The position and state of a paced replay.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Playback {
-    /// Samples replayed.
-    pub samples: u64,
-    /// Samples in the capture; `None` until they are counted, and for a capture that cannot be read
-    /// twice.
-    pub total: Option<u64>,
-    /// The speed at which the replay continues.
-    pub speed: Speed,
-    /// Whether it is paused.
-    pub paused: bool,
-    /// Whether the capture, or its part to be measured, was replayed to its end.
-    pub at_end: bool,
-}
-
-impl Playback {
-    pub(crate) const fn begin(speed: Speed) -> Self {
-        Self { samples: 0, total: None, speed, paused: false, at_end: false }
-    }
-}
 
 #[derive(Debug)]
 pub(crate) struct Pace {

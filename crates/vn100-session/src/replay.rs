@@ -10,13 +10,12 @@ use std::{
 use tokio::{sync::watch, task};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::protocol::stream::ReadOptions;
-use vn100_analysis::{End, RateFrom, Settings, SourceFacts, recorded_settings};
+use vn100_analysis::{End, Playback, RateFrom, Settings, SourceFacts, Speed, recorded_settings};
 use vn100_capture::{Capture, CaptureOptions, Event, OpenError, recording_path};
 
 use crate::{
     channels::{Channels, EventObserver},
-    measure::{Ending, Measurement, measure, read_options},
-    pace::{Playback, Speed},
+    measure::{Ending, Measuring, measure, read_options},
     sample_tap::SampleTap,
     session_result::{SessionResult, not_started, result},
     start_error::StartError,
@@ -176,13 +175,8 @@ async fn measure_capture(capture: Capture, settings: Settings, spec: &ReplaySpec
     match capture.read(read, channels.stop.clone()) {
         Ok(events) => {
             let ends_as_recorded = spec.settings.duration.is_none() && spec.settings.until.is_empty();
-            let measurement = Measurement {
-                ends_as_recorded,
-                stored_bytes_read: spec.speed.is_none().then_some(stored_bytes_read),
-                speed: spec.speed,
-                ..Measurement::of(events, settings)
-            };
-            let ending = measure(measurement, channels).await;
+            let measuring = Measuring::capture(settings, spec.speed, stored_bytes_read);
+            let ending = measure(measuring, events, None, ends_as_recorded, channels).await;
             if !(ends_as_recorded || matches!(ending.reason, End::SourceEnded | End::SourceFailed(_))) {
                 // the reader may or may not have reached the end of the recording, depending on
                 // timing

@@ -14,7 +14,7 @@ use crate::{
     channels::{Channels, EventObserver},
     command::Command,
     live::{LiveSpec, run_live},
-    measure::{Measurement, measure},
+    measure::{Measuring, measure},
     replay::{ReplaySpec, run_replay},
     sample_tap::SampleTap,
     session_event::SessionEvent,
@@ -122,7 +122,7 @@ impl Session {
 
 async fn run_events(events: mpsc::Receiver<Event>, settings: Settings, mut channels: Channels) -> SessionResult {
     let goals = settings.until.clone();
-    let ending = measure(Measurement::of(events, settings), &mut channels).await;
+    let ending = measure(Measuring::new(settings), events, None, false, &mut channels).await;
     channels.end(result(ending, &goals, &channels))
 }
 

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use vn100_analysis::{
-    Analysis, Assessment, End, LinkFacts, LinkStatus, Parts, PlaybackFacts, RecorderFacts, RecordingEndFacts,
+    Analysis, Assessment, End, LinkFacts, LinkStatus, Parts, Playback, RecorderFacts, RecordingEndFacts,
     RecordingFacts, Settings, Snapshot, SourceFacts, SourceResult,
 };
 use vn100_capture::{Recorded, RecordingState};
 use vn100_driver::LinkState;
 
-use crate::{assessor::Assessor, pace::Playback};
+use crate::assessor::Assessor;
 
 /// One source at one moment. Cheap to clone.
 #[derive(Debug, Clone)]
@@ -101,7 +101,7 @@ impl SourceState {
                 unrecorded_bytes: self.unrecorded_bytes,
                 error: recording.error.as_ref().map(ToString::to_string),
             }),
-            playback: self.playback.map(playback_facts),
+            playback: self.playback,
             ..(*self.source).clone()
         }
     }
@@ -117,12 +117,6 @@ fn recording_facts(recorded: &Recorded, ended: bool) -> RecordingFacts {
             reason: end.reason.clone(),
         }),
     }
-}
-
-/// A paced replay as facts of its source.
-pub fn playback_facts(playback: Playback) -> PlaybackFacts {
-    let Playback { samples, total, paused, at_end, .. } = playback;
-    PlaybackFacts { samples, total, paused, at_end }
 }
 
 /// The state of a link as facts of its source.
@@ -145,11 +139,11 @@ pub fn link_facts(state: &LinkState) -> LinkFacts {
 mod tests {
     use std::{path::PathBuf, time::Duration};
 
+    use vn100_analysis::Speed;
     use vn100_capture::RecordingEnd;
     use vn100_driver::Up;
 
     use super::*;
-    use crate::pace::Speed;
 
     fn state() -> SourceState {
         SourceState::new(SourceFacts { name: "imu".into(), ..SourceFacts::default() }, &Settings::default())
@@ -201,7 +195,7 @@ mod tests {
         let recorder =
             RecorderFacts { path: "a/b.mcap".into(), bytes: 7, unrecorded_bytes: 3, error: Some("no space".into()) };
         assert_eq!(facts.recorder, Some(recorder));
-        assert_eq!(facts.playback, Some(PlaybackFacts { samples: 5, total: Some(9), paused: true, at_end: false }));
+        assert_eq!(facts.playback, Some(playback));
         assert_eq!((facts.name.as_str(), facts.end, facts.link, facts.recording), ("imu", None, None, None));
     }
 

@@ -22,7 +22,9 @@ use std::{
 
 use clap::{CommandFactory, Parser, ValueEnum, error::ErrorKind};
 use imu_noise::Estimator;
+use vn100_capture::Rotation;
 use vn100_protocol::BaudRate;
+use vn100_session::WallLimits;
 
 use choices::one_of;
 use duration::length;
@@ -30,9 +32,10 @@ pub(crate) use export::{ExportArgs, Window};
 pub(crate) use files::{ArchiveArgs, CompareArgs, FileArgs, ReplayArgs};
 #[cfg(test)]
 pub(crate) use help::help_of;
-use link::baud_rate;
-pub(crate) use link::{ChangeArgs, LimitArgs, LinkArgs, OnHangup, RecordingArgs, SimSensorArgs, SourceName};
+pub(crate) use link::{ChangeArgs, LinkArgs, OnHangup, SimSensorArgs, SourceName};
+use link::{baud_rate, rotation};
 pub(crate) use measure::MeasureArgs;
+use measure::TARGETS;
 pub(crate) use plan::{Fixed, PlanArgs};
 pub(crate) use report::{ReportArgs, is_page};
 pub(crate) use result::{Ndjson, OutputFormat, ResultArgs};
@@ -130,17 +133,41 @@ pub(crate) enum Subcommand {
     /// Compare with published values: the test suites of NIST SP 1065 and NBS Monograph 140, and
     /// exact degrees of freedom and bounds, and tables that were published with public records; exit
     /// with 1 if one differs
-    Selftest(SelftestArgs),
+    Selftest {
+        /// Compare the public records at and below this folder with the tables published with them as
+        /// well; without a folder: list these records, and where they can be had
+        #[arg(long, value_name = "FOLDER")]
+        published: Option<Option<PathBuf>>,
+    },
     /// Explain a code or a parameter of results: what it means, why it matters, what to do
-    Explain(ExplainArgs),
+    Explain {
+        /// A kind of warning, status, verdict or parameter, such as vibration-line, bounded, N, ARW
+        /// or edf; without it all are listed
+        #[arg(value_name = "CODE")]
+        code: Vec<String>,
+    },
     /// List the serial ports, those a VN-100 is likely on first
     Ports,
     /// Print the JSON Schema of a document, with a description of every field
-    Schema(SchemaArgs),
+    Schema {
+        /// The document: analysis, of `vn100 attach` and `vn100 replay`; progress, of --ndjson=thin and
+        /// of heartbeats
+        #[arg(value_name = "DOCUMENT", value_enum, default_value = "analysis")]
+        document: DescribedDocument,
+    },
     /// Print the completion script for a shell
-    Completions(CompletionsArgs),
+    Completions {
+        /// For bash: vn100 completions bash > ~/.local/share/bash-completion/completions/vn100
+        #[arg(value_name = "SHELL")]
+        shell: clap_complete::Shell,
+    },
     /// Print the manual page, or write one for each command
-    Man(ManArgs),
+    Man {
+        /// Write vn100.1 and one page for each command into this folder; an existing page is never
+        /// replaced
+        #[arg(short, long, value_name = "DIR")]
+        output: Option<PathBuf>,
+    },
 }
 
 #[derive(Debug, Clone, clap::Args)]
@@ -180,10 +207,10 @@ impl AttachArgs {
         if measure.estimator == Estimator::Full {
             return Some("--estimator full is for replay: its memory grows with the record, which has no end on a live sensor. Record it and replay the recording".into());
         }
-        if live.recording.resume && record.is_empty() {
+        if live.resume && record.is_empty() {
             return Some("--resume appends to a recording: name it with --record".into());
         }
-        if live.recording.rotate.is_some() && record.is_empty() {
+        if live.rotate.is_some() && record.is_empty() {
             return Some("--rotate cuts a recording into parts: name it with --record".into());
         }
         let (recordings, places) = (record.len(), sources.len().max(1));
@@ -258,14 +285,6 @@ pub(crate) struct WitnessArgs {
 }
 
 #[derive(Debug, Clone, clap::Args)]
-pub(crate) struct SelftestArgs {
-    /// Compare the public records at and below this folder with the tables published with them as
-    /// well; without a folder: list these records, and where they can be had
-    #[arg(long, value_name = "FOLDER")]
-    pub(crate) published: Option<Option<PathBuf>>,
-}
-
-#[derive(Debug, Clone, clap::Args)]
 pub(crate) struct LiveArgs {
     #[command(flatten)]
     pub(crate) link: LinkArgs,
@@ -278,11 +297,39 @@ pub(crate) struct LiveArgs {
     #[arg(long, help_heading = "Recording", conflicts_with = "listen_only")]
     pub(crate) temperature: bool,
 
-    #[command(flatten)]
-    pub(crate) recording: RecordingArgs,
+    /// Append to existing recordings, after a gap; begin those that do not exist
+    #[arg(long, help_heading = "Recording")]
+    pub(crate) resume: bool,
 
-    #[command(flatten)]
-    pub(crate) limits: LimitArgs,
+    /// Continue in the next file, NAME.0001.mcap, NAME.0002.mcap ..., after so many bytes of the
+    /// stream (500MB, 1GiB) or so much time (1h); a number without a unit is seconds
+    #[arg(long, help_heading = "Recording", value_name = "SIZE|T", value_parser = rotation)]
+    pub(crate) rotate: Option<Rotation>,
+
+    /// Conditions to keep with the data, as TOML: place, mounting, axis up, supply, operator, note
+    #[arg(long, help_heading = "Recording", value_name = "FILE.toml")]
+    pub(crate) meta: Option<PathBuf>,
+
+    /// End with exit 1 when no sample has come for this long by the clock, for example 10min
+    /// [default: reconnect for ever]
+    #[arg(long, help_heading = TARGETS, value_name = "T", value_parser = length)]
+    pub(crate) give_up: Option<Duration>,
+
+    /// End this long after the start by the clock, whatever came, for example 9h; with exit 1 if
+    /// --duration has not passed, or neither it nor --until is given
+    #[arg(long, help_heading = TARGETS, value_name = "T", value_parser = length)]
+    pub(crate) wall: Option<Duration>,
+
+    /// If the terminal is closed: end the measurement, or let it go on [default: what is recorded
+    /// with --record goes on if its view is closed, everything else ends]
+    #[arg(long, help_heading = TARGETS, value_name = "WHAT")]
+    pub(crate) hangup: Option<OnHangup>,
+}
+
+impl LiveArgs {
+    pub(crate) const fn limits(&self) -> WallLimits {
+        WallLimits { give_up: self.give_up, wall: self.wall }
+    }
 }
 
 const NO_REPLIES: &str = "standard input is not a sensor that replies: name a port";
@@ -361,43 +408,12 @@ pub(crate) struct LogArgs {
     pub(crate) quiet: bool,
 }
 
-#[derive(Debug, clap::Args)]
-pub(crate) struct ExplainArgs {
-    /// A kind of warning, status, verdict or parameter, such as vibration-line, bounded, N, ARW
-    /// or edf; without it all are listed
-    #[arg(value_name = "CODE")]
-    pub(crate) code: Vec<String>,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct SchemaArgs {
-    /// The document: analysis, of `vn100 attach` and `vn100 replay`; progress, of --ndjson=thin and
-    /// of heartbeats
-    #[arg(value_name = "DOCUMENT", value_enum, default_value = "analysis")]
-    pub(crate) document: DescribedDocument,
-}
-
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum DescribedDocument {
     /// The result of a measurement, vn100.analysis/2
     Analysis,
     /// The lines of a measurement under way, vn100.progress/2
     Progress,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct CompletionsArgs {
-    /// For bash: vn100 completions bash > ~/.local/share/bash-completion/completions/vn100
-    #[arg(value_name = "SHELL")]
-    pub(crate) shell: clap_complete::Shell,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct ManArgs {
-    /// Write vn100.1 and one page for each command into this folder; an existing page is never
-    /// replaced
-    #[arg(short, long, value_name = "DIR")]
-    pub(crate) output: Option<PathBuf>,
 }
 
 const ON_OR_OFF: [(&str, &str, bool); 2] = [("on", "With a counter", true), ("off", "Without", false)];

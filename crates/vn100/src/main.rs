@@ -52,12 +52,12 @@ fn main() -> ExitCode {
         Subcommand::Export(args) => export::export(&args),
         Subcommand::Sim(args) => sim::sim(&args),
         Subcommand::Witness(args) => witness::witness(&args),
-        Subcommand::Selftest(args) => selftest::selftest(&args),
-        Subcommand::Explain(args) => explain::explain(&args),
+        Subcommand::Selftest { published } => selftest::selftest(published),
+        Subcommand::Explain { code } => explain::explain(&code),
         Subcommand::Ports => ports::ports(),
-        Subcommand::Schema(args) => documentation::schema(&args),
-        Subcommand::Completions(args) => documentation::completions(&args),
-        Subcommand::Man(args) => documentation::man(&args),
+        Subcommand::Schema { document } => documentation::schema(document),
+        Subcommand::Completions { shell } => documentation::completions(shell),
+        Subcommand::Man { output } => documentation::man(output.as_deref()),
     };
     let completion = match result {
         Ok(completion) => completion,

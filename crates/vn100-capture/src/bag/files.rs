@@ -10,7 +10,7 @@ use super::{
     ros1::{self, Ros1Bag},
     rosbag2::Rosbag2,
     sqlite,
-    topic::{BagFile, Index, MessageHead, Topic, TopicCount, place_of},
+    topic::{BagFile, MessageHead, Topic, TopicCount},
 };
 use crate::{
     counted_reader::CountedReader,
@@ -88,7 +88,7 @@ impl Bag {
     /// All messages, beginning with the first; `read` counts the bytes that are read from the files.
     pub(super) fn messages(&self, read: &Arc<AtomicU64>) -> Result<Messages, Problem> {
         let files = self.files.iter().map(|file| open(self.form, &**file, read)).collect::<Result<Vec<_>, _>>()?;
-        Ok(Messages { files, current: 0, topics: Vec::new(), places: Vec::new() })
+        Ok(Messages { files, current: 0, places: Vec::new() })
     }
 
     /// The topics of the bag, each with its number of messages if the index contains it or
@@ -104,51 +104,48 @@ impl Bag {
         for file in &self.files {
             let mut messages = open(self.form, &**file, &unseen)?;
             // a damaged index is treated as none
-            match messages.index().unwrap_or(Index::None) {
-                Index::Counts(counts) => {
-                    messages.topics().iter().zip(&counts).for_each(|(topic, count)| add(topic, Some(*count)));
-                    continue;
+            let index = messages.index().unwrap_or_default();
+            let counts = match index.filter(|counts| !counted || counts.iter().all(Option::is_some)) {
+                Some(counts) => counts,
+                None => {
+                    messages = open(self.form, &**file, &unseen)?;
+                    let mut counts: Vec<TopicCount> = Vec::new();
+                    // messages before a damaged place or a cut are counted
+                    while let Ok(Some(MessageHead { topic, record_ns })) = messages.next_head() {
+                        counts.resize_with(messages.topics().len(), TopicCount::default);
+                        counts[topic].add(1, record_ns, record_ns);
+                    }
+                    counts.resize_with(messages.topics().len(), TopicCount::default);
+                    counts.into_iter().map(Some).collect()
                 }
-                Index::Topics if !counted => {
-                    messages.topics().iter().for_each(|topic| add(topic, None));
-                    continue;
-                }
-                Index::Topics | Index::None => {}
-            }
-            let mut messages = open(self.form, &**file, &unseen)?;
-            let mut counts: Vec<TopicCount> = Vec::new();
-            // messages before a damaged place or a cut are counted
-            while let Ok(Some(MessageHead { topic, record_ns })) = messages.next_head() {
-                if counts.len() <= topic {
-                    counts.resize_with(topic + 1, TopicCount::default);
-                }
-                counts[topic].add(1, record_ns, record_ns);
-            }
-            counts.resize_with(messages.topics().len(), TopicCount::default);
-            messages.topics().iter().zip(&counts).for_each(|(topic, count)| add(topic, Some(*count)));
+            };
+            messages.topics().iter().zip(counts).for_each(|(topic, count)| add(topic, count));
         }
         Ok(all)
     }
 }
 
-/// The messages of all files of a bag, read as those of one [`BagFile`].
+/// The messages of all files of a bag.
 pub(super) struct Messages {
     files: Vec<Box<dyn BagFile>>,
     current: usize,
-    topics: Vec<Topic>,
-    /// The index among all topics, for each topic of that file.
-    places: Vec<usize>,
+    /// The place among the wanted topics, for each topic of that file.
+    places: Vec<Option<usize>>,
 }
 
 impl Messages {
-    pub(super) fn next_head(&mut self) -> io::Result<Option<MessageHead>> {
+    /// Goes to the next message; `None` at the end. Returns the place of its topic among the wanted
+    /// ones, which `place_of` knows, and the time when it was recorded.
+    pub(super) fn next_head(
+        &mut self,
+        mut place_of: impl FnMut(&Topic) -> io::Result<Option<usize>>,
+    ) -> io::Result<Option<(Option<usize>, i64)>> {
         while let Some(file) = self.files.get_mut(self.current) {
-            if let Some(head) = file.next_head()? {
-                while self.places.len() <= head.topic {
-                    let topic = &file.topics()[self.places.len()];
-                    self.places.push(place_of(&mut self.topics, topic.clone()));
+            if let Some(MessageHead { topic, record_ns }) = file.next_head()? {
+                while self.places.len() <= topic {
+                    self.places.push(place_of(&file.topics()[self.places.len()])?);
                 }
-                return Ok(Some(MessageHead { topic: self.places[head.topic], ..head }));
+                return Ok(Some((self.places[topic], record_ns)));
             }
             self.current += 1;
             self.places.clear();
@@ -161,10 +158,6 @@ impl Messages {
             Some(file) => file.read_data(),
             None => Ok(&[]),
         }
-    }
-
-    pub(super) fn topics(&self) -> &[Topic] {
-        &self.topics
     }
 }
 

@@ -7,7 +7,7 @@ use std::{
 
 use mcap::records::{Record, op};
 
-use super::topic::{BagFile, Encoding, Index, MESSAGE_BYTES, MessageHead, Topic, TopicCount, TopicList, damaged};
+use super::topic::{BagFile, Encoding, MESSAGE_BYTES, MessageHead, Topic, TopicCount, TopicList, damaged};
 use crate::{
     mcap_records::{McapRecords, Next, parse_record},
     recording::at_ns,
@@ -99,8 +99,8 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
     }
 
     /// Reads the index from the summary at the end of the file, which is missing in a file that was cut.
-    fn index(&mut self) -> io::Result<Index> {
-        let Some(mut records) = McapRecords::open_summary(&mut self.records.file)? else { return Ok(Index::None) };
+    fn index(&mut self) -> io::Result<Option<Vec<Option<TopicCount>>>> {
+        let Some(mut records) = McapRecords::open_summary(&mut self.records.file)? else { return Ok(None) };
         let mut statistics = None;
         loop {
             match records.advance()? {
@@ -112,18 +112,19 @@ impl<R: Read + Seek + Send> BagFile for McapBag<R> {
                     }
                 }
                 Next::Record(_) => {}
-                Next::End | Next::Cut => return Ok(Index::None),
+                Next::End | Next::Cut => return Ok(None),
             }
         }
-        let Some(stats) = statistics else { return Ok(Index::None) };
+        let Some(stats) = statistics else { return Ok(None) };
         let mut counts = vec![TopicCount::default(); self.contents.topics.topics.len()];
         for (channel, messages) in &stats.channel_message_counts {
-            let Some(&topic) = self.contents.channels.get(channel) else { return Ok(Index::None) };
+            let Some(&topic) = self.contents.channels.get(channel) else { return Ok(None) };
             counts[topic].add(*messages, at_ns(stats.message_start_time), at_ns(stats.message_end_time));
         }
         // counts are optional in the format
         let counted = counts.iter().fold(0_u64, |sum, count| sum.saturating_add(count.messages));
-        Ok(if counted == stats.message_count && !counts.is_empty() { Index::Counts(counts) } else { Index::None })
+        let is_counted = counted == stats.message_count && !counts.is_empty();
+        Ok(is_counted.then(|| counts.into_iter().map(Some).collect()))
     }
 }
 
@@ -143,7 +144,7 @@ mod tests {
         file.extend(record(op::FOOTER, &[&start[..], &[0; 12]].concat()));
         file.extend(mcap::MAGIC);
         let mut bag = McapBag::open(Cursor::new(file))?;
-        Ok((matches!(bag.index()?, Index::None), bag.topics().to_vec()))
+        Ok((bag.index()?.is_none(), bag.topics().to_vec()))
     }
 
     #[test]

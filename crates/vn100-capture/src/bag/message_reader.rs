@@ -77,10 +77,6 @@ impl Cursor<'_> {
             match step {
                 Step::Skip { align, bytes } => self.skip(*align, *bytes)?,
                 Step::Unreadable(_) => return None,
-                Step::SkipText => {
-                    let length = self.count()?;
-                    self.skip(1, length.into())?;
-                }
                 Step::SkipCounted { align, each } => {
                     let count = self.count()?;
                     if count > 0 {

@@ -145,12 +145,10 @@ impl NumberFields {
         }
         let mut largest = vec![0.0_f64; is_series.len()];
         let mut messages = bag.messages(&Arc::default())?;
-        let mut is_read = Vec::<bool>::new();
+        let place_of = |fields: &Self, other: &Topic| (other.is(topic) && fields.check(other).is_ok()).then_some(0);
         // an error is reported when the messages are read again
-        while let Ok(Some(head)) = messages.next_head() {
-            let is_alike = |other: &Topic| other.is(topic) && self.check(other).is_ok();
-            is_read.extend(messages.topics()[is_read.len()..].iter().map(is_alike));
-            if !is_read[head.topic] {
+        while let Ok(Some((place, _))) = messages.next_head(|other| Ok(place_of(self, other))) {
+            if place.is_none() {
                 continue;
             }
             let Ok(data) = messages.read_data() else { break };

@@ -11,7 +11,7 @@ use std::{
 use bzip2::bufread::BzDecoder;
 use lz4_flex::frame::FrameDecoder as Lz4Decoder;
 
-use super::topic::{BagFile, Encoding, Index, MESSAGE_BYTES, MessageHead, Topic, TopicCount, TopicList, damaged};
+use super::topic::{BagFile, Encoding, MESSAGE_BYTES, MessageHead, Topic, TopicCount, TopicList, damaged};
 use crate::mcap_records::RECORD_BYTES;
 
 pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
@@ -64,8 +64,9 @@ impl<R: Read + Seek> Ros1Bag<R> {
         })
     }
 
-    /// Reads up to the data of the next record; `None` at the end of the file.
-    fn next_record(&mut self) -> io::Result<Option<Record>> {
+    /// Reads up to the data of the next record; returns its kind and the length of its data, `None`
+    /// at the end of the file.
+    fn next_record(&mut self) -> io::Result<Option<(u8, u32)>> {
         while bytes(&mut self.chunk, &mut self.file).fill_buf().map_err(cut)?.is_empty() {
             if self.is_chunk_cut {
                 return Err(cut(ErrorKind::UnexpectedEof.into()));
@@ -84,7 +85,7 @@ impl<R: Read + Seek> Ros1Bag<R> {
         let data_bytes = self.read_length()?;
         let op = field(&self.header, b"op").and_then(|op| op.first().copied());
         let op = op.ok_or_else(|| damaged("a record without its kind"))?;
-        Ok(Some(Record { op, data_bytes }))
+        Ok(Some((op, data_bytes)))
     }
 
     fn read_length(&mut self) -> io::Result<u32> {
@@ -156,23 +157,23 @@ impl<R: Read + Seek + Send> BagFile for Ros1Bag<R> {
     fn next_head(&mut self) -> io::Result<Option<MessageHead>> {
         let unread_bytes = mem::take(&mut self.unread_bytes);
         self.skip(unread_bytes)?;
-        while let Some(record) = self.next_record()? {
-            match record.op {
-                op::CHUNK => self.enter_chunk(record.data_bytes)?,
-                op::CONNECTION => self.take_connection(record.data_bytes)?,
+        while let Some((op, data_bytes)) = self.next_record()? {
+            match op {
+                op::CHUNK => self.enter_chunk(data_bytes)?,
+                op::CONNECTION => self.take_connection(data_bytes)?,
                 op::MESSAGE => {
                     let connection = field(&self.header, b"conn").and_then(number_4);
                     let at_ns = field(&self.header, b"time").and_then(time_ns);
                     let (Some(connection), Some(record_ns)) = (connection, at_ns) else {
                         return Err(damaged("a message without connection or time"));
                     };
-                    self.unread_bytes = record.data_bytes;
+                    self.unread_bytes = data_bytes;
                     if let Some(&topic) = self.connections.get(&connection) {
                         return Ok(Some(MessageHead { topic, record_ns }));
                     }
                     return Err(damaged(&format!("a message of connection {connection}, which is not there")));
                 }
-                _ => self.skip(record.data_bytes)?,
+                _ => self.skip(data_bytes)?,
             }
         }
         Ok(None)
@@ -194,44 +195,39 @@ impl<R: Read + Seek + Send> BagFile for Ros1Bag<R> {
     }
 
     /// Reads the index at the end of the bag, which is missing in a bag that was never closed.
-    fn index(&mut self) -> io::Result<Index> {
+    fn index(&mut self) -> io::Result<Option<Vec<Option<TopicCount>>>> {
         let end = self.file.seek(SeekFrom::End(0))?;
         self.file.seek(SeekFrom::Start(MAGIC.len() as u64))?;
-        let Some(Record { op: op::BAG_HEADER, .. }) = self.next_record()? else { return Ok(Index::None) };
-        let Some(index_pos) = field(&self.header, b"index_pos").and_then(number_8) else { return Ok(Index::None) };
+        let Some((op::BAG_HEADER, _)) = self.next_record()? else { return Ok(None) };
+        let Some(index_pos) = field(&self.header, b"index_pos").and_then(number_8) else { return Ok(None) };
         if index_pos == 0 || index_pos >= end {
-            return Ok(Index::None);
+            return Ok(None);
         }
         self.file.seek(SeekFrom::Start(index_pos))?;
         let mut counts: Vec<TopicCount> = Vec::new();
-        while let Some(record) = self.next_record()? {
-            match record.op {
-                op::CONNECTION => self.take_connection(record.data_bytes)?,
+        while let Some((op, data_bytes)) = self.next_record()? {
+            match op {
+                op::CONNECTION => self.take_connection(data_bytes)?,
                 op::CHUNK_INFO => {
                     let time = |name| field(&self.header, name).and_then(time_ns);
                     let (Some(first_ns), Some(last_ns)) = (time(b"start_time"), time(b"end_time")) else {
-                        return Ok(Index::None);
+                        return Ok(None);
                     };
-                    self.read_data_of(record.data_bytes)?;
+                    self.read_data_of(data_bytes)?;
                     for pair in self.data.chunks_exact(8) {
                         let (connection, messages) = (number_4(&pair[..4]), number_4(&pair[4..]));
                         let topic = connection.and_then(|connection| self.connections.get(&connection));
-                        let (Some(&topic), Some(messages)) = (topic, messages) else { return Ok(Index::None) };
+                        let (Some(&topic), Some(messages)) = (topic, messages) else { return Ok(None) };
                         counts.resize_with(self.topics.topics.len(), TopicCount::default);
                         counts[topic].add(messages.into(), first_ns, last_ns);
                     }
                 }
-                _ => self.skip(record.data_bytes)?,
+                _ => self.skip(data_bytes)?,
             }
         }
         counts.resize_with(self.topics.topics.len(), TopicCount::default);
-        Ok(Index::Counts(counts))
+        Ok(Some(counts.into_iter().map(Some).collect()))
     }
-}
-
-struct Record {
-    op: u8,
-    data_bytes: u32,
 }
 
 /// The bytes of the next record: those of the chunk, or else of the file.

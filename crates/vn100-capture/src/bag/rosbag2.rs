@@ -10,7 +10,7 @@ use ruzstd::decoding::FrameDecoder;
 
 use super::{
     sqlite::{Database, Row, SqlValue, SqliteTable, TableScan},
-    topic::{BagFile, Encoding, Index, MESSAGE_BYTES, MessageHead, Topic, TopicList},
+    topic::{BagFile, Encoding, MESSAGE_BYTES, MessageHead, Topic, TopicCount, TopicList},
 };
 use crate::{open_error::Problem, unpack::ZSTD_MAGIC, zstd_reader::ZstdReader};
 
@@ -77,8 +77,8 @@ impl<R: Read + Seek + Send> BagFile for Rosbag2<R> {
         &self.topics
     }
 
-    fn index(&mut self) -> io::Result<Index> {
-        Ok(Index::Topics)
+    fn index(&mut self) -> io::Result<Option<Vec<Option<TopicCount>>>> {
+        Ok(Some(vec![None; self.topics.len()]))
     }
 }
 

@@ -29,8 +29,6 @@ const BATCH_MESSAGES: usize = 512;
 pub(crate) struct BagSamples {
     messages: Messages,
     topic: Topic,
-    /// For each topic, whether it is the one that is read.
-    is_read: Vec<bool>,
     /// The numbers of its messages; of messages of sentences the time, unless the time of the
     /// recording is used.
     fields: Option<NumberFields>,
@@ -68,7 +66,6 @@ impl BagSamples {
         Ok(Self {
             messages: bag.messages(read)?,
             topic,
-            is_read: Vec::new(),
             fields,
             samples,
             line_by_line: options.line_by_line,
@@ -82,23 +79,23 @@ impl BagSamples {
     /// Takes the next message of the topic; `false` at the end.
     fn take_message(&mut self) -> io::Result<bool> {
         loop {
-            let Some(head) = self.messages.next_head()? else { return Ok(false) };
-            for topic in &self.messages.topics()[self.is_read.len()..] {
-                self.is_read.push(topic.is(&self.topic));
+            let place_of = |topic: &Topic| {
                 if let Some(fields) = self.fields.as_ref().filter(|_| topic.is(&self.topic)) {
                     fields.check(topic).map_err(|problem| io::Error::new(io::ErrorKind::InvalidData, problem))?;
                 }
-            }
-            if self.is_read[head.topic] {
+                Ok(topic.is(&self.topic).then_some(0))
+            };
+            let Some((place, record_ns)) = self.messages.next_head(place_of)? else { return Ok(false) };
+            if place.is_some() {
                 let data = self.messages.read_data()?;
                 self.report.messages += 1;
-                let (first_ns, last_ns) = self.report.recorded_ns.unwrap_or((head.record_ns, head.record_ns));
-                self.report.recorded_ns = Some((first_ns.min(head.record_ns), last_ns.max(head.record_ns)));
+                let (first_ns, last_ns) = self.report.recorded_ns.unwrap_or((record_ns, record_ns));
+                self.report.recorded_ns = Some((first_ns.min(record_ns), last_ns.max(record_ns)));
                 let stamp_ns = match &mut self.fields {
                     Some(fields) => fields.read(&self.topic, data),
                     None => Ok(None),
                 };
-                let at_ns = stamp_ns.map(|stamp_ns| stamp_ns.unwrap_or(head.record_ns));
+                let at_ns = stamp_ns.map(|stamp_ns| stamp_ns.unwrap_or(record_ns));
                 let is_used = match (&mut self.samples, at_ns) {
                     (_, Err(Unreadable)) => Err(Unreadable),
                     (RowSamples::Sentences(reader), Ok(at_ns)) => push_sentences(reader, at_ns, data),

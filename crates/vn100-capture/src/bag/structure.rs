@@ -31,28 +31,15 @@ pub(super) struct Structure {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Step {
     /// Skip this many bytes, starting at a multiple of `align`.
-    Skip {
-        align: usize,
-        bytes: u64,
-    },
-    SkipText,
-    /// Skip elements of fixed size; the number before them is their count.
-    SkipCounted {
-        align: usize,
-        each: u64,
-    },
+    Skip { align: usize, bytes: u64 },
+    /// Skip elements of fixed size, as the bytes of a text; the number before them is their count.
+    SkipCounted { align: usize, each: u64 },
     /// Skip elements of varying size; if `count` is `None`, the number before them is their count.
-    SkipEach {
-        count: Option<u32>,
-        steps: Vec<Step>,
-    },
+    SkipEach { count: Option<u32>, steps: Vec<Step> },
     /// A field that cannot be skipped, for this reason.
     Unreadable(String),
     /// Take the leaf at this place among all.
-    Take {
-        place: usize,
-        leaf: Leaf,
-    },
+    Take { place: usize, leaf: Leaf },
 }
 
 impl Structure {
@@ -151,7 +138,7 @@ impl Structure {
                 Step::Take { place: self.leaves.len() - 1, leaf: *leaf }
             }
             (Kind::Leaf(leaf), None) => skip(*leaf),
-            (Kind::Text, _) => Step::SkipText,
+            (Kind::Text, _) => Step::SkipCounted { align: 1, each: 1 },
             (Kind::WideText, _) => Step::Unreadable("a text of wide characters stands before the numbers".into()),
             (Kind::Message(name), path) => {
                 let below = path.as_ref().map(|path| format!("{path}."));

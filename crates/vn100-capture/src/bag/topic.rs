@@ -32,16 +32,10 @@ pub(crate) trait BagFile: Send {
     /// The topics seen so far; one entry for each definition that messages of a topic have.
     fn topics(&self) -> &[Topic];
 
-    /// The topics, if an index lists them and the file need not be read to its end. After this no
-    /// message can be read.
-    fn index(&mut self) -> io::Result<Index>;
-}
-
-pub(crate) enum Index {
-    None,
-    Topics,
-    /// The topics, and the number of messages of each.
-    Counts(Vec<TopicCount>),
+    /// The number of messages of each topic, if an index lists the topics and the file need not be
+    /// read to its end; `None` for a topic that the index does not count. After this no message can
+    /// be read.
+    fn index(&mut self) -> io::Result<Option<Vec<Option<TopicCount>>>>;
 }
 
 /// The number of messages of a topic, and their first and last time.
@@ -113,8 +107,12 @@ impl TopicList {
         self.check()
     }
 
+    /// The place of a topic in the list; a new topic is added.
     pub(super) fn place_of(&mut self, topic: Topic) -> io::Result<usize> {
-        let place = place_of(&mut self.topics, topic);
+        let place = self.topics.iter().position(|other| *other == topic).unwrap_or_else(|| {
+            self.topics.push(topic);
+            self.topics.len() - 1
+        });
         self.check().map(|()| place)
     }
 
@@ -122,14 +120,6 @@ impl TopicList {
         let is_large = self.topics.len() > MOST_TOPICS || self.definition_bytes > DEFINITION_BYTES;
         if is_large { Err(damaged("it has more topics or definitions than any bag")) } else { Ok(()) }
     }
-}
-
-/// The place of a topic in the list; a new topic is added.
-pub(super) fn place_of(topics: &mut Vec<Topic>, topic: Topic) -> usize {
-    topics.iter().position(|other| *other == topic).unwrap_or_else(|| {
-        topics.push(topic);
-        topics.len() - 1
-    })
 }
 
 pub(super) fn damaged(problem: &str) -> io::Error {

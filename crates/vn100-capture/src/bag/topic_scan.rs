@@ -90,18 +90,15 @@ impl TopicScan {
 
     fn probe(&mut self, bag: &Bag) -> Result<(), Problem> {
         let mut messages = bag.messages(&Arc::default())?;
-        let mut places = Vec::new();
         for _ in 0..PASSED_MESSAGES {
             if self.topics.iter().all(ScannedTopic::is_settled) {
                 break;
             }
+            // messages of another definition have a form of their own
+            let place_of = |topic: &Topic| Ok(self.topics.iter().position(|other| other.topic == *topic));
             // an error is reported when the messages are read
-            let Ok(Some(head)) = messages.next_head() else { break };
-            for topic in &messages.topics()[places.len()..] {
-                // messages of another definition have a form of their own
-                places.push(self.topics.iter().position(|other| other.topic == *topic));
-            }
-            let Some(place) = places[head.topic].filter(|&place| !self.topics[place].is_settled()) else { continue };
+            let Ok(Some((place, _))) = messages.next_head(place_of) else { break };
+            let Some(place) = place.filter(|&place| !self.topics[place].is_settled()) else { continue };
             let Ok(data) = messages.read_data() else { break };
             self.topics[place].examine(data);
         }

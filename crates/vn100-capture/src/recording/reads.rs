@@ -52,30 +52,19 @@ impl Reads {
         self.count += 1;
     }
 
-    /// The pending reads as one message, and its log time; `None` if there are none.
-    pub(super) fn take(&mut self) -> Option<(i64, ReadsMessage)> {
+    /// The pending reads as one message: its log time, whether they are several, and its data in the
+    /// form above, or the bytes of a single read. `None` if there are none.
+    pub(super) fn take(&mut self) -> Option<(i64, bool, Vec<u8>)> {
         let Self { first_ns, count, table, bytes, .. } = mem::take(self);
-        let message = match count {
-            0 => return None,
-            1 => ReadsMessage::One(bytes),
-            _ => {
-                let mut data = Vec::with_capacity(MAX_DIGITS + table.len() + bytes.len());
-                put_number(&mut data, count);
-                data.extend(table);
-                data.extend(bytes);
-                ReadsMessage::Several(data)
-            }
-        };
-        Some((first_ns, message))
+        if count <= 1 {
+            return (count == 1).then_some((first_ns, false, bytes));
+        }
+        let mut data = Vec::with_capacity(MAX_DIGITS + table.len() + bytes.len());
+        put_number(&mut data, count);
+        data.extend(table);
+        data.extend(bytes);
+        Some((first_ns, true, data))
     }
-}
-
-#[derive(Debug, PartialEq, Eq)]
-pub(super) enum ReadsMessage {
-    /// The bytes of a single read.
-    One(Vec<u8>),
-    /// The form above.
-    Several(Vec<u8>),
 }
 
 /// The reads of a message of several reads, with the time and the place of each in `data`; `None`
@@ -134,7 +123,7 @@ mod tests {
         let mut waiting = Reads::default();
         reads.iter().for_each(|(at_ns, bytes)| waiting.push(*at_ns, bytes));
         match waiting.take() {
-            Some((at_ns, ReadsMessage::Several(data))) => (at_ns, data),
+            Some((at_ns, true, data)) => (at_ns, data),
             other => panic!("{other:?}"),
         }
     }
@@ -144,7 +133,7 @@ mod tests {
         let mut reads = Reads::default();
         assert_eq!(reads.take(), None);
         reads.push(5, b"abc");
-        assert_eq!(reads.take(), Some((5, ReadsMessage::One(b"abc".to_vec()))));
+        assert_eq!(reads.take(), Some((5, false, b"abc".to_vec())));
         assert_eq!(reads.take(), None);
     }
 

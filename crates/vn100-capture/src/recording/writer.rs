@@ -13,8 +13,7 @@ use mcap::{
 
 use super::{
     BYTES_ENCODING, BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, LINK_ENCODING, LINK_TOPIC, PROFILE,
-    READS_ENCODING, READS_TOPIC, RECORDING_METADATA, UNSTAMPED, link_to_json, log_time,
-    reads::{Reads, ReadsMessage},
+    READS_ENCODING, READS_TOPIC, RECORDING_METADATA, UNSTAMPED, link_to_json, log_time, reads::Reads,
 };
 use crate::mcap_records::io_error;
 use vn100_protocol::stream::{Chunk, LinkEvent, StreamInput};
@@ -154,11 +153,8 @@ impl<W: Write> RecordingWriter<W> {
     }
 
     fn write_reads(&mut self) -> io::Result<()> {
-        match self.reads.take() {
-            Some((at_ns, ReadsMessage::One(bytes))) => self.write_message(self.bytes_channel, at_ns, &bytes),
-            Some((at_ns, ReadsMessage::Several(data))) => self.write_message(self.reads_channel, at_ns, &data),
-            None => Ok(()),
-        }
+        let Some((at_ns, are_several, data)) = self.reads.take() else { return Ok(()) };
+        self.write_message(if are_several { self.reads_channel } else { self.bytes_channel }, at_ns, &data)
     }
 
     fn write_message(&mut self, channel_id: u16, at_ns: i64, data: &[u8]) -> io::Result<()> {

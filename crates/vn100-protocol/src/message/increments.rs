@@ -6,8 +6,8 @@ use core::f64::consts::PI;
 
 use super::{
     RangeError,
-    layout::{Channel, Layout, Quantity},
-    quantity::{ACCELERATION, ANGULAR_RATE, rounded},
+    layout::{Layout, Quantity},
+    quantity::{ACCELERATION, ANGULAR_RATE, QuantityRow, rounded, row},
     sample::{MAX_CHANNELS, Sample, read_fields},
 };
 use crate::framing::sentence::{RejectReason, Sentence};
@@ -35,36 +35,26 @@ static PRINTED: Layout = Layout {
     message: VNDTV_HEADER,
     compensated: None,
     channels: Cow::Borrowed(&[
-        printed("delta_time", "s", 6, 2_000),
-        printed("delta_theta_x", "deg", 3, 1_000_000),
-        printed("delta_theta_y", "deg", 3, 1_000_000),
-        printed("delta_theta_z", "deg", 3, 1_000_000),
-        printed("delta_velocity_x", "m/s", 3, 1_000_000),
-        printed("delta_velocity_y", "m/s", 3, 1_000_000),
-        printed("delta_velocity_z", "m/s", 3, 1_000_000),
+        INTERVAL.decimal("delta_time"),
+        ANGLE_CHANGE.decimal("delta_theta_x"),
+        ANGLE_CHANGE.decimal("delta_theta_y"),
+        ANGLE_CHANGE.decimal("delta_theta_z"),
+        VELOCITY_CHANGE.decimal("delta_velocity_x"),
+        VELOCITY_CHANGE.decimal("delta_velocity_y"),
+        VELOCITY_CHANGE.decimal("delta_velocity_z"),
     ]),
     columns: None,
 };
+
+const INTERVAL: QuantityRow = row(Quantity::Value, "s", 2_000, 6, 0);
+const ANGLE_CHANGE: QuantityRow = row(Quantity::Value, "deg", 1_000_000, 3, 0);
+const VELOCITY_CHANGE: QuantityRow = row(Quantity::Value, "m/s", 1_000_000, 3, 0);
 
 /// One unit of the last digit.
 const VELOCITY_STEP_M_S: f64 = 0.001;
 const ANGLE_STEP_RAD: f64 = 0.001 * PI / 180.0;
 
 const VNDTV_HEADER: Cow<'static, str> = Cow::Borrowed("VNDTV");
-
-const fn printed(name: &'static str, unit: &'static str, decimals: u8, limit: i32) -> Channel {
-    Channel {
-        name: Cow::Borrowed(name),
-        quantity: Quantity::Value,
-        unit: Cow::Borrowed(unit),
-        decimals,
-        scale: 1.0,
-        zero_counts: 0,
-        limit_counts: limit * 10_i32.pow(decimals as u32),
-        refresh_hz: None,
-        increment_step: None,
-    }
-}
 
 /// Whether a sentence is such a one.
 pub(super) fn are_in(sentence: &Sentence<'_>) -> bool {

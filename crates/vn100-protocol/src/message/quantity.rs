@@ -21,7 +21,7 @@ pub(crate) struct QuantityRow {
     refresh_hz: Option<u32>,
 }
 
-const fn row(quantity: Quantity, unit: &'static str, limit: i32, decimals: u8, bits: u8) -> QuantityRow {
+pub(crate) const fn row(quantity: Quantity, unit: &'static str, limit: i32, decimals: u8, bits: u8) -> QuantityRow {
     assert!((limit as i64) << bits <= i32::MAX as i64);
     // the magnetometer as in the VN-100 User Manual; the others as repeated by a real sensor
     let refresh_hz = match quantity {

@@ -1,14 +1,14 @@
 //! The load of a line: the tables that follow from the recorded lengths, and settings that sensors
 //! have accepted and refused.
 
-use vn100_protocol::{AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, LineForm, LinkLoad, ProtocolControl};
+use vn100_protocol::{AsyncRate, AsyncType, BaudRate, BinaryOutput, LinkLoad, ProtocolControl};
 
 fn baud(bits_per_s: u32) -> BaudRate {
     BaudRate::new(bits_per_s).unwrap()
 }
 
 fn lines(message: AsyncType, hz: u32) -> LinkLoad {
-    LinkLoad::of_lines(message.line_length(LineForm::default()).unwrap(), AsyncRate::new(hz).unwrap())
+    LinkLoad::of_lines(message.line_length(&ProtocolControl::default()).unwrap(), AsyncRate::new(hz).unwrap())
 }
 
 fn packets(rate_divisor: u16, groups: u8, field_words: &[u16]) -> BinaryOutput {
@@ -17,7 +17,7 @@ fn packets(rate_divisor: u16, groups: u8, field_words: &[u16]) -> BinaryOutput {
 }
 
 fn highest_rate(message: AsyncType, bits_per_s: u32) -> Option<u32> {
-    let length = message.line_length(LineForm::default()).unwrap();
+    let length = message.line_length(&ProtocolControl::default()).unwrap();
     LinkLoad::NONE.highest_rate_beside(length, baud(bits_per_s)).map(AsyncRate::hz)
 }
 
@@ -29,23 +29,19 @@ fn lengths_are_those_of_recorded_lines() {
         "$VNYBA,+059.745,+003.857,-004.949,+00.001,-00.008,+00.150,+00.000478,-00.000896,-00.001366*5B",
     ] {
         let message = AsyncType::from_header(&line.as_bytes()[1..6]).unwrap();
-        assert_eq!(message.line_length(LineForm::default()), Some(line.len() as u32 + 2), "{line}");
+        assert_eq!(message.line_length(&ProtocolControl::default()), Some(line.len() as u32 + 2), "{line}");
     }
     let suffixed = "$VNQMR,+0.004183,+0.001149,+0.089285,+0.995997,+00.0113,-00.2384,+00.1800,+00.020,-00.092,-09.683,\
                     -00.000272,+00.000824,+00.000073,T0000000543*3D";
-    let count = LineForm { count: true, ..LineForm::default() };
-    assert_eq!(AsyncType::QMR.line_length(count), Some(suffixed.len() as u32 + 2));
-    let all = LineForm { count: true, status: true, check: Check::Crc16 };
-    assert_eq!(AsyncType::YMR.line_length(all), Some(122 + 12 + 6 + 2));
-    assert_eq!(AsyncType::OFF.line_length(all), Some(0));
-    assert_eq!(AsyncType::HVE.line_length(all), None);
-}
-
-#[test]
-fn register_30_gives_the_form_of_a_line() {
-    let control = ProtocolControl { serial_count: 3, serial_checksum: 3, ..ProtocolControl::default() };
-    assert_eq!(LineForm::from(&control), LineForm { count: true, status: false, check: Check::Crc16 });
-    assert_eq!(LineForm::from(&ProtocolControl::default()), LineForm::default());
+    let count = ProtocolControl { serial_count: 3, ..ProtocolControl::default() };
+    assert_eq!(AsyncType::QMR.line_length(&count), Some(suffixed.len() as u32 + 2));
+    // 3 is a CRC, and a kind of check that is not known counts as one
+    for serial_checksum in [3, 9] {
+        let all = ProtocolControl { serial_status: 1, serial_checksum, ..count };
+        assert_eq!(AsyncType::YMR.line_length(&all), Some(122 + 12 + 6 + 2));
+        assert_eq!(AsyncType::OFF.line_length(&all), Some(0));
+        assert_eq!(AsyncType::HVE.line_length(&all), None);
+    }
 }
 
 #[test]

@@ -9,7 +9,6 @@ use vn100_protocol::{
     AsyncType, BaudRate, MEASUREMENTS_PER_S, MESSAGES, OUTPUT_RATES_HZ, PACKET_MESSAGES, PacketMessage,
     stream::MeasuredFrames,
 };
-use vn100_session::WallLimits;
 use vn100_sim::{Thermal, fault::FaultPlan};
 
 use super::{LogArgs, duration::length};
@@ -168,42 +167,6 @@ impl ChangeArgs {
     }
 }
 
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Recording")]
-pub(crate) struct RecordingArgs {
-    /// Append to existing recordings, after a gap; begin those that do not exist
-    #[arg(long)]
-    pub(crate) resume: bool,
-
-    /// Continue in the next file, NAME.0001.mcap, NAME.0002.mcap ..., after so many bytes of the
-    /// stream (500MB, 1GiB) or so much time (1h); a number without a unit is seconds
-    #[arg(long, value_name = "SIZE|T", value_parser = rotation)]
-    pub(crate) rotate: Option<Rotation>,
-
-    /// Conditions to keep with the data, as TOML: place, mounting, axis up, supply, operator, note
-    #[arg(long, value_name = "FILE.toml")]
-    pub(crate) meta: Option<PathBuf>,
-}
-
-#[derive(Debug, Clone, Copy, Args)]
-#[command(next_help_heading = "Targets and limits")]
-pub(crate) struct LimitArgs {
-    /// End with exit 1 when no sample has come for this long by the clock, for example 10min
-    /// [default: reconnect for ever]
-    #[arg(long, value_name = "T", value_parser = length)]
-    pub(crate) give_up: Option<Duration>,
-
-    /// End this long after the start by the clock, whatever came, for example 9h; with exit 1 if
-    /// --duration has not passed, or neither it nor --until is given
-    #[arg(long, value_name = "T", value_parser = length)]
-    pub(crate) wall: Option<Duration>,
-
-    /// If the terminal is closed: end the measurement, or let it go on [default: what is recorded
-    /// with --record goes on if its view is closed, everything else ends]
-    #[arg(long, value_name = "WHAT")]
-    pub(crate) hangup: Option<OnHangup>,
-}
-
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum OnHangup {
     /// End as by Ctrl-C, with whole recordings and the settings restored
@@ -212,19 +175,13 @@ pub(crate) enum OnHangup {
     Continue,
 }
 
-impl LimitArgs {
-    pub(crate) const fn limits(self) -> WallLimits {
-        WallLimits { give_up: self.give_up, wall: self.wall }
-    }
-}
-
 const SIZES: [(&str, u64); 6] =
     [("GiB", 1 << 30), ("MiB", 1 << 20), ("KiB", 1 << 10), ("GB", 1_000_000_000), ("MB", 1_000_000), ("kB", 1000)];
 
 /// Parts of less would be more files than a folder is made for.
 const SMALLEST_PART: f64 = 10_000.0;
 
-fn rotation(text: &str) -> Result<Rotation, String> {
+pub(super) fn rotation(text: &str) -> Result<Rotation, String> {
     let size = |(unit, bytes): &(&str, u64)| Some(text.strip_suffix(unit)?.trim().parse::<f64>().ok()? * *bytes as f64);
     match SIZES.iter().find_map(size) {
         Some(bytes) if bytes.is_finite() && bytes >= SMALLEST_PART => Ok(Rotation::Bytes(bytes as u64)),

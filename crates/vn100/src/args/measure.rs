@@ -12,7 +12,7 @@ use super::{
 };
 
 /// Heading of the options that decide about the end and the exit status.
-const TARGETS: &str = "Targets and limits";
+pub(super) const TARGETS: &str = "Targets and limits";
 
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Measurement")]

@@ -52,7 +52,7 @@ pub(crate) fn attach(mut args: AttachArgs, format: OutputFormat) -> Result<Compl
             }
         }
     }
-    let conditions = read_conditions(args.live.recording.meta.as_deref())?;
+    let conditions = read_conditions(args.live.meta.as_deref())?;
     let log = args.live.link.log.clone();
     // there is little work, in small pieces: a second worker would be woken for each and find nothing to do
     let mut runtime = Builder::new_multi_thread();
@@ -75,7 +75,7 @@ pub(super) async fn attach_all(
     let watched = Watched::of(&args.serve)?;
     let logs_to_terminal = takes_terminal(&args.live.link.log);
     let messages = (format.is_text() && vn100_view::is_there() && !logs_to_terminal).then(MessageQueue::default);
-    let hang_up = match args.live.limits.hangup {
+    let hang_up = match args.live.hangup {
         _ if messages.is_some() => HangUp::HandledByView,
         Some(OnHangup::Continue) => HangUp::Ignored,
         Some(OnHangup::Stop) | None => HangUp::Stops,
@@ -95,7 +95,7 @@ pub(super) async fn attach_all(
     let mut unrecorded = Vec::new();
     let page = watched.as_ref().and_then(Watched::url);
     let view_options = messages.is_some().then(|| job.args.view.options(&job.settings, page, &stop)).transpose()?;
-    let goals = Goals::of(&job.settings, job.args.live.limits.limits().wall);
+    let goals = Goals::of(&job.settings, job.args.live.limits().wall);
     let prepared: Vec<Prepared> = (0..)
         .zip(job.args.sources.iter().zip(recordings))
         .map(|(number, (source, recording))| {
@@ -122,7 +122,7 @@ pub(super) async fn attach_all(
     if let Some(messages) = messages {
         let all = stop.clone();
         let view = View::show(monitors, messages, Arc::clone(&job.evaluation), view_options.unwrap_or_default(), stop)?;
-        let on_hangup = job.args.live.limits.hangup;
+        let on_hangup = job.args.live.hangup;
         if on_hangup.is_none() && !job.args.record.is_empty() {
             job.status.report(RECORDING_GOES_ON);
         }
@@ -217,12 +217,12 @@ impl Job {
             conditions: self.conditions.clone(),
             recording: recording.map(|path| RecordingSpec {
                 path,
-                resume: args.live.recording.resume,
-                rotation: args.live.recording.rotate,
+                resume: args.live.resume,
+                rotation: args.live.rotate,
             }),
             each_second: self.format.lines().is_some(),
             samples,
-            limits: args.live.limits.limits(),
+            limits: args.live.limits(),
             stop,
         };
         Session::live(spec)

@@ -5,17 +5,18 @@ use std::{fs::File, io::Write, path::Path};
 
 use anyhow::{Context, Result};
 use clap::{Command, CommandFactory};
+use clap_complete::Shell;
 use clap_mangen::Man;
 use vn100_analysis::Completion;
 use vn100_report::{analysis_schema, progress_schema};
 
 use crate::{
-    args::{Args, CompletionsArgs, DescribedDocument, ManArgs, SchemaArgs},
+    args::{Args, DescribedDocument},
     exit::print,
 };
 
-pub(crate) fn schema(args: &SchemaArgs) -> Result<Completion> {
-    let schema = match args.document {
+pub(crate) fn schema(document: DescribedDocument) -> Result<Completion> {
+    let schema = match document {
         DescribedDocument::Analysis => analysis_schema(),
         DescribedDocument::Progress => progress_schema(),
     };
@@ -23,19 +24,19 @@ pub(crate) fn schema(args: &SchemaArgs) -> Result<Completion> {
     Ok(Completion::Complete)
 }
 
-pub(crate) fn completions(args: &CompletionsArgs) -> Result<Completion> {
+pub(crate) fn completions(shell: Shell) -> Result<Completion> {
     // written to memory first: clap_complete panics where its output cannot be written
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Args::command(), "vn100", &mut script);
+    clap_complete::generate(shell, &mut Args::command(), "vn100", &mut script);
     print(&String::from_utf8(script)?)?;
     Ok(Completion::Complete)
 }
 
-pub(crate) fn man(args: &ManArgs) -> Result<Completion> {
+pub(crate) fn man(folder: Option<&Path>) -> Result<Completion> {
     let mut vn100 = Args::command().disable_help_subcommand(true);
     // gives the commands their whole names
     vn100.build();
-    match &args.output {
+    match folder {
         Some(folder) => {
             write_page(folder, &vn100)?;
             vn100.get_subcommands().try_for_each(|command| write_page(folder, command))?;

@@ -9,17 +9,16 @@ use vn100_report::glossary::{Explanation, explain as explained, glossary};
 use vn100_report::remedies::remedy_words;
 
 use crate::{
-    args::ExplainArgs,
     exit::{print, report},
     text::{fill, text},
 };
 
-pub(crate) fn explain(args: &ExplainArgs) -> Result<Completion> {
-    if args.code.is_empty() {
+pub(crate) fn explain(words: &[String]) -> Result<Completion> {
+    if words.is_empty() {
         print(&text(write_list))?;
         return Ok(Completion::Complete);
     }
-    let code = args.code.join(" ");
+    let code = words.join(" ");
     let found = explained(&code);
     if found.is_empty() {
         report(&format!("'{code}' is no code or parameter: `vn100 explain` lists all of them"));

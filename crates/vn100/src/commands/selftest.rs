@@ -2,26 +2,29 @@
 
 mod published;
 
-use std::fmt::{self, Write};
+use std::{
+    fmt::{self, Write},
+    path::PathBuf,
+};
 
 use anyhow::Result;
 use vn100_analysis::{Completion, SelfTestCheck, SelfTestSuite, self_test};
 
 use crate::{
-    args::SelftestArgs,
     exit::{print, unless_closed},
     text::text,
 };
 
-pub(crate) fn selftest(args: &SelftestArgs) -> Result<Completion> {
-    if let Some(None) = args.published {
+/// Without a folder, `published` lists the records.
+pub(crate) fn selftest(published: Option<Option<PathBuf>>) -> Result<Completion> {
+    if let Some(None) = published {
         return published::list();
     }
     let suites = self_test();
     let completion = if failures(&suites) == 0 { Completion::Complete } else { Completion::Failed };
     unless_closed(print(&text(|out| write_suites(out, &suites))))?;
-    match &args.published {
-        Some(Some(folder)) => Ok(completion.max(published::compare(folder)?)),
+    match published {
+        Some(Some(folder)) => Ok(completion.max(published::compare(&folder)?)),
         _ => Ok(completion),
     }
 }

@@ -10,7 +10,7 @@ use tokio_util::sync::CancellationToken;
 use vn100_analysis::Completion;
 use vn100_driver::{CommandError, LinkHandle, OutputSettings};
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, ImuFilter, LineForm, LinkLoad, MEASUREMENTS_PER_S, MESSAGES,
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, ImuFilter, LinkLoad, MEASUREMENTS_PER_S, MESSAGES,
     PACKET_MESSAGES, ProtocolControl, Register, RegisterContents, RegisterFields, RegisterValue, RequestFailure,
     stream::ReadOptions,
 };
@@ -121,11 +121,11 @@ impl Info {
             .collect();
         let speed = baud.and_then(BaudRate::new).or_else(|| register_value(&registers, 5));
         let line = speed.and_then(|speed| {
-            let form = control.as_ref().map(LineForm::from)?;
+            let control = control.as_ref()?;
             let packets: Option<LinkLoad> = packets.iter().map(LinkLoad::of_packets).sum();
-            let lines = LinkLoad::of_lines(message?.line_length(form)?, rate?);
+            let lines = LinkLoad::of_lines(message?.line_length(control)?, rate?);
             let highest = MESSAGES.iter().filter_map(|layout| {
-                let length = AsyncType::from_header(layout.message.as_bytes())?.line_length(form)?;
+                let length = AsyncType::from_header(layout.message.as_bytes())?.line_length(control)?;
                 Some((&*layout.message, LinkLoad::NONE.highest_rate_beside(length, speed).map(AsyncRate::hz)))
             });
             let highest_of_packets =

@@ -30,15 +30,9 @@ pub struct LowSpace {
 pub(super) struct DiskWatch {
     free_bytes: Box<dyn FnMut() -> Option<u64> + Send>,
     asked_ns: Option<i64>,
-    answers: VecDeque<Answer>,
+    /// The times of the last queries, and the free bytes at each.
+    answers: VecDeque<(i64, u64)>,
     low: Option<LowSpace>,
-}
-
-/// The free bytes at a time.
-#[derive(Clone, Copy)]
-struct Answer {
-    at_ns: i64,
-    free_bytes: u64,
 }
 
 impl DiskWatch {
@@ -67,12 +61,12 @@ impl DiskWatch {
     /// Queries the disk; `None` if its free space does not decline, or has declined for too short a time.
     fn ask(&mut self, at_ns: i64) -> Option<LowSpace> {
         let free_bytes = (self.free_bytes)()?;
-        let elapsed_ns = |answer: &Answer| at_ns.saturating_sub(answer.at_ns);
-        self.answers.retain(|answer| (0..=PRESENT_NS).contains(&elapsed_ns(answer)));
-        self.answers.push_back(Answer { at_ns, free_bytes });
-        let first = self.answers.front().filter(|first| elapsed_ns(first) >= SHORTEST_NS)?;
-        let declined = first.free_bytes.checked_sub(free_bytes).filter(|declined| *declined > 0)?;
-        let lasts_s = free_bytes as f64 * (elapsed_ns(first) as f64 * 1e-9) / declined as f64;
+        self.answers.retain(|(then_ns, _)| (0..=PRESENT_NS).contains(&at_ns.saturating_sub(*then_ns)));
+        self.answers.push_back((at_ns, free_bytes));
+        let (first_ns, first_bytes) = self.answers.front()?;
+        let elapsed_ns = Some(at_ns.saturating_sub(*first_ns)).filter(|elapsed_ns| *elapsed_ns >= SHORTEST_NS)?;
+        let declined = first_bytes.checked_sub(free_bytes).filter(|declined| *declined > 0)?;
+        let lasts_s = free_bytes as f64 * (elapsed_ns as f64 * 1e-9) / declined as f64;
         Some(LowSpace { free_bytes, lasts: Duration::try_from_secs_f64(lasts_s).unwrap_or(Duration::MAX) })
     }
 }

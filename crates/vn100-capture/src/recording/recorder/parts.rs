@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    fs::{self, File},
+    fs,
     io::{self, ErrorKind},
     path::{Path, PathBuf},
 };
@@ -11,12 +11,12 @@ use vn100_protocol::stream::{Chunk, StreamInput};
 
 use super::{
     NamedFile, RecordError,
-    resume::{begun_whole, serial_number},
+    resume::{begun_whole, claimed, serial_number},
 };
 use crate::recording::{
     RECORDING_METADATA, RESUMED,
     part::{RecordingPart, Rotation, existing_parts, part_path},
-    reader::{RecordingEnd, RecordingReader},
+    reader::RecordingEnd,
     writer::{RecordingWriter, head},
 };
 
@@ -121,14 +121,9 @@ impl Before {
     fn of(parts: &BTreeMap<u32, PathBuf>) -> Result<Self, RecordError> {
         let mut before = Self::default();
         for path in parts.values().rev() {
-            let failed = |source| RecordError::Io { path: path.clone(), source };
-            let not_resumable = |problem| RecordError::NotResumable { path: path.clone(), problem };
-            let file = File::open(path).map_err(failed)?;
-            if !NamedFile::claim(&file) {
-                return Err(RecordError::InUse(path.clone()));
-            }
-            let mut reader = RecordingReader::open(file).map_err(not_resumable)?;
+            let mut reader = claimed(path)?;
             before.part = before.part.or_else(|| reader.recorded().part.clone());
+            let failed = |source| RecordError::Io { path: path.clone(), source };
             let serial = serial_number(&mut reader).map_err(failed)?;
             before.serial = before.serial.or(serial);
             let end = reader.recorded().end.get().filter(|end| end.ended_ns.is_some()).cloned();

@@ -31,12 +31,8 @@ pub(super) fn resume(
         return Err(RecordError::SymbolicLink(path.to_owned()));
     }
     let not_resumable = |problem| RecordError::NotResumable { path: path.to_owned(), problem };
-    let file = File::open(path).map_err(failed)?;
-    // the reader keeps it claimed until the copy has replaced it
-    if !NamedFile::claim(&file) {
-        return Err(RecordError::InUse(path.to_owned()));
-    }
-    let mut recording = RecordingReader::open(file).map_err(not_resumable)?;
+    // claimed until the copy has replaced it
+    let mut recording = claimed(path)?;
     if !recording.has_our_topics() {
         return Err(not_resumable(RecordingError::NotBegun));
     }
@@ -59,6 +55,15 @@ pub(super) fn resume(
     file.sync_all().map_err(failed)?;
     copy.take_place_of(path).map_err(failed)?;
     Ok((writer, serial))
+}
+
+/// Opens a recording, which is claimed for this program while it is read.
+pub(super) fn claimed(path: &Path) -> Result<RecordingReader<File>, RecordError> {
+    let file = File::open(path).map_err(|source| RecordError::Io { path: path.to_owned(), source })?;
+    if !NamedFile::claim(&file) {
+        return Err(RecordError::InUse(path.to_owned()));
+    }
+    RecordingReader::open(file).map_err(|problem| RecordError::NotResumable { path: path.to_owned(), problem })
 }
 
 /// Copies all readable inputs, and marks the break. Returns the last serial number in them.
