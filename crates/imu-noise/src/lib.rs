@@ -101,7 +101,7 @@ pub use accumulate::temperature_blocks::TemperatureBlocks;
 pub use accumulate::unwrap::Unwrap;
 pub use infer::chi_squared;
 pub use infer::confidence::{Interval, edf};
-pub use infer::convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, conventions, temperature_conventions};
+pub use infer::convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, conventions, si_unit, temperature_conventions};
 pub use infer::disturbance::Disturbance;
 pub use infer::drift::{CurvePoint, Drift, Integral};
 pub use infer::identification::noise_types;
@@ -109,9 +109,8 @@ pub use infer::level_change::{LevelChange, LevelFindings, LevelSearch, LevelShap
 pub use infer::narrow_bands::NarrowBand;
 pub use infer::noise_change::{Frozen, NoiseChange, NoiseChanges};
 pub use infer::noise_model::{
-    Aim, BoxcarWindow, ChannelCurve, ClassicalReading, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, NotRead,
-    PROVED_P, Parameter, Rival, SlopeLine, SlowNoise, Status, Term, Wanted, classical_reading, curve_minimum,
-    white_deficit,
+    Aim, BoxcarWindow, ChannelCurve, FitQuality, GaussMarkovProcess, GraphicalReading, GraphicalReadings, NoiseFit,
+    NoiseModel, NotRead, PROVED_P, Parameter, Rival, SlowNoise, Status, Term, Wanted, curve_minimum, white_deficit,
 };
 pub use infer::power_law::PowerLaw;
 pub use infer::spectral_lines::SpectralLine;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2, PI};
 
-use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, Term, Verdict, conventions};
+use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, Term, Verdict, si_unit};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -300,7 +300,7 @@ impl DatasheetFigure {
             decided_by: decided_by.map(|(_, by)| by),
             deciding_record_s: None,
             range,
-            unit: conventions(self.sensor, self.term).first().map_or("", |si| si.unit),
+            unit: si_unit(self.sensor, self.term),
             measured,
             ratio,
             factor: stream.factor,

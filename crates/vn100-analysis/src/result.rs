@@ -21,10 +21,7 @@ pub use channel::{BlockValues, ChannelResult, Curve, HistogramBars, Norm, Point,
 pub use drift::{DriftResult, Drifting, angle_drift};
 pub use history::{History, HistoryColumn};
 pub use inflation::{Inflation, WALK_OF_FLICKER};
-pub use noise::{
-    Budget, Discrete, Graded, GraphicalReading, GraphicalReadings, InUnit, NoiseResult, ParameterResult,
-    TemperatureResult,
-};
+pub use noise::{Budget, Discrete, Graded, InUnit, NoiseResult, ParameterResult, TemperatureResult};
 pub use time_base::{LinkCounts, TimeBase};
 use verdict::deciding_record_s;
 

@@ -97,7 +97,7 @@ fn begins_with_figure(text: &str) -> bool {
 }
 
 fn si_unit(figure: &NoiseFigure) -> &'static str {
-    conventions(figure.sensor, figure.term).first().map_or("", |si| si.unit)
+    imu_noise::si_unit(figure.sensor, figure.term)
 }
 
 /// A number in SI units, from one with a unit in use.

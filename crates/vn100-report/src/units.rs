@@ -2,11 +2,6 @@
 
 use vn100_analysis::noise::{Sensor, Term, conventions};
 
-/// The SI unit of a noise parameter.
-pub fn si_unit(sensor: Sensor, term: Term) -> &'static str {
-    conventions(sensor, term).first().map_or("", |si| si.unit)
-}
-
 /// A unit as people write it: `rad/s/sqrt(Hz)` as `rad/s/√Hz`, `m/s^2` as `m/s²`, `deg/h^1.5` as
 /// `°/h/√h`.
 pub fn pretty_unit(unit: &str) -> String {

@@ -25,7 +25,7 @@ use super::power_law::PowerLaw;
 use crate::accumulate::record::{Octave, RecordShape};
 pub use boxcar::{BoxcarWindow, white_deficit};
 pub use channel_curve::ChannelCurve;
-pub use curve_reading::{ClassicalReading, NotRead, SlopeLine, classical_reading, curve_minimum};
+pub use curve_reading::{GraphicalReading, GraphicalReadings, NotRead, curve_minimum};
 use density::Component;
 pub use noise_fit::{FitQuality, GaussMarkovProcess, NoiseFit, SlowNoise};
 pub use parameter::{PROVED_P, Parameter, Status};

@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use crate::hypothesis_tests::holm;
 use imu_noise::{
-    BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, Grade, NoiseFit, NoiseModel, Octave, PROVED_P, Parameter,
-    Rival, Sensor, Status, Term, classical_reading, curve_minimum, white_deficit,
+    BoxcarWindow, ChannelCurve, Deviation, Grade, GraphicalReadings, NoiseFit, NoiseModel, Octave, PROVED_P, Parameter,
+    Rival, Sensor, Status, Term, curve_minimum, white_deficit,
 };
 use vn100_protocol::Channel;
 
@@ -30,7 +30,7 @@ pub struct ChannelNoise {
     /// The fit itself; its parameters hold for the stream, see [`parameter`](Self::parameter).
     pub fit: NoiseFit,
     /// By the graphical method, for comparison with published figures only.
-    pub classical: ClassicalReading,
+    pub classical: GraphicalReadings,
     /// Why bias instability, random walk and ramp are not those of the sensor.
     pub long_taus: LongTauValidity,
     /// What N is uncertain by.
@@ -158,10 +158,10 @@ impl ChannelNoise {
         let classical = match curve.shape.deviation {
             Deviation::Allan => {
                 let duration_s = curve.shape.samples as f64 * curve.shape.interval_s;
-                classical_reading(&tau_s, &deviations, duration_s)
+                GraphicalReadings::of(sensor, &tau_s, &deviations, duration_s)
             }
             // the recipes are for the Allan deviation
-            Deviation::Hadamard => ClassicalReading::NOT_APPLICABLE,
+            Deviation::Hadamard => GraphicalReadings::not_applicable(sensor),
         };
         let white_budget = WhiteBudget::new(fit.parameter(Term::White), snapshot, onboard);
         Some(Self {
@@ -242,7 +242,7 @@ impl ChannelNoise {
     /// Withholds everything: what the curve shows is no noise.
     pub(super) fn was_spoiled(&mut self) {
         self.fit.withhold(Status::ModelRejected);
-        self.classical = ClassicalReading::NOT_APPLICABLE;
+        self.classical = GraphicalReadings::not_applicable(self.sensor);
         if let LongTauValidity::Sensor | LongTauValidity::LooksCompensated = self.long_taus {
             self.long_taus = LongTauValidity::Spoiled;
         }
@@ -252,7 +252,7 @@ impl ChannelNoise {
     /// the same.
     pub(super) fn was_moved(&mut self) {
         self.fit.withhold(Status::Moved);
-        self.classical = ClassicalReading::NOT_APPLICABLE;
+        self.classical = GraphicalReadings::not_applicable(self.sensor);
         self.white_budget.sampling = None;
         self.rounded_away = &[];
         if let LongTauValidity::Sensor | LongTauValidity::LooksCompensated = self.long_taus {

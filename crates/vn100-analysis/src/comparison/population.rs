@@ -1,6 +1,6 @@
 //! N, B and K over three recordings or more: what units have, and what the next one will have.
 
-use imu_noise::{Parameter, Sensor, Status, Term, chi_squared, conventions};
+use imu_noise::{Parameter, Sensor, Status, Term, chi_squared, si_unit};
 use serde::Serialize;
 
 use super::{SameSamples, have_same_rate};
@@ -187,7 +187,7 @@ fn population(
         channel: channel.to_owned(),
         sensor,
         term,
-        unit: conventions(sensor, term).first().map_or("", |si| si.unit),
+        unit: si_unit(sensor, term),
         median: median(independent).exp(),
         lowest: extreme(f64::min).unwrap_or(f64::NAN),
         highest: extreme(f64::max).unwrap_or(f64::NAN),

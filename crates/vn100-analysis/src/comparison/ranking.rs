@@ -1,6 +1,6 @@
 //! Which record has the least white noise, sensor by sensor.
 
-use imu_noise::{Interval, Sensor, Term, conventions};
+use imu_noise::{Interval, Sensor, Term, si_unit};
 use serde::Serialize;
 use vn100_protocol::Quantity;
 
@@ -140,7 +140,7 @@ fn ranking(
     Some(Ranking {
         sensor: axes_name(sensor),
         quantity,
-        unit: conventions(sensor, Term::White).first().map_or("", |si| si.unit),
+        unit: si_unit(sensor, Term::White),
         folds_alike: others.is_empty(),
         tests: alike.into_iter().filter_map(test).collect(),
         quietest: None,

@@ -2,14 +2,14 @@
 //! number for all axes, each with what it is, from a record or from a data sheet.
 
 use thiserror::Error;
-use vn100_analysis::noise::{Claim, Sensor, Status, Term};
+use vn100_analysis::noise::{Claim, Sensor, Status, Term, si_unit};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
     ChannelResult, Datasheet, DatasheetFigure, Inflation, LongTauValidity, Remedy, RemedyWords, Setting, SourceResult,
     WALK_OF_FLICKER, axes_name, letter, sensor_name, uncompensated_message,
 };
 
-use crate::{printable, units::si_unit};
+use crate::printable;
 
 /// The time in seconds over which a filter integrates, where the user does not give one.
 pub const DEFAULT_SPAN_S: f64 = 60.0;

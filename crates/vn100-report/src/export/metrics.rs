@@ -2,11 +2,11 @@
 
 use std::{collections::BTreeSet, fmt::Write, time::Duration};
 
-use vn100_analysis::noise::Term;
+use vn100_analysis::noise::{Term, si_unit};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelResult, LinkStatus, SourceResult};
 
-use crate::{codes::name_of, health::line_load, names::rejected_kinds, printable::printable, units::si_unit};
+use crate::{codes::name_of, health::line_load, names::rejected_kinds, printable::printable};
 
 /// One source at one moment.
 #[derive(Debug, Clone, Copy)]

@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
-use vn100_analysis::noise::{Claim, Parameter, Term, conventions};
+use vn100_analysis::noise::{Claim, Parameter, Term, conventions, si_unit};
 use vn100_analysis::{
     Completion, Discrete, InUnit, ParameterResult, Point, RemedyWords, SourceResult, Statistics, TemperatureResult,
 };
 
 use crate::warnings::{details, headline};
-use crate::{codes::name_of, graphical::GRAPHICAL, names::sentence, units::si_unit};
+use crate::{codes::name_of, graphical::GRAPHICAL, names::sentence};
 
 /// A table of a report.
 #[derive(Debug, Clone, Copy)]
@@ -129,11 +129,11 @@ fn parameters(table: &mut Table, record: &SourceResult) {
         }
         in_units(table, &channel.name, "curve_minimum", noise.curve_minimum.as_ref());
         for (term, ..) in GRAPHICAL {
-            let read = noise.classical.of(term);
-            let (name, status) =
-                (format!("graphical_{}", name_of(term)), read.map_or_else(name_of, |_| "graphical".into()));
+            let Some(read) = noise.classical.reading(term) else { continue };
+            let name = format!("graphical_{}", name_of(term));
+            let status = read.not_read.map_or_else(|| "graphical".into(), name_of);
             for (place, convention) in conventions(noise.sensor, term).iter().enumerate() {
-                let value = number(read.ok().map(|line| line.value * convention.factor));
+                let value = number(read.value.map(|value| value * convention.factor));
                 let sides = convention.sides.map_or_else(String::new, name_of);
                 let is_si = if place == 0 { "true" } else { "false" };
                 table.row(&[&channel.name, &name, &status, &value, "", "", convention.unit, "", &sides, is_si]);

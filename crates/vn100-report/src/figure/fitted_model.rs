@@ -6,7 +6,10 @@ use vn100_analysis::noise::{
 };
 use vn100_analysis::{ChannelResult, NoiseResult, Point, letter};
 
-use super::{Colour, Dash, Figure, LegendSample, Marker, Primitive, Shape, SlopedLine, Stroke, axes::Scale, quiet};
+use super::{
+    Colour, Dash, Figure, LegendSample, Marker, Primitive, Shape, SlopedLine, Stroke, axes::Scale,
+    graphical::read_line, quiet,
+};
 use crate::{
     numbers::digits,
     units::{parameter_unit, pretty_unit},
@@ -71,7 +74,8 @@ impl<'a> FittedModel<'a> {
         if self.noise.fit.is_some() {
             legend.push((LegendSample::Line(MODEL), "fitted model".into()));
         }
-        if [White, BiasInstability, RateRandomWalk].iter().any(|term| self.noise.classical.of(*term).is_ok()) {
+        let is_read = |term: &Term| self.noise.classical.reading(*term).is_some_and(|read| read.value.is_some());
+        if Term::ALL.iter().any(is_read) {
             legend.push((LegendSample::Symbol(Shape::Disc.hollow(), Colour::Ink), "graphical method".into()));
         }
         legend.extend(Term::ALL.into_iter().filter_map(|term| {
@@ -98,17 +102,11 @@ impl<'a> FittedModel<'a> {
         }
         let lines = self.lines(plot);
         marks.extend(lines.iter().map(|line| line.symbol(plot, Shape::Diamond.filled())));
-        let classical = &self.noise.classical;
-        let read = [
-            (Shape::Disc.hollow(), 1.0, classical.of(White)),
-            (Shape::Triangle.hollow(), 3.0, classical.of(RateRandomWalk)),
-        ];
-        marks.extend((read.into_iter()).filter_map(|(shape, tau_s, value)| {
-            Some(plot.symbol(tau_s, value.ok()?.value * self.factor, shape, Colour::Ink))
+        let read = [(White, Shape::Disc), (RateRandomWalk, Shape::Triangle), (BiasInstability, Shape::Square)];
+        marks.extend(read.into_iter().filter_map(|(term, shape)| {
+            let line = read_line(term, self.noise.classical.reading(term)?, self.factor)?;
+            Some(plot.symbol(line.tau_s, line.deviation, shape.hollow(), Colour::Ink))
         }));
-        if let Ok(flat) = classical.of(BiasInstability) {
-            marks.push(plot.symbol(flat.tau_s, FLAT * flat.value * self.factor, Shape::Square.hollow(), Colour::Ink));
-        }
         plot.draw(1, marks);
         for line in &lines {
             let value = self.noise.parameter(line.term).and_then(|parameter| parameter.value);

@@ -159,9 +159,9 @@ fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>]) -> Vec<Paramete
     }
     if let Some((_, rule, short_rule)) = GRAPHICAL.iter().find(|(graphical, ..)| *graphical == term) {
         let is_of_sensor = |axis: &Axis<'_>| term == Term::White || axis.noise.long_taus == LongTauValidity::Sensor;
-        let read = |axis: &Axis<'_>| axis.noise.classical.of(term).ok().filter(|_| is_of_sensor(axis));
+        let read = |axis: &Axis<'_>| axis.noise.classical.reading(term)?.value.filter(|_| is_of_sensor(axis));
         if axes.iter().any(|axis| read(axis).is_some()) {
-            let cell = |axis: &Axis<'_>| read(axis).map_or("-".into(), |line| number(line.value * factor));
+            let cell = |axis: &Axis<'_>| read(axis).map_or("-".into(), |value| number(value * factor));
             rows.push(detail(&format!("graphical: {rule}"), short_rule, axes.iter().map(cell).collect()));
         }
     }
