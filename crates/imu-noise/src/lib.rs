@@ -110,7 +110,7 @@ pub use infer::narrow_bands::NarrowBand;
 pub use infer::noise_change::{Frozen, NoiseChange, NoiseChanges};
 pub use infer::noise_model::{
     Aim, BoxcarWindow, ChannelCurve, FitQuality, GaussMarkovProcess, GraphicalReading, GraphicalReadings, NoiseFit,
-    NoiseModel, NotRead, PROVED_P, Parameter, Rival, SlowNoise, Status, Term, Wanted, curve_minimum, white_deficit,
+    NoiseModel, NotRead, PROVED_P, Parameter, SlowNoise, Status, Term, Wanted, Withheld, curve_minimum, white_deficit,
 };
 pub use infer::power_law::PowerLaw;
 pub use infer::spectral_lines::SpectralLine;

@@ -19,8 +19,8 @@ use imu_noise::{
 };
 use vn100_protocol::Channel;
 
-pub use axis_temperature::{AxisTemperature, WhyNoCoefficient};
-pub use noise::{BEFORE_FILTER_S, ChannelNoise, LongTauValidity, NoGrade, Withheld};
+pub use axis_temperature::AxisTemperature;
+pub use noise::{BEFORE_FILTER_S, ChannelNoise, LongTauValidity, NoGrade};
 pub use onboard::{Onboard, WindowFrom};
 pub(crate) use rounding::is_rounded_away;
 pub use stationarity::Stationarity;

@@ -48,8 +48,7 @@ pub use accumulate::{
 };
 pub use assessment::{
     Aliasing, Assessment, AxisTemperature, BEFORE_FILTER_S, ChannelAssessment, ChannelNoise, DEFAULT_CONFIDENCE,
-    LEAST_EDF, LongTauValidity, NoGrade, OctaveAssessment, Onboard, RateShare, Stationarity, WhiteBudget,
-    WhyNoCoefficient, WindowFrom, Withheld,
+    LEAST_EDF, LongTauValidity, NoGrade, OctaveAssessment, Onboard, RateShare, Stationarity, WhiteBudget, WindowFrom,
 };
 pub use averaging_times::AveragingTimes;
 pub use coast::Coast;

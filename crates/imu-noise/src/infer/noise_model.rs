@@ -32,7 +32,7 @@ pub use parameter::{PROVED_P, Parameter, Status};
 pub use record_length::{Aim, Wanted};
 pub(super) use scoring::{Rows, Scored, Structure};
 use search::Layout;
-pub use search::Rival;
+pub use search::Withheld;
 pub(super) use shapes::{MeanShape, MeanShapes};
 use spectral_rows::{ChannelData, Grid, GridOctave};
 pub use term::Term;

@@ -40,9 +40,18 @@ const SHORT_LAG_S: f64 = 2.0;
 /// log-likelihood at the limits.
 const UNKNOWN_NOISE: f64 = 1.1;
 
-/// Why a record shows no temperature coefficient.
+/// Why an axis has no temperature coefficient.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum NoCoefficient {
+    /// The sensor was moved.
+    #[error("the sensor was moved")]
+    Moved,
+    /// The stream does not carry the bias of the axis.
+    #[error("the bias is not in the stream")]
+    BiasNotInStream,
+    /// The values do not vary.
+    #[error("the values do not vary")]
+    Constant,
     /// Too few blocks in one stretch with samples and temperature.
     #[error("{blocks} consecutive blocks with samples and a temperature, {LEAST_BLOCKS} needed")]
     TooShort {
@@ -64,6 +73,20 @@ pub enum NoCoefficient {
         /// Of temperature and time.
         correlation: f64,
     },
+}
+
+impl NoCoefficient {
+    /// The code of the reason in results.
+    pub const fn code(self) -> &'static str {
+        match self {
+            Self::Moved => "moved",
+            Self::BiasNotInStream => "bias-not-in-stream",
+            Self::Constant => "constant",
+            Self::TooShort { .. } => "too-short",
+            Self::Excursion { .. } => "excursion",
+            Self::OneDirection { .. } => "one-direction",
+        }
+    }
 }
 
 /// By how much the bias of one axis changes per degree.

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::hypothesis_tests::holm;
 use imu_noise::{
     BoxcarWindow, ChannelCurve, Deviation, Grade, GraphicalReadings, NoiseFit, NoiseModel, Octave, PROVED_P, Parameter,
-    Rival, Sensor, Status, Term, curve_minimum, white_deficit,
+    Sensor, Status, Term, Withheld, curve_minimum, white_deficit,
 };
 use vn100_protocol::Channel;
 
@@ -81,29 +81,6 @@ pub enum LongTauValidity {
     Spoiled,
 }
 
-/// Why bias instability, random walk and ramp of an axis are no more than bounded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Withheld {
-    /// A warm-up, a step or a cycle poses as them.
-    LevelChange,
-    /// What follows the temperature poses as them.
-    Temperature,
-    /// A cycle of the level explains the record about as well as they do.
-    #[serde(rename = "perhaps-cycle")]
-    MayBeCycle,
-    /// A level that settles from the start on explains the record about as well as they do.
-    #[serde(rename = "perhaps-warm-up")]
-    MayBeWarmUp,
-    /// Noise that is correlated over a small part of the record explains it about as well as they
-    /// do.
-    #[serde(rename = "perhaps-correlated")]
-    MayBeProcess,
-    /// Noise that switches between two levels explains the record about as well as they do.
-    #[serde(rename = "perhaps-switching")]
-    MayBeSwitching,
-}
-
 impl ChannelNoise {
     /// Why the slow terms are no more than bounded; `None` where the record decides.
     pub fn withheld(&self) -> Option<Withheld> {
@@ -111,12 +88,7 @@ impl ChannelNoise {
             // what follows the temperature is a change of the level too
             () if self.follows_temperature() => Some(Withheld::Temperature),
             () if self.level_changes => Some(Withheld::LevelChange),
-            () => SLOW.into_iter().find_map(|term| self.fit.rival(term)).map(|rival| match rival {
-                Rival::Cycle => Withheld::MayBeCycle,
-                Rival::WarmUp => Withheld::MayBeWarmUp,
-                Rival::Process => Withheld::MayBeProcess,
-                Rival::Switching => Withheld::MayBeSwitching,
-            }),
+            () => SLOW.into_iter().find_map(|term| self.fit.rival(term)),
         }
     }
 

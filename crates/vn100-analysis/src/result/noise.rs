@@ -1,15 +1,13 @@
 //! The noise parameters of one axis, in SI units (magnetic field in gauss).
 
 use imu_noise::{
-    Convention, FitQuality, Grade, GraphicalReadings, Parameter, Sensor, Sides, SlowNoise, Status, Term, conventions,
-    si_unit, temperature_conventions,
+    Convention, FitQuality, Grade, GraphicalReadings, NoCoefficient, Parameter, Sensor, Sides, SlowNoise, Status, Term,
+    Withheld, conventions, si_unit, temperature_conventions,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::assessment::{
-    AxisTemperature, ChannelNoise, LongTauValidity, NoGrade, WhiteBudget, WhyNoCoefficient, Withheld,
-};
+use crate::assessment::{AxisTemperature, ChannelNoise, LongTauValidity, NoGrade, WhiteBudget};
 
 /// The noise model of an axis.
 #[derive(Debug, Clone, JsonSchema, Serialize)]
@@ -143,7 +141,7 @@ pub struct TemperatureResult {
     pub largest_share: Option<f64>,
     /// Why there is no coefficient, with the numbers of this record.
     #[serde(skip)]
-    pub why: Option<WhyNoCoefficient>,
+    pub why: Option<NoCoefficient>,
 }
 
 /// The grade of a gyroscope.
@@ -265,13 +263,13 @@ impl TemperatureResult {
         let (found, why) = (temperature.coefficient.ok(), temperature.coefficient.err());
         let parameter = match temperature.coefficient {
             Ok(found) => Parameter { p: Some(found.p), ..Parameter::estimated(found.value, found.lower, found.upper) },
-            Err(WhyNoCoefficient::BiasNotInStream) => Parameter::without_value(Status::NotMeasurable),
+            Err(NoCoefficient::BiasNotInStream) => Parameter::without_value(Status::NotMeasurable),
             Err(_) => Parameter::without_value(Status::NotObservable),
         };
         let conventions = temperature_conventions(sensor);
         Self {
             parameter,
-            reason: why.map(WhyNoCoefficient::code),
+            reason: why.map(NoCoefficient::code),
             unit: conventions.first().map_or("", |si| si.unit),
             conventions: in_other_units(&parameter, conventions),
             proved: temperature.is_proved,

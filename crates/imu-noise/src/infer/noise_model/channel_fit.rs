@@ -1,7 +1,7 @@
 //! From the structures of one channel to what is said of it.
 
 use super::{
-    ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, Parameter, Rival, SlowNoise, Status, Term,
+    ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, Parameter, SlowNoise, Status, Term, Withheld,
     density::{FLICKER, WALK, WHITE, variance_of_process},
     search::{Candidate, Found, Search},
     spectral_rows::{ChannelData, GridOctave},
@@ -166,7 +166,7 @@ impl<'a> ReadOut<'a> {
             found.evidence = 0.0;
         }
         if term == Term::BiasInstability && search.rise_by_processes() > PROCESSES_INSTEAD && found.evidence > PRESENT {
-            found = Found { evidence: 0.0, rival: Some(Rival::Process), ..found };
+            found = Found { evidence: 0.0, rival: Some(Withheld::MayBeProcess), ..found };
         }
         found
     }
@@ -241,7 +241,7 @@ impl<'a> ReadOut<'a> {
         Parameter { p, ..parameter }.scaled(term.per_second(self.model.shape.interval_s))
     }
 
-    fn ramp(&self) -> (Parameter, Option<Rival>) {
+    fn ramp(&self) -> (Parameter, Option<Withheld>) {
         let (data, interval_s) = (self.search.data, self.model.shape.interval_s);
         let Some((level, found)) = data.level.as_ref().zip(self.search.slope()) else {
             return (Parameter::without_value(Status::NotObservable), None);

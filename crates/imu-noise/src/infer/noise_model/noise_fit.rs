@@ -1,6 +1,6 @@
 //! What the fit of one channel says: parameters, quality, and what stands beside them.
 
-use super::{Parameter, Rival, Status, Term};
+use super::{Parameter, Status, Term, Withheld};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -24,7 +24,7 @@ pub struct NoiseFit {
     /// counted; above 1.
     pub correlation_samples: Option<f64>,
     /// What explains the record about as well as B, K and R, which are bounded for it, by term.
-    pub(super) rivals: [Option<Rival>; Term::ALL.len()],
+    pub(super) rivals: [Option<Withheld>; Term::ALL.len()],
     /// Averaging factor and edf of each octave from the shortest in use on.
     pub(super) edf: Vec<(u64, f64)>,
     /// Averaging factor and expected variance of each octave in use, in the unit squared.
@@ -82,7 +82,7 @@ impl NoiseFit {
     }
 
     /// What explains the record about as well as `term`, where it is bounded for that.
-    pub fn rival(&self, term: Term) -> Option<Rival> {
+    pub fn rival(&self, term: Term) -> Option<Withheld> {
         self.rivals[term as usize]
     }
 
