@@ -89,7 +89,7 @@ pub mod timebase;
 
 pub use accumulate::blocks::{Block, MAX_BLOCKS};
 pub use accumulate::counts::counts_to_unit;
-pub use accumulate::histogram::{Bars, Histogram, MAX_BINS};
+pub use accumulate::histogram::{Histogram, HistogramBars, MAX_BINS};
 pub use accumulate::moments::Moments;
 pub use accumulate::octaves::window_plan::WindowPlans;
 pub use accumulate::octaves::{OctaveSum, Octaves};

@@ -68,8 +68,8 @@ pub use rate_change::{FalseRate, FalseReport, RateChange};
 pub use remedy::{Remedy, RemedyWords, Setting};
 pub use result::{
     BlockValues, Budget, ChannelResult, ComparedSheet, Completion, Curve, Discrete, DriftResult, Drifting, Graded,
-    HistogramBars, History, HistoryColumn, InUnit, Inflation, LinkCounts, NoiseResult, Norm, ParameterResult, Parts,
-    Point, SourceResult, Spectrum, Statistics, TemperatureResult, TimeBase, WALK_OF_FLICKER, angle_drift,
+    History, InUnit, Inflation, LinkCounts, NoiseResult, Norm, ParameterResult, Parts, Point, SourceResult, Spectrum,
+    Statistics, TemperatureResult, TimeBase, WALK_OF_FLICKER, angle_drift,
 };
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};

@@ -17,9 +17,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use vn100_protocol::Quantity;
 
-pub use channel::{BlockValues, ChannelResult, Curve, HistogramBars, Norm, Point, Spectrum, Statistics};
+pub use channel::{BlockValues, ChannelResult, Curve, Norm, Point, Spectrum, Statistics};
 pub use drift::{DriftResult, Drifting, angle_drift};
-pub use history::{History, HistoryColumn};
+pub use history::History;
 pub use inflation::{Inflation, WALK_OF_FLICKER};
 pub use noise::{Budget, Discrete, Graded, InUnit, NoiseResult, ParameterResult, TemperatureResult};
 pub use time_base::{LinkCounts, TimeBase};

@@ -1,7 +1,8 @@
 //! The results of one channel, in its own unit.
 
 use imu_noise::{
-    Block, Deviation, Estimator, Interval, NoiseFit, OctaveSum, Sensor, Sides, SpectralLine, counts_to_unit,
+    Block, Deviation, Estimator, HistogramBars, Interval, NoiseFit, OctaveSum, Sensor, Sides, SpectralLine,
+    counts_to_unit,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -79,17 +80,6 @@ pub struct Statistics {
     pub resolution: f64,
     /// Samples by value; only at the end.
     pub histogram: Option<HistogramBars>,
-}
-
-/// A histogram in bins of one width.
-#[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
-pub struct HistogramBars {
-    /// Lower end of the first bin.
-    pub first: f64,
-    /// Width of every bin.
-    pub width: f64,
-    /// Samples in each bin.
-    pub counts: Vec<u64>,
 }
 
 /// The deviation over averaging times.
@@ -400,9 +390,9 @@ impl Maker<'_> {
             max: sample(moments.max_counts()),
             resolution: results.step(channel),
             histogram: bars.map(|bars| HistogramBars {
-                first: self.value(bars.first_counts - branch as f64),
-                width: self.value(bars.width_counts),
-                counts: bars.frequencies,
+                first: self.value(bars.first - branch as f64),
+                width: self.value(bars.width),
+                ..bars
             }),
         }
     }
