@@ -25,6 +25,11 @@ impl Goal {
         !axes.is_empty() && axes.iter().all(|(_, width)| width.is_some_and(|width| width <= self.relative_half_width))
     }
 
+    /// Those of the `goals` that are not met.
+    pub fn unmet(goals: &[Self], snapshot: &Snapshot, assessment: &Assessment) -> Vec<Self> {
+        goals.iter().filter(|goal| !goal.is_met(snapshot, assessment)).cloned().collect()
+    }
+
     /// Why no record of this message, however long, shows the parameter; `None` if one may, and
     /// while there is no message.
     pub fn out_of_reach(&self, snapshot: &Snapshot) -> Option<String> {
@@ -41,38 +46,6 @@ impl Goal {
                 let width = parameter.and_then(|parameter| parameter.relative_half_width());
                 (channel.name.to_string(), width)
             })
-            .collect()
-    }
-}
-
-/// A goal that was not met when the measurement ended.
-#[derive(Debug, Clone, PartialEq)]
-pub struct UnmetGoal {
-    /// The goal.
-    pub goal: Goal,
-    /// The reason.
-    pub why: WhyUnmet,
-}
-
-/// Why a goal is not met.
-#[derive(Debug, Clone, PartialEq)]
-pub enum WhyUnmet {
-    /// The message of the stream does not show the parameter, for this reason in words.
-    OutOfReach(String),
-    /// The measurement ended before the goal was met. Half-widths by axis as in
-    /// [`Goal::relative_half_widths`].
-    EndedBefore(Vec<(String, Option<f64>)>),
-}
-
-impl UnmetGoal {
-    /// Those of the `goals` that are not met.
-    pub fn of(goals: &[Goal], snapshot: &Snapshot, assessment: &Assessment) -> Vec<Self> {
-        let why = |goal: &Goal| match goal.out_of_reach(snapshot) {
-            Some(reason) => WhyUnmet::OutOfReach(reason),
-            None => WhyUnmet::EndedBefore(goal.relative_half_widths(snapshot, assessment)),
-        };
-        (goals.iter().filter(|goal| !goal.is_met(snapshot, assessment)))
-            .map(|goal| Self { goal: goal.clone(), why: why(goal) })
             .collect()
     }
 }

@@ -58,7 +58,7 @@ pub use comparison::{
 };
 pub use datasheet::{Datasheet, DatasheetFigure, DecidedBy, FigureVerdict, Ratio, SheetOnboard};
 pub use end::{End, Shortfall, StartCure};
-pub use goal::{Goal, UnmetGoal, WhyUnmet};
+pub use goal::Goal;
 pub use goals_decided::GoalCheck;
 pub use invalid_text::InvalidText;
 pub use motion::Motion;

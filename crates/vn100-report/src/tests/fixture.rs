@@ -6,7 +6,7 @@ use std::{
 };
 
 use vn100_analysis::{
-    Analysis, Assessment, End, Parts, Settings, Snapshot, SourceFacts, SourceResult, UnmetGoal,
+    Analysis, Assessment, End, Goal, Parts, Settings, Snapshot, SourceFacts, SourceResult,
     protocol::{
         Layout, VNIMU, VNYMR,
         stream::{Arrival, Batch},
@@ -42,7 +42,7 @@ pub(crate) fn result(facts: SourceFacts, snapshot: Snapshot) -> SourceResult {
 }
 
 /// The result of a capture that was read to its end.
-pub(crate) fn ended(facts: SourceFacts, snapshot: Snapshot, unmet: &[UnmetGoal]) -> SourceResult {
+pub(crate) fn ended(facts: SourceFacts, snapshot: Snapshot, unmet: &[Goal]) -> SourceResult {
     Ended { end: &End::SourceEnded, shortfall: None, unmet, is_live: false, words: page_words }
         .complete(result(facts, snapshot))
 }
