@@ -132,10 +132,10 @@ impl SourceResult {
             snapshot.warnings.iter().chain(&unread).chain(&assessment.warnings).cloned().collect();
         warnings.sort_by_key(|warning| warning.severity);
         let channels = channel::of(&snapshot, &assessment, parts);
-        let is_final = parts == Parts::All && snapshot.deviation == Deviation::Allan;
+        let is_final = parts == Parts::All && snapshot.settings.deviation == Deviation::Allan;
         let was_moved = assessment.motion.is_some();
         let drift = if is_final {
-            drift::of(&channels, &snapshot.coasts, was_moved, assessment.confidence)
+            drift::of(&channels, &snapshot.settings.coasts, was_moved, assessment.confidence)
         } else {
             Vec::new()
         };
@@ -159,7 +159,7 @@ impl SourceResult {
 
     /// Whether the user chose for which coasts the drift is given.
     pub fn are_coasts_chosen(&self) -> bool {
-        !self.basis.snapshot.coasts.is_empty()
+        !self.basis.snapshot.settings.coasts.is_empty()
     }
 
     /// The result of the same samples, assessed anew: without the intervals of an earlier snapshot.
@@ -254,12 +254,12 @@ impl SourceResult {
 
     /// The deviation that all curves are of.
     pub fn deviation(&self) -> Deviation {
-        self.basis.snapshot.deviation
+        self.basis.snapshot.settings.deviation
     }
 
     /// The windows that enter all curves.
     pub fn estimator(&self) -> Estimator {
-        self.basis.snapshot.estimator
+        self.basis.snapshot.settings.estimator
     }
 
     /// The latest samples of the channel at this place.

@@ -5,7 +5,7 @@ use serde::Serialize;
 use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
 use imu_noise::timebase::{Refusal, TimebaseSummary};
-use imu_noise::{ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, RecordShape};
+use imu_noise::{ChannelSignal, Histogram, Moments, OctaveSum, RecordShape};
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{
     Channel, Layout, Quantity, Register, RegisterContents, RegisterFields, RegisterValue, Sample, VNIMU,
@@ -16,8 +16,8 @@ use crate::{
         fingerprint::Fingerprint, magnitude::Magnitude, recent::Recent, saturation::Saturation,
         temperature_record::TemperatureRecord,
     },
-    coast::Coast,
     rate_change::{FalseRate, FalseReport, RateChange},
+    settings::Settings,
     warning::Warning,
 };
 
@@ -73,21 +73,13 @@ pub struct Snapshot {
     /// Packets excluded because their time fits neither neighbour: damage that the CRC did not
     /// detect.
     pub false_times: u64,
-    /// Which windows are averaged in the deviations.
-    pub estimator: Estimator,
+    /// The settings of the measurement.
+    pub settings: Settings,
     /// Data time excluded at the beginning.
     pub skipped: Duration,
-    /// The rests and coasts for which the user asked for the drift.
-    pub coasts: Vec<Coast>,
-    /// Which deviation the octaves are of.
-    pub deviation: Deviation,
     /// Sums of the axes against the temperature of the sensor; `None` where the record contains no
     /// temperature.
     pub temperature: Option<TemperatureRecord>,
-    /// Whether quantisation noise is fitted as well.
-    pub quantization: bool,
-    /// The averaging window that the user gave, see [`Settings::window`](crate::Settings::window).
-    pub given_window: Option<u32>,
     /// Averaging times that were asked for and that a final result does not have, in words.
     pub missing_times: Vec<String>,
     /// One per channel, in the order of `layout`; empty without a layout.
@@ -170,8 +162,8 @@ impl Snapshot {
         RecordShape {
             samples: self.timing.samples + self.timing.missing,
             interval_s: 1.0 / self.timing.rate_hz,
-            estimator: self.estimator,
-            deviation: self.deviation,
+            estimator: self.settings.estimator,
+            deviation: self.settings.deviation,
         }
     }
 }

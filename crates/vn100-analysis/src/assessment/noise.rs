@@ -108,7 +108,7 @@ impl ChannelNoise {
         let model = &models.get(&curve.octaves, window)?.model;
         let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated == Some(true));
         // an octave more than terms to be distinguished
-        let least = 4 + usize::from(snapshot.quantization);
+        let least = 4 + usize::from(snapshot.settings.quantization);
         let evidence = ChannelCurve { variances: &curve.variances, ..*evidence };
         let part = |octaves: usize| model.fit_part(&evidence, octaves.max(least), confidence);
         let before_filter = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) <= BEFORE_FILTER_S).count();
@@ -302,7 +302,7 @@ impl Models {
         for ((channel, results), curve) in axes {
             let window = overlapping_window(Onboard::of(channel, results, snapshot));
             if models.get(&curve.octaves, window).is_none() {
-                let model = NoiseModel::new(&curve.octaves, &curve.shape, window, snapshot.quantization);
+                let model = NoiseModel::new(&curve.octaves, &curve.shape, window, snapshot.settings.quantization);
                 models.made.push(Made { octaves: curve.octaves.clone(), window, model });
             }
         }

@@ -105,7 +105,8 @@ impl Onboard {
         let filter: Option<ImuFilter> = snapshot.register(Register::IMU_FILTER);
         let averaging = filter.unwrap_or_default();
         // a user knows of one window alone
-        let given = snapshot.given_window.filter(|_| filter.is_none() && channel.quantity != Quantity::MagneticField);
+        let given =
+            snapshot.settings.window.filter(|_| filter.is_none() && channel.quantity != Quantity::MagneticField);
         let (refresh_hz, window, mode) = match channel.quantity {
             Quantity::MagneticField => (Self::MAG_REFRESH_HZ, averaging.mag_window, averaging.mag_mode),
             Quantity::Acceleration => (IMU_REFRESH_HZ, averaging.accel_window, averaging.accel_mode),

@@ -43,7 +43,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment], was_
 
 /// A window that was given and that register 85 contradicts.
 fn contradicted_window(snapshot: &Snapshot) -> Option<Warning> {
-    let (given, filter) = snapshot.given_window.zip(snapshot.register::<ImuFilter>(Register::IMU_FILTER))?;
+    let (given, filter) = snapshot.settings.window.zip(snapshot.register::<ImuFilter>(Register::IMU_FILTER))?;
     let windows = [filter.accel_window, filter.gyro_window].map(u32::from);
     let found = Warning::new(Finding::WindowIgnored(given, windows));
     (windows != [given; 2]).then(|| found.as_severe_as(Severity::Caution))

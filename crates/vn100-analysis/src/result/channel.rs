@@ -326,8 +326,8 @@ impl Maker<'_> {
             rate_hz,
             statistics: self.statistics(),
             allan: Curve {
-                deviation: snapshot.deviation,
-                estimator: snapshot.estimator,
+                deviation: snapshot.settings.deviation,
+                estimator: snapshot.settings.estimator,
                 confidence,
                 data: (channel.quantity == Quantity::Value).then_some("rate"),
                 points: self.points(&results.octaves, &[], None),
@@ -365,7 +365,7 @@ impl Maker<'_> {
                     noise.long_taus == LongTauValidity::Sensor && noise.sensor != Sensor::Magnetometer
                 };
                 let noise = found.noise.as_ref().filter(is_sensors).filter(|_| assessment.motion.is_none());
-                let noise = noise.filter(|_| snapshot.deviation == Deviation::Allan);
+                let noise = noise.filter(|_| snapshot.settings.deviation == Deviation::Allan);
                 let octaves = found.octaves().iter().map_while(|point| Some((point.tau_s, point.upper?)));
                 let octaves: Vec<(f64, f64)> = octaves.collect();
                 found.inflation = noise.and_then(|noise| Inflation::of(&octaves, noise));
