@@ -54,7 +54,7 @@ pub use averaging_times::AveragingTimes;
 pub use coast::Coast;
 pub use comparison::{
     AxisWhite, Caveat, CaveatKind, Chance, ChannelMeans, ComparedChannel, Comparison, NoPrediction, OctaveTest,
-    Population, RankedRecord, Ranking, RecordDisturbance, RecordMean, SameSamples, Spread, UnitValue, WhiteTest,
+    Population, RankedRecord, Ranking, RecordMean, SameSamples, Spread, UnitValue, WhiteTest,
 };
 pub use datasheet::{Datasheet, DatasheetFigure, DecidedBy, FigureVerdict, Ratio, SheetOnboard};
 pub use end::{End, Shortfall, StartCure};
@@ -64,7 +64,7 @@ pub use invalid_text::InvalidText;
 pub use motion::Motion;
 pub use noise_figure::NoiseFigure;
 pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError, TakenAt, TakenFrom};
-pub use rate_change::{FalseRate, FalseReport, RateChange};
+pub use rate_change::RateChange;
 pub use remedy::{Remedy, RemedyWords, Setting};
 pub use result::{
     BlockValues, Budget, ChannelResult, ComparedSheet, Completion, Curve, Discrete, DriftResult, Drifting, Graded,

@@ -16,9 +16,9 @@ use crate::{
         fingerprint::Fingerprint, magnitude::Magnitude, recent::Recent, saturation::Saturation,
         temperature_record::TemperatureRecord,
     },
-    rate_change::{FalseRate, FalseReport, RateChange},
+    rate_change::RateChange,
     settings::Settings,
-    warning::Warning,
+    warning::{Finding, Warning},
 };
 
 /// All results of a measurement at one moment. Taking a snapshot does not change the measurement.
@@ -45,9 +45,9 @@ pub struct Snapshot {
     /// Rows that are pending until it is decided whether samples are missing before them.
     pub pending_rows: u64,
     /// A rate by arrival times that the sensor contradicted, and whose samples are excluded.
-    pub false_rate: Option<FalseRate>,
+    pub false_rate: Option<Finding>,
     /// A rate that the sensor reports and that arrival times show to be false.
-    pub false_report: Option<FalseReport>,
+    pub false_report: Option<Finding>,
     /// Samples excluded because they arrived at another rate for a while, as delayed bytes do.
     pub other_rate_samples: u64,
     /// The registers of the sensor by number, with their fields as the sensor last printed them
