@@ -40,21 +40,12 @@ pub struct Comparison {
     pub means: Vec<ChannelMeans>,
     /// N, B and K over three recordings or more, copies counted once.
     pub populations: Vec<Population>,
-    /// Events that disturbed a record.
+    /// Events that disturbed a record, each with the number of the record.
     #[serde(skip)]
-    pub disturbances: Vec<RecordDisturbance>,
+    pub disturbances: Vec<(usize, Warning)>,
     /// What could not be compared, or only in part.
     #[serde(skip)]
     pub caveats: Vec<Caveat>,
-}
-
-/// An event that disturbed a record.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RecordDisturbance {
-    /// The number of the record.
-    pub record: usize,
-    /// The kind of event, its time, and the channels.
-    pub warning: Warning,
 }
 
 /// Two records with the same samples.
@@ -119,13 +110,13 @@ fn correct<'a>(tests: impl Iterator<Item = &'a mut Chance>, confidence: f64) {
     }
 }
 
-fn disturbances(records: &[SourceResult]) -> Vec<RecordDisturbance> {
+fn disturbances(records: &[SourceResult]) -> Vec<(usize, Warning)> {
     let all = records.iter().enumerate().flat_map(|(record, result)| {
         let Basis { snapshot, assessment } = &*result.basis;
         let warnings = snapshot.warnings.iter().chain(&assessment.warnings);
-        warnings.map(move |warning| RecordDisturbance { record, warning: warning.clone() })
+        warnings.map(move |warning| (record, warning.clone()))
     });
-    all.filter(|disturbance| DISTURBANCES.contains(&disturbance.warning.kind)).collect()
+    all.filter(|(_, warning)| DISTURBANCES.contains(&warning.kind)).collect()
 }
 
 fn same_samples(records: &[SourceResult]) -> Vec<SameSamples> {

@@ -65,10 +65,7 @@ pub struct DatasheetFigure {
 }
 
 fn as_word<S: Serializer>(claim: &Claim, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(match claim {
-        Claim::Limit(_) => "limit",
-        Claim::Typical { .. } => "typical",
-    })
+    serializer.serialize_str(claim.name())
 }
 
 /// One figure of the data sheet and the verdict of the measurement, in SI units (magnetic field in

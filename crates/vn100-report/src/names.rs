@@ -247,8 +247,9 @@ pub fn grade_text(graded: &Graded) -> String {
 
 /// How grades are defined, in words.
 pub fn grade_scheme() -> String {
-    let edges = Grade::ALL.into_iter().filter(|grade| grade.limit_deg_h().is_finite()).map(|grade| {
-        format!("{} below {} deg/h and {} deg/sqrt(h)", name_of(grade), grade.limit_deg_h(), grade.limit_deg_sqrt_h())
+    let edges = Grade::ALL.into_iter().filter(|grade| *grade != Grade::Consumer).map(|grade| {
+        let (bias, white) = grade.limits();
+        format!("{} below {bias} deg/h and {white} deg/sqrt(h)", name_of(grade))
     });
     format!(
         "grade by B and by the sensor's own N, without aliasing, the worse one counting ({}, else consumer; no standard defines these)",

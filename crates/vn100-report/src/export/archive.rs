@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
-use vn100_analysis::noise::{Claim, Term};
+use vn100_analysis::noise::Term;
 use vn100_analysis::{ChannelResult, Completion, SourceResult};
 
 use super::tables::quoted;
@@ -145,11 +145,7 @@ fn cells(
     let judged = channel.map_or(&[][..], ChannelResult::verdicts);
     let verdicts = judged.iter().filter_map(|judged| {
         let (figure, verdict) = (&judged.figure, name_of(judged.verdict?));
-        let claim = match figure.claim {
-            Claim::Limit(_) => "limit",
-            Claim::Typical { .. } => "typical",
-        };
-        Some(format!("{} {claim} {verdict}", name_of(figure.term)))
+        Some(format!("{} {} {verdict}", name_of(figure.term), figure.claim.name()))
     });
     cells.push(("verdicts", joined(verdicts)));
     let mut named = BTreeSet::new();

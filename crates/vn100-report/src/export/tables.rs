@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use vn100_analysis::noise::{Claim, Parameter, Term, conventions, si_unit};
+use vn100_analysis::noise::{Parameter, Term, conventions, si_unit};
 use vn100_analysis::{
     Completion, Discrete, InUnit, ParameterResult, Point, RemedyWords, SourceResult, Statistics, TemperatureResult,
 };
@@ -169,17 +169,13 @@ fn verdicts(table: &mut Table, record: &SourceResult) {
             let Parameter { value, lower, upper, .. } = verdict.measured;
             let (low, high) = verdict.expected;
             let [value, lower, upper, low, high] = [value, lower, upper, Some(low), Some(high)].map(number);
-            let claim = match verdict.figure.claim {
-                Claim::Limit(_) => "limit",
-                Claim::Typical { .. } => "typical",
-            };
             table.row(&[
                 &channel.name,
                 &name_of(verdict.figure.term),
                 &verdict.verdict.map_or_else(String::new, name_of),
                 datasheet,
                 &verdict.figure.printed,
-                claim,
+                verdict.figure.claim.name(),
                 &value,
                 &lower,
                 &upper,

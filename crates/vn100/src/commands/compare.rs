@@ -180,16 +180,15 @@ fn write_disturbances(out: &mut String, comparison: &Comparison) -> fmt::Result 
     }
     writeln!(out, "\nDisturbances")?;
     let mut explained = Vec::new();
-    for disturbance in &comparison.disturbances {
-        let channels = match &disturbance.warning.channels[..] {
+    for (record, warning) in &comparison.disturbances {
+        let channels = match &warning.channels[..] {
             [] => "all channels".into(),
             channels => channels.join(", "),
         };
-        let warning = &disturbance.warning;
         // what a kind means and what to do is said once
         let said = if explained.contains(&warning.kind) { headline(warning) } else { in_words(warning, remedy_words) };
         explained.push(warning.kind);
-        let text = format!("{}  {channels}: {said}", run_name(disturbance.record));
+        let text = format!("{}  {channels}: {said}", run_name(*record));
         writeln!(out, "{}", fill(&text, "  ", "         "))?;
     }
     Ok(())

@@ -146,7 +146,7 @@ fn what_stands_between_two_records_is_a_caveat() {
     let moved = compared(&[short().record(), Simulated { level: moving, ..short() }.record()]);
     assert_eq!((kinds(&moved), moved.caveats[0].records.clone()), (vec![CaveatKind::Moved], vec![1]));
     assert!(moved.means.iter().all(|means| means.means.len() == 1), "a mean of a moved sensor is no bias");
-    assert!(moved.disturbances.iter().any(|event| event.record == 1 && event.warning.channels.len() == 3));
+    assert!(moved.disturbances.iter().any(|(record, warning)| *record == 1 && warning.channels.len() == 3));
 }
 
 #[test]
