@@ -112,7 +112,7 @@ impl Assessment {
         noise::withhold_what_poses_as_noise(&mut channels);
         noise::withhold_unproved(&mut channels);
         let mut warnings = stream::warnings(snapshot, &channels, motion.is_some());
-        let is_outlying = |(_, _, of): &(_, _, &ChannelAssessment)| of.stationarity.spikes.is_some();
+        let is_outlying = |(_, _, of): &(_, _, &ChannelAssessment)| of.stationarity.noise.spikes.is_some();
         let outlying: Vec<&Channel> =
             snapshot.assessed(&channels).filter(is_outlying).map(|(channel, ..)| channel).collect();
         warnings.extend(units::warning(snapshot, &outlying, motion.is_some()));

@@ -31,16 +31,16 @@ const FROZEN_WINDOWS: u64 = 3;
 const LEAST_STEPS: f64 = 0.5;
 
 /// What is not the same throughout in the noise of a channel.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, JsonSchema, Serialize)]
 pub struct NoiseChanges {
-    /// The stretch whose noise differs most from that of the rest.
+    /// Stretch with another noise than the rest; null if none was found.
+    #[serde(rename = "noise_change")]
     pub change: Option<NoiseChange>,
-    /// The noise varies more from block to block than within one, as clustered tails do: the
-    /// variance of the blocks over what independent windows have.
+    /// Variance of the noise from block to block over that of even noise; null if it is even.
     pub bursts: Option<f64>,
-    /// One value for longer than the noise allows.
+    /// Stretch of one value; null if none was found.
     pub frozen: Option<Frozen>,
-    /// Single samples far out.
+    /// Single samples far out; null if none was found.
     pub spikes: Option<Spikes>,
 }
 

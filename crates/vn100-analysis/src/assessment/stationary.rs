@@ -1,6 +1,6 @@
 //! Warnings of what is not stationary: spectral peaks, disturbances, changes of noise and level.
 
-use imu_noise::{Disturbance, Frozen, LevelShape, NoiseChange, SpectralLine, Spikes};
+use imu_noise::{Disturbance, LevelShape, NoiseChanges, SpectralLine, Spikes};
 use vn100_protocol::{Channel, Quantity};
 
 use super::{ChannelAssessment, Stationarity, mains::mains_hz};
@@ -127,14 +127,11 @@ fn events(channel: &Channel, found: &Stationarity) -> Vec<Happening> {
         LevelShape::Cycle { period_s, amplitude } => Some(event(None, Event::Cycle(period_s, amplitude, unit()))),
         LevelShape::WarmUp { .. } => None,
     });
-    let change = found
-        .noise_change
-        .map(|NoiseChange { start_s, end_s, factor, .. }| event(Some((start_s, end_s)), Event::NoiseFactor(factor)));
-    let bursts = found.bursts.map(|ratio| event(None, Event::Bursts(ratio)));
-    let frozen = found
-        .frozen
-        .map(|Frozen { start_s, end_s, duration_s }| event(Some((start_s, end_s)), Event::Frozen(duration_s)));
-    let spikes = found.spikes.map(|Spikes { count, sigmas }| event(None, Event::Outliers(count, sigmas)));
+    let NoiseChanges { change, bursts, frozen, spikes } = &found.noise;
+    let change = change.map(|of| event(Some((of.start_s, of.end_s)), Event::NoiseFactor(of.factor)));
+    let bursts = bursts.map(|ratio| event(None, Event::Bursts(ratio)));
+    let frozen = frozen.map(|of| event(Some((of.start_s, of.end_s)), Event::Frozen(of.duration_s)));
+    let spikes = spikes.map(|Spikes { count, sigmas }| event(None, Event::Outliers(count, sigmas)));
     short.chain([level, change, bursts, frozen, spikes].into_iter().flatten()).collect()
 }
 
