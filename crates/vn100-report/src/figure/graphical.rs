@@ -46,8 +46,7 @@ pub(crate) fn graphical(channel: &ChannelResult, deviation: Deviation) -> Option
     let mut plot = Figure::with_square_decades(id, title, x, y, &legend);
     plot.draw(1, straight().map(|line| line.drawn(&plot, Colour::Quiet, 1.3)).collect());
     plot.draw(0, curve(&plot, 0, &channel.allan.points));
-    let read = |line: &SlopedLine| plot.symbol(line.tau_s, line.deviation, Shape::Diamond.filled(), Colour::Ink);
-    plot.draw(1, straight().map(read).collect());
+    plot.draw(1, straight().map(|line| line.symbol(&plot, Shape::Diamond.filled())).collect());
     for (term, text, line) in &lines {
         let before = if *term == Term::BiasInstability { "0.664 B: " } else { "" };
         line.iter().for_each(|line| line.label(&mut plot, 1, &format!("{before}{text}")));

@@ -138,6 +138,11 @@ impl SlopedLine {
         plot.line([from, to].map(|tau_s| (tau_s, self.at(tau_s))), Stroke { colour, width, dash: self.dash })
     }
 
+    /// A symbol at the deviation that it goes through.
+    pub(super) fn symbol(&self, plot: &Figure, shape: Marker) -> Primitive {
+        plot.symbol(self.tau_s, self.deviation, shape, Colour::Ink)
+    }
+
     /// Places along it that lie in the plot, from its left end.
     pub(super) fn along(&self, plot: &Figure) -> Vec<(f64, f64)> {
         const PLACES: usize = 48;
