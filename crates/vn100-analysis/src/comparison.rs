@@ -17,7 +17,7 @@ pub use ranking::{AxisWhite, RankedRecord, Ranking, WhiteTest};
 
 use crate::hypothesis_tests::holm;
 use crate::result::Basis;
-use crate::{SharedRows, SourceResult, Warning, WarningKind};
+use crate::{SourceResult, Warning, WarningKind};
 
 /// Warnings about events within a record, not about how it was made.
 const DISTURBANCES: [WarningKind; 3] = [WarningKind::NotStationary, WarningKind::VibrationLine, WarningKind::WarmUp];
@@ -53,9 +53,11 @@ pub struct Comparison {
 pub struct SameSamples {
     /// The numbers of the two records.
     pub records: [usize; 2],
-    /// The shares of each record that are in the other.
-    #[serde(flatten)]
-    pub shared: SharedRows,
+    /// Share of the rows of the first record that are also in the second, 0 to 1, known to a few
+    /// percent.
+    pub of_first: f64,
+    /// Share of the rows of the second record that are also in the first, in the same way.
+    pub of_second: f64,
 }
 
 impl SameSamples {
@@ -122,7 +124,8 @@ fn disturbances(records: &[SourceResult]) -> Vec<(usize, Warning)> {
 fn same_samples(records: &[SourceResult]) -> Vec<SameSamples> {
     let shared = |pair: [usize; 2]| {
         let [a, b] = pair.map(|record| &records[record].basis.snapshot.fingerprint);
-        Some(SameSamples { records: pair, shared: a.shared_with(b)? })
+        let [of_first, of_second] = a.shared_with(b)?;
+        Some(SameSamples { records: pair, of_first, of_second })
     };
     pairs(records.len()).filter_map(shared).collect()
 }

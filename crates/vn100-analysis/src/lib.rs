@@ -41,7 +41,7 @@ mod warning;
 
 pub use accumulate::{
     analysis::Analysis,
-    fingerprint::{Fingerprint, SharedRows},
+    fingerprint::Fingerprint,
     magnitude::Magnitude,
     recent::{Recent, Slot},
     temperature_record::TemperatureRecord,
@@ -74,7 +74,7 @@ pub use result::{
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};
 pub use settings::{DEFAULT_RATE_HZ, Settings};
-pub use snapshot::{ChannelSnapshot, MissingFrom, Outages, PlaceMark, RateFrom, RegisterChannel, Snapshot, Timing};
+pub use snapshot::{ChannelSnapshot, MissingFrom, Outages, PlaceMark, RateFrom, Snapshot, Timing};
 pub use source_facts::{
     Device, EndKind, FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,
     SourceFacts, utc,

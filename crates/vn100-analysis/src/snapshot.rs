@@ -86,8 +86,9 @@ pub struct Snapshot {
     pub channels: Vec<ChannelSnapshot>,
     /// The magnitude of each measured vector.
     pub magnitudes: Vec<Magnitude>,
-    /// The channels of register 54, which was read between the sentences.
-    pub register_channels: Vec<RegisterChannel>,
+    /// The channels of register 54, which was read between the sentences, under names of their own
+    /// and without a deviation.
+    pub register_channels: Vec<(Channel, ChannelSnapshot)>,
     /// A sample of the measured rows, by which two records of the same rows are recognised.
     pub fingerprint: Fingerprint,
     /// Limits of the result, the gravest first.
@@ -339,13 +340,4 @@ impl ChannelSnapshot {
     pub fn step(&self, channel: &Channel) -> f64 {
         channel.in_unit(self.histogram.step_counts().unwrap_or(0.0).max(self.printed_step_counts))
     }
-}
-
-/// A channel of register 54, which was read between the sentences.
-#[derive(Debug, Clone)]
-pub struct RegisterChannel {
-    /// The channel, under a name of its own.
-    pub channel: Channel,
-    /// The statistics of the channel; it has no deviation.
-    pub results: ChannelSnapshot,
 }

@@ -8,7 +8,7 @@ use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, Samp
 
 use crate::{
     rate_change::RateChange,
-    snapshot::{ChannelSnapshot, RegisterChannel},
+    snapshot::ChannelSnapshot,
     warning::{Finding, Warning},
 };
 
@@ -100,22 +100,18 @@ impl SensorReplies {
     }
 
     /// The channels of register 54; none before its first reply.
-    pub(crate) fn imu_channels(&self) -> Vec<RegisterChannel> {
-        (VNIMU.channels.iter().zip(&self.imu))
-            .map(|(channel, (moments, histogram))| RegisterChannel {
-                channel: renamed(channel),
-                results: ChannelSnapshot {
-                    moments: moments.clone(),
-                    histogram: histogram.clone(),
-                    octaves: Vec::new(),
-                    points: Vec::new(),
-                    signal: None,
-                    branch_counts: 0,
-                    stride: 1,
-                    printed_step_counts: 1.0,
-                },
-            })
-            .collect()
+    pub(crate) fn imu_channels(&self) -> Vec<(Channel, ChannelSnapshot)> {
+        let results = |(moments, histogram): &(Moments, Histogram)| ChannelSnapshot {
+            moments: moments.clone(),
+            histogram: histogram.clone(),
+            octaves: Vec::new(),
+            points: Vec::new(),
+            signal: None,
+            branch_counts: 0,
+            stride: 1,
+            printed_step_counts: 1.0,
+        };
+        VNIMU.channels.iter().zip(&self.imu).map(|(channel, sums)| (renamed(channel), results(sums))).collect()
     }
 }
 
@@ -198,10 +194,10 @@ mod tests {
         push(&mut replies, 27, first, 0, false);
         let channels = replies.imu_channels();
         assert_eq!(channels.len(), 11);
-        assert_eq!(channels[6].channel.name, "uncompensated_gyro_x");
-        assert_eq!(channels[6].results.moments.mean_counts(), Some(-5683.0));
-        assert_eq!(channels[9].channel.name, "polled_temperature");
-        assert_eq!(channels[9].results.moments.mean_counts(), Some(217.0));
-        assert_eq!(channels[9].results.moments.count(), 2);
+        assert_eq!(channels[6].0.name, "uncompensated_gyro_x");
+        assert_eq!(channels[6].1.moments.mean_counts(), Some(-5683.0));
+        assert_eq!(channels[9].0.name, "polled_temperature");
+        assert_eq!(channels[9].1.moments.mean_counts(), Some(217.0));
+        assert_eq!(channels[9].1.moments.count(), 2);
     }
 }

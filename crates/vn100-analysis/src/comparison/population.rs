@@ -126,9 +126,8 @@ pub(super) fn populations(
 fn copies(same_samples: &[SameSamples]) -> Vec<usize> {
     let copy = |same: &SameSamples| {
         let [first, second] = same.records;
-        let shared = same.shared;
         let is_whole = |part: f64| part >= SameSamples::WHOLE;
-        is_whole(shared.of_second).then_some(second).or(is_whole(shared.of_first).then_some(first))
+        is_whole(same.of_second).then_some(second).or(is_whole(same.of_first).then_some(first))
     };
     same_samples.iter().filter_map(copy).collect()
 }
@@ -226,7 +225,6 @@ fn next(logs: &[f64], confidence: f64) -> Option<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::SharedRows;
 
     fn of(readings: &[(&str, f64, bool)]) -> Population {
         let readings: Vec<Reading<'_>> = (0..)
@@ -267,7 +265,7 @@ mod tests {
 
     #[test]
     fn a_copy_counts_once() {
-        let same = |records, of_first, of_second| SameSamples { records, shared: SharedRows { of_first, of_second } };
+        let same = |records, of_first, of_second| SameSamples { records, of_first, of_second };
         assert_eq!(copies(&[same([0, 1], 1.0, 1.0), same([2, 3], 1.0, 0.3), same([4, 5], 0.5, 0.5)]), [1, 2]);
     }
 }

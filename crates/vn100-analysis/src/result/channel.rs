@@ -192,7 +192,7 @@ pub(super) fn of(snapshot: &Snapshot, assessment: &Assessment, parts: Parts) -> 
     let result = |channel, results, assessed| Maker { channel, results, snapshot, parts }.result(assessed, assessment);
     let streamed = snapshot.assessed(&assessment.channels);
     let streamed = streamed.map(|(channel, results, assessed)| result(channel, results, Some(assessed)));
-    let polled = snapshot.register_channels.iter().map(|polled| result(&polled.channel, &polled.results, None));
+    let polled = snapshot.register_channels.iter().map(|(channel, results)| result(channel, results, None));
     streamed.chain(polled).collect()
 }
 
