@@ -21,25 +21,17 @@ pub struct Evaluation {
     has_verdicts_only: bool,
 }
 
-/// What the user wants a data sheet to decide.
-#[derive(Debug, Clone, Default)]
-pub struct Asked {
-    /// Parameters that must pass.
-    pub fail_on: Vec<NoiseFigure>,
-    /// Whether typical figures pass and fail, as limits do.
-    pub typical_is_limit: bool,
-}
-
 impl Evaluation {
     /// Compares with `datasheet`, whatever the sensor is; without one, compares VectorNav sentences
     /// and packets with the data sheet of the VN-100, except those of a sensor that reports another
-    /// model.
+    /// model. The parameters `fail_on` must pass. If `typical_is_limit`, typical figures pass and fail, too.
     ///
     /// # Errors
     /// None, unless this program was built with an invalid data sheet.
     pub fn new(
         datasheet: Option<Datasheet>,
-        Asked { fail_on, typical_is_limit }: Asked,
+        fail_on: Vec<NoiseFigure>,
+        typical_is_limit: bool,
     ) -> Result<Self, DatasheetError> {
         let judged = |sheet| Datasheet { typical_is_limit, ..sheet };
         let vn100 = judged(vn100_datasheet()?);
@@ -151,7 +143,7 @@ mod tests {
 
     #[test]
     fn packets_are_compared_unless_the_sensor_says_it_is_another() {
-        let evaluation = Evaluation::new(None, Asked::default()).unwrap();
+        let evaluation = Evaluation::new(None, Vec::new(), false).unwrap();
         let by_model = [(None, true), (Some("VN-100S-CR"), true), (Some("VN-200T-CR"), false)];
         let layouts = [PACKET_MESSAGES[0].layout(), Some(Arc::new(VNIMU.clone()))];
         for (layout, (model, is_compared)) in layouts.iter().flat_map(|layout| by_model.map(|model| (layout, model))) {
@@ -178,7 +170,7 @@ mod tests {
         snapshot.layout = Some(Arc::new(VNIMU.clone()));
         let mut result = result(facts("a"), snapshot);
         assert!(why_absent(&figure, &result).starts_with("cannot be compared"));
-        Evaluation::new(None, Asked::default()).unwrap().judge(&mut result);
+        Evaluation::new(None, Vec::new(), false).unwrap().judge(&mut result);
         assert_eq!(why_absent(&figure, &result), "has no limit in the data sheet");
     }
 }

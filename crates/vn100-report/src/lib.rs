@@ -47,13 +47,13 @@ pub use document::{
     progress::{HeartbeatDocument, ProgressDocument, progress_schema},
 };
 pub use ended::{Ended, no_sample, note_failed_recording, note_interrupted};
-pub use evaluation::{Asked, Evaluation};
+pub use evaluation::Evaluation;
 pub use export::{
     archive::{ArchiveRow, ArchivedFile},
     consumers::{Consumer, Formula},
     filter_noise::{DEFAULT_SPAN_S, FilterNoise, Missing, NotWritten, SheetStream},
     forms::{ExportForm, Exported, ExportedFile, FIGURES_ENDING, figure_files},
-    metrics::{METRICS_TYPE, MeasuredSource, metrics_text},
+    metrics::{METRICS_TYPE, metrics_text},
     own::is_export,
     samples::SampleTable,
     tables::CsvTable,

@@ -13,7 +13,7 @@ use vn100_analysis::{
     },
 };
 
-use crate::{Asked, Ended, Evaluation, remedies::page_words};
+use crate::{Ended, Evaluation, remedies::page_words};
 
 /// Near normal: the sum of four uniform numbers.
 fn noise(state: &mut u64) -> f64 {
@@ -69,7 +69,7 @@ pub(crate) fn measured(
     let mut batch = Batch { layout: Some(Arc::new(layout.clone())), counts, arrivals, ..Batch::default() };
     batch.link.tally.samples = samples;
     analysis.absorb(&batch);
-    let evaluation = Evaluation::new(None, Asked::default()).unwrap();
+    let evaluation = Evaluation::new(None, Vec::new(), false).unwrap();
     evaluation.complete(ended(facts("rest.csv"), analysis.snapshot(), &[]))
 }
 
