@@ -76,11 +76,9 @@ impl Histogram {
         bins.map(|(bin, frequency)| (bin << self.width_log2, *frequency))
     }
 
-    /// The actual step between neighbouring values in counts, which need not be an integer: the
-    /// even distance of values, or of clusters of values, in the core of the distribution. Each of
-    /// these occurred so often that a value between them would have occurred as well. For two
-    /// values it is their distance. `None` below two counts, because the printed digit is then the
-    /// step, and if the samples are too few, or too far apart, to show a step.
+    /// The actual step between neighbouring values in counts, which need not be an integer: the even
+    /// distance of values, or of clusters of them, each so frequent that one between them would have
+    /// occurred as well. `None` if the printed digit is the step, and if the samples show none.
     pub fn step_counts(&self) -> Option<f64> {
         self.values().map(|(_, step)| step)
     }

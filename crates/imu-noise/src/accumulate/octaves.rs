@@ -49,9 +49,7 @@ pub struct OctaveSum {
     /// Number of windows n, at least 1, including those with missing samples.
     pub terms: u64,
     /// Sum of the squared differences of cluster sums over the windows without missing samples, in
-    /// counts². `None` if the sum has needed more than 128 bits: for strided windows over counts
-    /// that span 27 bits (±67 rad/s with six decimals) that takes 2^40 samples at m = 2^30, 870
-    /// years at 40 Hz.
+    /// counts². `None` beyond 128 bits: after centuries of samples that span 27 bits.
     pub sum_squares: Option<u128>,
     gapped: Gapped,
 }
@@ -90,10 +88,9 @@ impl Octaves {
         }
     }
 
-    /// Adds a gap. `Some(missing)`: the absolute index of the next sample is higher by `missing`,
-    /// and windows span the gap if half of each cluster is present (0 is a break without loss,
-    /// which no window spans). `None`, an unknown number: no window spans the gap, and the index
-    /// does not change.
+    /// Adds a gap. `Some(missing)`: the absolute index of the next sample is higher by `missing`, and
+    /// windows span the gap if half of each cluster is present; none spans 0, a break without loss.
+    /// `None`, an unknown number: no window spans the gap, and the index does not change.
     pub fn gap(&mut self, missing: Option<u64>) {
         match &mut self.windows {
             Windows::Strided(cascade) => cascade.gap(missing),

@@ -15,8 +15,7 @@ const LEAST_WINDOWS: u64 = 24;
 /// Spectrum, block statistics and disturbance windows of one channel.
 ///
 /// The result is the same, bit by bit, for any division of the samples over calls of
-/// [`push`](Self::push). A sensor at rest takes 21 KiB of memory at first and 40 KiB from hours on,
-/// for a record of any length; blocks take 7.5 KiB of this and spectra most of the rest.
+/// [`push`](Self::push). A sensor at rest takes 21 KiB at first and 40 KiB from hours on.
 ///
 /// ```
 /// use imu_noise::{ChannelSignal, Sides, SpectrumPlan};
@@ -111,10 +110,9 @@ impl ChannelSignal {
         }
     }
 
-    /// Adds a gap: `Some(missing)` samples, or an unknown number, which counts as none in the
-    /// index. The count of seconds continues. A segment of the spectrum or a disturbance window
-    /// that lacks a sample is not used, and none spans a break, that is, `Some(0)` or an unknown
-    /// number.
+    /// Adds a gap: `Some(missing)` samples, or an unknown number, which counts as none in the index. No
+    /// segment of the spectrum and no disturbance window lacks a sample, or spans a break: `Some(0)` or
+    /// an unknown number.
     pub fn gap(&mut self, missing: Option<u64>) {
         let missing = room_for(self.end, missing.unwrap_or(0));
         self.end_window();

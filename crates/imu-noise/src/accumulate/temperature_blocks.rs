@@ -6,10 +6,9 @@ pub(crate) const MOST_BLOCKS: u64 = 1024;
 /// Binary logarithm of the samples of the shortest block.
 const SHORTEST_LOG2: u32 = 5;
 
-/// Sums of the axes of a sensor and of its temperature: exact sums over at most 1024 blocks of
-/// equal length, the smallest power of two of at least 32 samples for which the record fits. The
-/// blocks lie on the grid of absolute indices. The result is the same, bit by bit, for any division
-/// of the samples over calls. At most 113 KiB for six axes.
+/// Sums of the axes of a sensor and of its temperature: exact sums over at most 1024 blocks on the
+/// grid of absolute indices, of the smallest power of two of at least 32 samples for which the record
+/// fits. At most 113 KiB for six axes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TemperatureBlocks {
     length_log2: u32,

@@ -1,10 +1,8 @@
-//! Noise that is not the same throughout a record: louder or quieter from a time on or for a while,
-//! in bursts, or frozen.
+//! Noise that is not the same throughout a record: louder or quieter for a while, in bursts, frozen.
 //!
-//! By the logarithms of the spreads within windows of 32 samples, whose means over blocks are
-//! nearly normal whatever the tails of the samples. How much they vary is taken from the
-//! differences of neighbouring blocks, so that neither tails nor correlated noise pass for a
-//! change.
+//! By the logarithms of the spreads within windows of 32 samples, whose means over blocks are nearly
+//! normal whatever the tails. How much they vary is taken from the differences of neighbouring
+//! blocks, so that neither tails nor correlated noise pass for a change.
 
 use super::chi_squared::{self, CHANNELS};
 use super::spikes::{FALSE_ALARM, Spikes};

@@ -54,9 +54,7 @@ type SharedShapes = Arc<OnceLock<Arc<MeanShapes>>>;
 impl NoiseModel {
     /// A model of white noise, bias instability, random walk and a ramp, and of quantisation if it
     /// `is_quantized`, for `octaves` in ascending order. `window` is the averaging on board, where it is
-    /// known and matters: see [`BoxcarWindow`].
-    ///
-    /// Costs a few milliseconds; the fits of the channels cost about as much.
+    /// known and matters: see [`BoxcarWindow`]. It costs a few milliseconds, as do the fits.
     pub fn new(octaves: &[Octave], shape: &RecordShape, window: Option<BoxcarWindow>, is_quantized: bool) -> Self {
         let of = |(place, octave): (usize, &Octave)| {
             let of_law = |law| edf(octave, shape, law);

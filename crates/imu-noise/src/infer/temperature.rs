@@ -112,14 +112,12 @@ pub struct TemperatureCoefficient {
     pub largest_share: f64,
 }
 
-/// The search for the temperature coefficients of the axes of one record: holds what they have in
-/// common.
+/// The search for the temperature coefficients of the axes of one record.
 ///
 /// The regression of block means on the temperature, passed through a first-order lag, in white noise,
-/// flicker noise and a random walk of any proportion, by the likelihood of their cosine
-/// coefficients. The value is the likeliest one; its limits are where the likelihood has fallen by what
-/// the level allows, noise and lag fitted anew. Before the
-/// record the sensor is taken to have had the temperature that it begins with.
+/// flicker noise and a random walk of any proportion, by the likelihood of their cosine coefficients.
+/// Limits are where the likelihood has fallen by what the level allows, noise and lag fitted anew.
+/// Before the record the sensor is taken to have had the temperature that it begins with.
 #[derive(Clone, Debug)]
 pub struct TemperatureSearch {
     series: BlockSeries,
@@ -146,9 +144,6 @@ impl LaggedTemperature {
 
 impl TemperatureSearch {
     /// In the longest stretch without a gap. `degrees_per_count` is of the temperature.
-    ///
-    /// Costs about a millisecond if there is a coefficient to be found, next to nothing
-    /// elsewhere.
     ///
     /// # Errors
     /// Why there is none to be found.

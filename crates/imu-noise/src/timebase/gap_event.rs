@@ -27,9 +27,8 @@ pub enum GapEvent {
     /// The clock of the sensor stepped here: it advanced more than the clock of the host. An
     /// unknown number of samples may have been dropped.
     TimeStep,
-    /// The next sample has a time that neither neighbour confirms: its packet was damaged in a way
-    /// that the checksum does not detect. The sample does not count, and one sample is missing in
-    /// its place.
+    /// The next sample has a time that neither neighbour confirms: damage that the checksum does not
+    /// detect. The sample does not count, and one is missing in its place.
     FalseTime,
     /// From here on a counter decides which samples are missing, while samples carry it.
     CounterInUse,
@@ -39,10 +38,9 @@ pub enum GapEvent {
         /// The rate in Hz.
         rate_hz: f64,
     },
-    /// The nominal rate; from here on arrival times decide which samples are missing. It is
-    /// reported before the first sample, and once more if a reported rate is false. A
-    /// [measured](NominalRate::Measured) rate is reported again when it becomes more exact, and at
-    /// the end. Absent after an earlier refusal, and for a single sample of unknown rate.
+    /// The nominal rate, before the first sample; from here on arrival times decide which samples are
+    /// missing. It comes once more if a reported rate is false, and when a
+    /// [measured](NominalRate::Measured) one becomes more exact.
     Rate(NominalRate),
     /// From about here on samples arrive at another rate of the sensor; time is not continuous.
     RateChanged {

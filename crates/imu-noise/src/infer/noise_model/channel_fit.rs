@@ -14,26 +14,20 @@ use crate::accumulate::record::Deviation;
 use crate::infer::chi_squared;
 
 impl NoiseModel {
-    /// Fits the model to one channel.
+    /// Fits the model to one channel, by one penalised likelihood of segments of the spectrum, the cosine
+    /// coefficients of the level, and of the octaves what neither holds.
     ///
-    /// One penalised likelihood of the density: segments of the spectrum, the cosine coefficients of the
-    /// level, and of the octaves what neither holds. Components are white noise behind any filter that
-    /// forgets within forty samples, of whose stop band the record says nothing, flicker noise, a random
-    /// walk, Gauss-Markov processes with correlation times of a thirty-second of the record over powers
-    /// of four down to ten samples, shorter ones in the place of the filter, and lines; the mean may have
-    /// a ramp, a warm-up or a cycle. The order of the filter is not chosen: intervals hold with every
-    /// structure that the record does not decide against.
+    /// Components are white noise behind any filter that forgets within forty samples, flicker noise, a
+    /// random walk, Gauss-Markov processes and lines; the mean may have a ramp, a warm-up or a cycle.
+    /// Intervals hold with every structure that the record does not decide against.
     ///
     /// A parameter is [`Status::Estimated`] where the likelihood excludes its absence by more than 1.96
-    /// standard deviations (a ramp by 2.25) beside every warm-up, cycle, process and noise that switches
-    /// between two levels; else it is bounded from above, and [`NoiseFit::rival`] says what explains as
-    /// much. Limits are where the likelihood has fallen by what the level `confidence` (0 < p < 1)
-    /// allows, all other parameters fitted anew; the bound is the upper end of the two-sided interval, so
-    /// that the level holds whichever comes out. Where density and octaves deviate from the model more
-    /// than by chance, limits are wider by as much; beyond six times the expected squares the model is
-    /// rejected, and N is bounded by the curve. It is bounded by the fit where lines cover more than half
-    /// of the frequencies. N lies below what the octaves longer than any possible filter leave, and these alone
-    /// bound it where it is not estimated.
+    /// standard deviations (a ramp by 2.25) beside every other explanation; else it is bounded from above,
+    /// and [`NoiseFit::rival`] says what explains as much. Limits are where the likelihood has fallen by
+    /// what the level `confidence` (0 < p < 1) allows, all other parameters fitted anew, and are wider
+    /// where the channel deviates from the model by more than chance. Beyond six times the expected
+    /// squares the model is rejected. N that is not estimated is bounded by the octaves longer than any
+    /// possible filter, and by the fit where lines cover more than half of the frequencies.
     pub fn fit(&self, curve: &ChannelCurve<'_>, confidence: f64) -> NoiseFit {
         self.fit_octaves(curve, self.grid.octaves.len(), confidence)
     }

@@ -125,12 +125,10 @@ impl GraphicalReadings {
 /// lowest point: N²/τ + K² τ/3 has its minimum 2 N K/√3 at τ = √3 N/K, so that the square of the
 /// result is (2 ln 2/π) B² + 2 N K/√3.
 ///
-/// The status is that of `bias_instability`, but for a bound, which needs one for every term:
-/// otherwise it is [`Status::NotObservable`]. The lower end counts the flicker noise alone, or,
-/// if that is only bounded, white noise and random walk if they are estimated: both ends are
-/// right together as often as an interval, even if one knew nothing of the other (Bonferroni). The
-/// upper end counts every term at its own. So the interval holds at the level of those three or
-/// above. An end is `None` if nothing gives it.
+/// The status is that of `bias_instability`, but a bound needs one for every term. The lower end
+/// counts the flicker noise alone or, if that is only bounded, white noise and random walk if they are
+/// estimated; the upper end counts every term at its own. So the interval holds at the level of those
+/// three or above (Bonferroni). An end is `None` if nothing gives it.
 pub fn curve_minimum(white: &Parameter, bias_instability: &Parameter, random_walk: &Parameter) -> Parameter {
     let minimum = |white: f64, bias: f64, walk: f64| (PLATEAU * bias * bias + 2.0 * white * walk / 3_f64.sqrt()).sqrt();
     let upper = white.upper.zip(bias_instability.upper).zip(random_walk.upper);

@@ -108,9 +108,8 @@ impl NoiseFit {
         self.edf.iter().find(|(octave, _)| *octave == m).map(|(_, edf)| *edf)
     }
 
-    /// Deviation of the whole solution at averaging factor `m`, in the unit of the channel: all
-    /// terms at their best values, those that are bounded only too, the ramp, lines and
-    /// Gauss-Markov noise. `None` for octaves that have no part in the fit.
+    /// Deviation of the whole solution at averaging factor `m`, in the unit of the channel: all terms at
+    /// their best values, bounded ones too. `None` for octaves that have no part in the fit.
     pub fn deviation(&self, m: u64) -> Option<f64> {
         self.expected.iter().find(|(octave, _)| *octave == m).map(|(_, variance)| variance.sqrt())
     }

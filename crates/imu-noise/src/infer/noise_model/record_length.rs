@@ -107,10 +107,9 @@ pub struct Wanted<'a> {
 }
 
 impl Wanted<'_> {
-    /// Length in seconds of the shortest record sampled every `interval_s` that shows it, rounded
-    /// up by 2 % at most, with strided windows of the Allan deviation and intervals at the level
-    /// `confidence`; `None` where 100 days do not. By the covariance of the octaves, not by
-    /// simulation.
+    /// Length in seconds of the shortest record sampled every `interval_s` that shows it, rounded up by
+    /// 2 % at most, with strided windows of the Allan deviation and intervals at the level `confidence`;
+    /// `None` where 100 days do not. By the covariance of the octaves, not by simulation.
     pub fn record_s(&self, interval_s: f64, confidence: f64) -> Option<f64> {
         // doubled lengths have as many blocks
         let shapes = Arc::default();

@@ -1,9 +1,9 @@
 //! The structures that explain a record about as well, and what they say of each parameter together.
 //!
 //! One penalised log-likelihood compares all of them: memories of the short filter, with and without
-//! Gauss-Markov processes, with a warm-up or a cycle of the mean. A
-//! limit of a parameter is where the best of all structures has fallen by what the level of
-//! confidence allows; a term is there if the best structure without it is that much worse.
+//! Gauss-Markov processes, with a warm-up or a cycle of the mean. A limit of a parameter is where the
+//! best of all has fallen by what the level allows; a term is there if the best without it is that
+//! much worse.
 
 use core::{cell::OnceCell, f64::consts::PI, ops::Range};
 use schemars::JsonSchema;
