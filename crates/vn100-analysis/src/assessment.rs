@@ -37,11 +37,9 @@ use crate::{
 /// The two-sided level of intervals where no other is asked for.
 pub const DEFAULT_CONFIDENCE: f64 = 0.95;
 
-/// What a snapshot says of the sensor, at one level of confidence. A function of the snapshot
-/// alone, which takes some milliseconds for twelve channels.
-///
-/// An assessment may be used with a later snapshot: the octaves of a record that has grown a little
-/// have nearly the same degrees of freedom.
+/// What a snapshot says of the sensor, at one level of confidence: a function of the snapshot alone. It
+/// may be used with a later one: the octaves of a record that has grown a little have nearly the same
+/// degrees of freedom.
 #[derive(Debug, Clone)]
 pub struct Assessment {
     /// Number of samples in the statistics that were assessed.
@@ -83,10 +81,8 @@ pub struct OctaveAssessment {
     /// Exponent of the spectrum nearest to the noise that this octave shows; `None` with too few
     /// blocks.
     pub alpha: Option<i8>,
-    /// Degrees of freedom, and confidence limits of a deviation of 1, to be multiplied by the
-    /// deviation of the octave; `None` below [`LEAST_EDF`] degrees of freedom. They follow from the
-    /// fitted mixture of noises, or, where no model fits, from the kind of noise that this octave
-    /// or a neighbour shows.
+    /// Degrees of freedom, and confidence limits of a deviation of 1; `None` below [`LEAST_EDF`]. They
+    /// follow from the fitted mixture of noises or, where no model fits, from the kind of noise here.
     pub relative: Option<Interval>,
 }
 

@@ -168,11 +168,10 @@ impl Stream {
 impl Datasheet {
     /// Compares an assessment with every figure of the sheet.
     ///
-    /// White noise is compared with the figure multiplied by the effect of averaging and decimation
-    /// on board; if that effect is not known, with all that it may be. B and the minimum of the curve
-    /// do not depend on the time scale; all other figures need a sample rate that is not assumed. If
-    /// the sensor was moved, no channel has verdicts. By channel of the layout; empty for channels
-    /// without figures.
+    /// White noise is compared with the figure times the effect of averaging and decimation on board, or
+    /// with all that it may be. All figures but B and the minimum of the curve need a sample rate that is
+    /// not assumed. By channel of the layout; empty for channels without figures, and for all of a sensor
+    /// that was moved.
     pub fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<Vec<FigureVerdict>> {
         let is_rate_assumed = snapshot.timing.rate_from == RateFrom::Assumed;
         let of_channel = |channel: &ChannelAssessment| {
@@ -190,9 +189,8 @@ impl Datasheet {
         assessment.channels.iter().map(of_channel).collect()
     }
 
-    /// The terms that the sheet gives for a sensor, in SI units (magnetic field in gauss), with B
-    /// as the noise model defines it: the lower end of a typical range, or the limit if the
-    /// sheet gives no typical value.
+    /// The terms that the sheet gives for a sensor, in SI units, with B as the noise model defines it: the
+    /// lower end of a typical range, or else the limit.
     pub fn typical_noise(&self, sensor: Sensor) -> Vec<(Term, f64)> {
         self.typical_figures(sensor).map(|figure| (figure.term, figure.parameter())).collect()
     }

@@ -26,8 +26,7 @@ impl Analysis {
 }
 
 /// Checks whether the goals are met or out of reach: at every second of data time at first, later
-/// whenever the record has grown by a twentieth. It always assesses the samples of that moment, so
-/// that the end of the measurement depends only on the samples.
+/// whenever the record has grown by a twentieth, so that the end depends only on the samples.
 #[derive(Debug, Default)]
 pub struct GoalCheck {
     next_second: u64,

@@ -322,8 +322,7 @@ impl TakenAt {
 }
 
 /// The share of records in which one axis may miss the figure. A random walk is planned for each axis
-/// alone: a process of a thirty-second of the record, however long that is, explains the record
-/// about as well on one of six axes, so that the walk is seldom found on three axes at once.
+/// alone: a process explains the record about as well on one of six axes.
 fn missed_on_an_axis(figure: &NoiseFigure) -> f64 {
     let together = if figure.term == Term::RateRandomWalk { 1 } else { figure.axes() };
     1.0 - Plan::MET_IN.powf(1.0 / f64::from(together))

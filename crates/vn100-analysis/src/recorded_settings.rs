@@ -1,6 +1,5 @@
 //! What a recording says of the measurement that it was made in, among the conditions of the user: a
-//! replay measures the same frames and ends where that measurement ended, although the recording may
-//! contain one more line.
+//! replay measures the same frames, although the recording may contain one more line.
 
 use std::collections::BTreeMap;
 

@@ -122,9 +122,8 @@ pub enum Parts {
 }
 
 impl SourceResult {
-    /// The result of a source as if it ended now. The assessment may be that of an earlier snapshot
-    /// of the same measurement: its intervals are taken for those of this one. Without a sample
-    /// there are no channels.
+    /// The result of a source as if it ended now; without a sample there are no channels. The intervals of
+    /// an assessment of an earlier snapshot of the same measurement are taken for those of this one.
     pub fn new(facts: SourceFacts, snapshot: Arc<Snapshot>, assessment: Arc<Assessment>, parts: Parts) -> Self {
         let source = with_stream(facts, &snapshot);
         let unread = unread::warnings(&source);

@@ -174,9 +174,8 @@ impl Snapshot {
 pub struct Outages {
     /// How often the link was lost.
     pub times: u64,
-    /// Sum of the times of all outages that have ended, in nanoseconds, each from the last row
-    /// before the loss to the reconnect; `None` where the times of the events contradict each
-    /// other.
+    /// Sum of the times of all outages that have ended, in nanoseconds, each from the last row before the
+    /// loss to the reconnect; `None` where the times of the events contradict each other.
     pub down_ns: Option<i64>,
     /// The start of the present outage, in nanoseconds from the origin of the arrival times; `None`
     /// while the link is up.
@@ -322,9 +321,8 @@ pub struct ChannelSnapshot {
     /// Spectrum, blocks and distribution; `None` for a channel of register 54, which is not in the
     /// stream.
     pub signal: Option<ChannelSignal>,
-    /// To be subtracted from mean, minimum and maximum, in counts: whole turns of an angle whose
-    /// continuous series has left the branch from -180 (excluded) to 180 degrees, or the negative of
-    /// the channel's `zero_counts`.
+    /// To be subtracted from mean, minimum and maximum, in counts: whole turns of an angle beyond -180
+    /// (excluded) to 180 degrees, or the negative of the channel's `zero_counts`.
     pub branch_counts: i64,
     /// Rows per sample of the channel: 1, or more where the sensor measures the quantity less often
     /// than it sends rows.

@@ -2,10 +2,9 @@
 //! numbers, names and units in which all faces give them.
 //!
 //! Everything is made from a [`SourceResult`](vn100_analysis::SourceResult), completed by an
-//! [`Evaluation`] and, once it is over, by its [`Ended`]. [`Document`] and
-//! [`plan_document`] serialise to JSON; [`Figures`](figure::Figures) are drawn, and [`CsvTable`] and
-//! the file of each [`Consumer`] are for other programs. Units and numbers are chosen here at last, in
-//! [`units`] and [`numbers`]. Pure: no file is opened and no clock is read.
+//! [`Evaluation`] and, once it is over, by its [`Ended`]: a [`Document`] or [`plan_document`] as JSON,
+//! [`Figures`](figure::Figures), [`CsvTable`]s, and the file of each [`Consumer`]. Units and numbers are
+//! chosen in [`units`] and [`numbers`]. Pure: no file is opened and no clock is read.
 
 pub mod caveats;
 mod codes;

@@ -137,9 +137,8 @@ impl Analysis {
         }
     }
 
-    /// After an outage: unless the clock of the sensor has kept running, the number of samples
-    /// missing before this batch is unknown. Then no window spans the outage, and the arrival times
-    /// and device times start anew.
+    /// After an outage, unless the clock of the sensor has kept running: no window spans the outage, and
+    /// arrival times and device times start anew.
     fn judge_outage(&mut self, batch: &Batch) {
         self.is_interrupted = false;
         let device_ns = batch.device_ns.first().copied();
@@ -168,9 +167,8 @@ impl Analysis {
         }
     }
 
-    /// Adds a gap that the reader of the stream knows of, such as one between two files: this many
-    /// samples are missing here, `None` for an unknown number. Rows that are pending are decided
-    /// first.
+    /// Adds a gap that the reader of the stream knows of, such as one between two files; `None` for an
+    /// unknown number of samples. Rows that are pending are decided first.
     pub fn gap(&mut self, missing: Option<u64>) {
         self.finish();
         self.record.push_known_gap(missing);
@@ -243,9 +241,8 @@ impl Analysis {
         so_far
     }
 
-    /// Starts the measurement over: data time, and the duration asked for, count from here, and the
-    /// samples so far are excluded. The counts of the link are kept. Returns the data time that had
-    /// passed.
+    /// Starts the measurement over: data time, and the duration asked for, count from here. The counts
+    /// of the link are kept. Returns the data time that had passed, which is excluded.
     pub fn start_over(&mut self) -> Duration {
         let so_far = self.data_time();
         self.record.start_over();

@@ -223,9 +223,8 @@ impl RateAuthority {
         }
     }
 
-    /// Takes a rate that the sensor reports, in hertz; `now` summarises the present connection. A
-    /// report that differs from the one before is a change of the setting; a first report that the
-    /// arrival times contradict is false.
+    /// Takes a rate that the sensor reports; `now` summarises the present connection. Another one than
+    /// before is a change of the setting; a first one that the arrival times contradict is false.
     pub(crate) fn take_device_rate(
         &mut self,
         device_hz: f64,

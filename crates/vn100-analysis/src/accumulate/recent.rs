@@ -22,9 +22,8 @@ pub struct Slot {
     pub count: u32,
 }
 
-/// The latest samples in bounded memory. Slots begin at multiples of their length, counted in
-/// samples from the first, missing ones included. A slot without samples, as in a gap of known
-/// length, is `None` in every channel.
+/// The latest samples in bounded memory. Slots begin at multiples of their length, missing samples
+/// included; one without samples is `None` in every channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recent {
     pub(crate) rate_hz: f64,

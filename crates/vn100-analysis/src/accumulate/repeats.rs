@@ -12,11 +12,10 @@ const MOST_KEPT: usize = 1024;
 
 /// Counts repeated rows by their hashes, in bounded memory.
 ///
-/// The record repeats itself if its first rows, sixteen or more of few channels, occur again in order; the rows after them count
-/// until one differs from its place in the first pass, of which up to 1024 rows are kept: all, or every
-/// second, fourth, ... A row that equals the row before it was stored twice, unless that happens by
-/// chance, which is estimated by how often a row equals the second row before it. A live sensor
-/// repeats neither.
+/// The record repeats itself if its first rows, sixteen or more of few channels, occur again in order;
+/// the rows after them count until one differs from its place in the first pass, of which up to 1024
+/// are kept. A row that equals the one before was stored twice, unless that happens by chance: by how
+/// often a row equals the second one before. A live sensor repeats neither.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Repeats {
     channels: usize,

@@ -149,9 +149,8 @@ impl ChannelNoise {
     }
 
     /// A parameter of the sensor; `None` for one that was not asked for. What rounding hides is not
-    /// measurable. Where long averaging times
-    /// do not show the sensor, white and quantisation noise alone are its own. The interval of
-    /// white noise holds what is known of the time scale, see [`WhiteBudget`].
+    /// measurable. Where long averaging times do not show the sensor, white and quantisation noise alone
+    /// are its own. The interval of white noise holds what is known of the time scale.
     pub fn parameter(&self, term: Term) -> Option<Parameter> {
         if self.rounded_away.contains(&term) {
             return self.fit.parameter(term).map(|_| Parameter::without_value(Status::NotMeasurable));

@@ -14,9 +14,8 @@ pub struct History {
 }
 
 impl History {
-    /// The latest `most_slots` slots of the channel at this place, in at most `columns` columns,
-    /// which begin at fixed times so that they do not flicker. `None` if the recent samples are
-    /// not kept, or without a column.
+    /// The latest `most_slots` slots of the channel at this place, in at most `columns` columns at fixed
+    /// times, so that they do not flicker. `None` without a column, and if no samples are kept.
     pub(super) fn of(snapshot: &Snapshot, channel: usize, columns: usize, most_slots: usize) -> Option<Self> {
         let recent = snapshot.recent.as_ref()?;
         let layout = snapshot.layout.as_ref()?.channels.get(channel)?;

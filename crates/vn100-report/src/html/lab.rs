@@ -1,6 +1,5 @@
-//! What a laboratory's report has of a noise measurement: the Allan deviation of one axis of each
-//! sensor with the lines of the graphical slope method and what is read off them, and the grade of the
-//! gyroscope.
+//! What a laboratory's report has of a noise measurement: the Allan deviation of one axis of each sensor
+//! with the readings of the graphical slope method, and the grade of the gyroscope.
 
 use crate::{
     figure::Figures,

@@ -11,9 +11,8 @@ use crate::{
     warning::{Finding, Severity, Warning},
 };
 
-/// The least number of samples. Three terms need four octaves, and with this many samples the last
-/// octave has ten degrees of freedom in white noise, enough for intervals with their stated
-/// coverage.
+/// The least number of samples: three terms need four octaves, the last of which then has ten degrees
+/// of freedom in white noise, enough for intervals with their stated coverage.
 const LEAST_SAMPLES: u64 = 66;
 
 pub(super) fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
