@@ -30,8 +30,7 @@ impl Goal {
         goals.iter().filter(|goal| !goal.is_met(snapshot, assessment)).cloned().collect()
     }
 
-    /// Why no record of this message, however long, shows the parameter; `None` if one may, and
-    /// while there is no message.
+    /// Why no record of this message shows the parameter; `None` if one may, or without a message.
     pub fn out_of_reach(&self, snapshot: &Snapshot) -> Option<String> {
         self.figure.absent_from(snapshot.layout.as_ref()?)
     }

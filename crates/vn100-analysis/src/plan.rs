@@ -19,8 +19,7 @@ use crate::{
 /// The rate of sentences in hertz: the factory default.
 const SENTENCES_HZ: u32 = 40;
 
-/// The rate of packets in hertz: that at which the factory default of the averaging window aliases
-/// no noise.
+/// The rate of packets in hertz, at which the factory default of the window aliases no noise.
 const PACKETS_HZ: u32 = 200;
 
 const FASTEST: BaudRate = BaudRate::ALL[BaudRate::ALL.len() - 1];
@@ -56,8 +55,7 @@ impl PlannedMessage {
     /// The sentence that [`Sentences`](Self::Sentences) stands for.
     const SENTENCE: AsyncType = AsyncType::IMU;
 
-    /// The planned message with this name, in upper or lower case: one of packets, or `VNIMU`;
-    /// `None` for any other.
+    /// The planned message with this name, in any letter case; `None` for any other.
     pub fn named(name: &str) -> Option<Self> {
         let is_sentence = Self::Sentences.name().eq_ignore_ascii_case(name);
         PacketMessage::named(name).map(Self::Packets).or(is_sentence.then_some(Self::Sentences))
@@ -149,15 +147,13 @@ pub struct Given {
 pub struct Plan {
     /// The length for each want, in the order asked.
     pub wants: Vec<PlannedWant>,
-    /// The message: packets, with the magnetic field where a parameter of the magnetometer is
-    /// wanted.
+    /// The message; its packets have the magnetic field if the magnetometer is wanted.
     pub message: PlannedMessage,
     /// Bytes of a packet, or of a sentence with its counter.
     pub frame_bytes: u32,
     /// Output rate in hertz.
     pub rate_hz: u32,
-    /// The averaging window in refreshes: all that are measured between two outputs, so that no
-    /// noise is aliased.
+    /// The averaging window in refreshes: all between two outputs, so that no noise is aliased.
     pub window: u32,
     /// Baud rate.
     pub baud: BaudRate,

@@ -24,8 +24,7 @@ pub fn sensor_name(sensor: Sensor) -> &'static str {
     }
 }
 
-/// The name of all axes of a sensor together, `gyro`, `accel` or `mag`: the names of its channels
-/// begin with it.
+/// The name of all axes of a sensor together, with which those of its channels begin.
 pub fn axes_name(sensor: Sensor) -> &'static str {
     match sensor {
         Sensor::Gyroscope => "gyro",

@@ -182,8 +182,7 @@ pub struct RecordingEndFacts {
 const YEAR_2001_NS: i64 = 978_307_200_000_000_000;
 
 impl RecordingFacts {
-    /// The time of the first row of a table, if its times count from 1970. A date may be in any time
-    /// zone.
+    /// The time of the first row of a table, if its times count from 1970, in any time zone.
     fn of_rows(csv: &CsvReport) -> Option<Self> {
         let is_count =
             |part: &str| part.rsplit_once(':').is_some_and(|(_, form)| ["s", "ms", "us", "ns"].contains(&form));

@@ -57,8 +57,7 @@ impl Evaluation {
         without_limit.map(|asked| (asked, sheet.name.as_str()))
     }
 
-    /// Completes a result with verdicts; a parameter that must pass and does not is added to
-    /// `unmet`.
+    /// Adds verdicts, and to `unmet` each parameter that must pass and does not.
     pub fn complete(&self, mut result: SourceResult) -> SourceResult {
         self.judge(&mut result);
         // a source that gave nothing has failed worse

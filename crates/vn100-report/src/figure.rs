@@ -53,8 +53,7 @@ pub struct Figures {
     pub histograms: Vec<Figure>,
     /// The amplitude spectral density, one figure a sensor, with its significant peaks.
     pub spectra: Vec<Figure>,
-    /// The standard deviation in each segment of the record, one figure a sensor, and one of the
-    /// orientation.
+    /// The standard deviation in each segment of the record, one figure a sensor.
     pub segments: Vec<Figure>,
     /// The last minutes of each channel; of a record that is measured alone.
     pub recent: Vec<Figure>,
@@ -184,8 +183,7 @@ pub fn deviations(record: &SourceResult, channels: &[&ChannelResult]) -> Option<
     }
 }
 
-/// The channel, without noise parameters where the sensor was moved: they would be those of the
-/// motion.
+/// The channel, without noise parameters where the sensor was moved.
 fn shown_with(channel: &ChannelResult, record: &SourceResult) -> ChannelResult {
     let mut channel = channel.clone();
     channel.noise = channel.noise.filter(|_| record.motion.is_none());

@@ -20,8 +20,7 @@ pub struct Explanation {
     pub code: String,
     /// Other names by which the entry is found.
     pub aliases: Vec<&'static str>,
-    /// The name or the word of the code, with symbol and slope of a parameter, or the severity of a
-    /// warning.
+    /// The name or the word of the code, with symbol and slope, or severity.
     pub title: String,
     /// The meaning, in sentences.
     pub meaning: String,

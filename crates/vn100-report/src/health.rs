@@ -142,8 +142,7 @@ pub struct NextOctave {
     pub tau_s: f64,
     /// Data time until the record shows the octave, in seconds.
     pub wait_s: f64,
-    /// Whether the record is long enough, but every window spans a gap: the wait then begins after
-    /// the gap.
+    /// Whether the record is long enough, but every window spans a gap.
     pub broken: bool,
 }
 

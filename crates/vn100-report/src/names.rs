@@ -171,8 +171,7 @@ pub fn missing_text(timing: &TimeBase) -> String {
     }
 }
 
-/// How many samples are pending, which may still show that others were dropped: `, 3 pending`; empty
-/// for none.
+/// How many samples are pending: `, 3 pending`; empty for none.
 pub fn pending_text(timing: &TimeBase) -> String {
     if timing.pending == 0 { String::new() } else { format!(", {} pending", grouped(timing.pending)) }
 }
@@ -197,8 +196,7 @@ pub fn short_verdict(judged: &FigureVerdict) -> String {
     }
 }
 
-/// What would decide an open verdict, as a noun; empty for any other. Only a final result knows how
-/// long a record must be.
+/// What would decide an open verdict, as a noun; empty for any other.
 pub fn decided_by(verdict: &FigureVerdict) -> String {
     match (verdict.decided_by, verdict.deciding_record_s) {
         (Some(DecidedBy::LongerRecord), Some(length_s)) => format!("a record of about {}", rough_duration(length_s)),
@@ -257,8 +255,7 @@ pub fn grade_scheme() -> String {
     )
 }
 
-/// The measured value, and the value expected in this stream of a sensor at the figure, in a
-/// sentence.
+/// The measured value, and that expected of a sensor at the figure, in a sentence.
 pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     let figure = &verdict.figure;
     let (unit, factor) = parameter_unit(sensor, figure.term);

@@ -47,8 +47,7 @@ pub fn end(name: &str, end: &End, framed_bytes: u64, words: RemedyWords) -> Opti
     }
 }
 
-/// How much shorter a result is than was asked for, and what was wrong with the link; `None` if
-/// it is not.
+/// How much shorter a result is than was asked for, and why; `None` if it is not.
 pub fn ended_early(
     end: &End,
     shortfall: Option<&Shortfall>,

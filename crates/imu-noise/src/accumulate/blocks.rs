@@ -42,8 +42,7 @@ pub struct Block {
     pub max_counts: i32,
 }
 
-/// The sums of one block, exact for up to 2^32 samples of 32 bits: 435 years at 40 Hz in
-/// [`MAX_BLOCKS`] blocks.
+/// The sums of one block, exact for up to 2^32 samples of 32 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BlockSums {
     squares: u128,

@@ -90,8 +90,7 @@ impl Histogram {
         /// Divisor of the frequency of the most frequent value: 2.35 standard deviations from the
         /// middle of normal noise.
         const CORE: u64 = 16;
-        /// The largest difference in counts between steps that rounding and a rotation of the axes
-        /// scatter.
+        /// The largest difference in counts between steps that rounding and rotated axes scatter.
         const EVEN: f64 = 1.25;
         if self.width_log2 > 0 {
             return None;
@@ -115,8 +114,7 @@ impl Histogram {
         (steps >= 1 && step >= 2.0 && widest <= step / 2.0 && is_even).then_some((*first, step))
     }
 
-    /// The count that a fraction `p` of the samples does not exceed, in the middle of its bin;
-    /// `None` without samples.
+    /// The count, amid its bin, that a fraction `p` of the samples does not exceed, if there are any.
     pub(crate) fn quantile_counts(&self, p: f64) -> Option<f64> {
         let mut missing = p * self.total() as f64;
         let middle = (self.bin_width_counts() - 1) as f64 / 2.0;

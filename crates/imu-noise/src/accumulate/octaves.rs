@@ -98,8 +98,7 @@ impl Octaves {
         }
     }
 
-    /// The octaves that have a window, from m = 1 upwards; none below two samples (Hadamard:
-    /// three).
+    /// The octaves that have a window, from m = 1 upwards.
     pub fn sums(&self) -> impl Iterator<Item = OctaveSum> {
         let octave = |k: u32| match &self.windows {
             Windows::Strided(cascade) => cascade.octave(k as usize),
@@ -126,8 +125,7 @@ impl Octaves {
 }
 
 impl OctaveSum {
-    /// Averaging factor and number of windows, which confidence intervals and fit need besides the
-    /// variance.
+    /// Averaging factor and number of windows.
     pub fn octave(&self) -> Octave {
         let whole = self.whole_terms();
         let share_present = (whole as f64 + self.gapped.share_sum()) / self.terms as f64;
@@ -147,8 +145,7 @@ impl OctaveSum {
         self.sum_squares.zip(self.gapped.square_sum()).map(|(whole, gapped)| (whole as f64 + gapped) / divisor)
     }
 
-    /// Root of the variance, in counts, with a relative error below 1e-15; `None` if the sum is
-    /// unknown.
+    /// Root of the variance, in counts, to 1e-15; `None` if the sum is unknown.
     pub fn deviation_counts(&self) -> Option<f64> {
         self.variance_counts2().map(f64::sqrt)
     }

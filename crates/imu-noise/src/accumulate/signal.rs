@@ -33,8 +33,7 @@ pub struct ChannelSignal {
     spectrum: Spectrum,
     /// The spectrum of the sums of windows: up to 1/64 of the sampling rate, in finer steps.
     slow: SumSpectrum,
-    /// The spectrum of the sums of as many windows as a window has samples, for still slower
-    /// changes.
+    /// The spectrum of the sums of as many windows as one has samples.
     slowest: SumSpectrum,
     blocks: Blocks,
     pub(crate) windows: WindowStatistics,

@@ -33,8 +33,7 @@ impl TemperatureBlocks {
         Self { length_log2: SHORTEST_LOG2, columns: vec![Vec::new(); axes + 1], is_broken: Vec::new(), last: None }
     }
 
-    /// Adds samples of one axis, numbered from 0, the first with this absolute index. There is no
-    /// effect for an axis that is not there.
+    /// Adds samples of one axis, numbered from 0, the first with this absolute index.
     pub fn push_axis(&mut self, axis: usize, first: u64, counts: &[i32]) {
         if axis < self.axes() {
             self.push(axis, first, counts);
@@ -42,8 +41,7 @@ impl TemperatureBlocks {
         }
     }
 
-    /// Adds readings of the temperature at successive samples from this index on, or a single
-    /// reading.
+    /// Adds readings of the temperature at successive samples from this index on.
     pub fn push_temperature(&mut self, first: u64, counts: &[i32]) {
         self.push(self.axes(), first, counts);
     }
@@ -86,8 +84,7 @@ impl TemperatureBlocks {
         self.is_broken[block]
     }
 
-    /// The mean of an axis in a block, in counts; `None` if the axis lacks more than a quarter of
-    /// the samples.
+    /// The mean of an axis in a block, in counts; `None` if more than a quarter is missing.
     pub(crate) fn mean_counts(&self, block: usize, axis: usize) -> Option<f64> {
         let lacks = self.samples(block) - self.columns[axis][block].values;
         self.columns[axis][block].mean().filter(|_| 4 * lacks <= self.samples(block))

@@ -49,8 +49,7 @@ const LEAST_EDF: f64 = 2.0;
 /// Parts of a coast over which the second and third integral are summed.
 const PARTS: usize = 64;
 
-/// Correlation of the variances of neighbouring octaves, in white noise; further apart it is a power of
-/// this.
+/// Correlation of the variances of neighbours in white noise; of others a power of this.
 const CORRELATION: f64 = 0.5;
 
 impl Drift {
@@ -106,8 +105,7 @@ impl Drift {
     }
 }
 
-/// The distances in seconds of the values of x that make up the error, each with the sum of its
-/// products of two weights.
+/// The distances of the values of x in seconds, each with the sum of its products of weights.
 fn lags(integral: Integral, rest_s: f64, coast_s: f64) -> Vec<(f64, f64)> {
     let parts = if integral == Integral::Once { 1 } else { PARTS };
     let part_s = coast_s / parts as f64;

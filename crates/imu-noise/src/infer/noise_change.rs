@@ -173,8 +173,7 @@ impl BlockNoise {
         })
     }
 
-    /// Standard errors that no stretch of a clean record reaches, by Student's distribution, over
-    /// all stretches.
+    /// Standard errors that no stretch of a clean record reaches, by Student's distribution.
     fn threshold(&self) -> Option<f64> {
         let blocks = self.means.len() as f64;
         let stretches = blocks * (blocks - 1.0) / 2.0;

@@ -38,8 +38,7 @@ use spectral_rows::{ChannelData, Grid, GridOctave};
 pub use term::Term;
 use thresholds::{LIKE_A_FILTER, LONGEST_PROCESS, MOST_COSINES, PROCESSES_APART, SHORT_PROCESSES};
 
-/// A noise model for all channels that were sampled together: it holds what their statistics have in
-/// common.
+/// A noise model for all channels that were sampled together.
 #[derive(Clone, Debug)]
 pub struct NoiseModel {
     shape: RecordShape,
@@ -71,8 +70,7 @@ impl NoiseModel {
         Self { shape: *shape, grid: Grid::new(shape, octaves, &layout.components), layout, shapes: Arc::default() }
     }
 
-    /// Of as many blocks as the level of a channel has, which nearly all channels of a record have in
-    /// common.
+    /// Of as many blocks as the level of a channel has.
     fn shapes_of(&self, data: &ChannelData<'_>) -> Option<Arc<MeanShapes>> {
         let blocks = data.level.as_ref()?.coefficients.len() + 1;
         let new = || Arc::new(MeanShapes::new(blocks, false));

@@ -29,8 +29,7 @@ const FINEST: f64 = 1e-3;
 /// No sensor follows its own thermometer later than this, in seconds.
 const LONGEST_LAG_S: f64 = 1000.0;
 
-/// Share of the record in the longest lag: what was before the record is forgotten in a few of
-/// them.
+/// Share of the record in the longest lag: what was before is forgotten in a few of them.
 const LAG_OF_RECORD: f64 = 0.1;
 
 /// Lags below lie evenly, above in even ratios; in seconds.

@@ -21,8 +21,7 @@ pub enum GapEvent {
     /// An unknown number of samples may have been dropped here: the counter restarted, or the times
     /// of the sensor do not fit a whole number of samples.
     UnknownGap,
-    /// The clock of the sensor restarted here, and an unknown number of samples may have been
-    /// dropped.
+    /// The clock of the sensor restarted here: an unknown number of samples may be dropped.
     Restart,
     /// The clock of the sensor stepped here: it advanced more than the clock of the host. An
     /// unknown number of samples may have been dropped.
@@ -32,8 +31,7 @@ pub enum GapEvent {
     FalseTime,
     /// From here on a counter decides which samples are missing, while samples carry it.
     CounterInUse,
-    /// From here on the device times of the samples decide which samples are missing, and show this
-    /// rate.
+    /// From here on device times decide which samples are missing, and show this rate.
     DeviceTimeInUse {
         /// The rate in Hz.
         rate_hz: f64,
@@ -201,8 +199,7 @@ pub struct TimebaseSummary {
 }
 
 impl TimebaseSummary {
-    /// Number of samples that are pending until their arrival times show or confirm the rate;
-    /// `None` if there are none.
+    /// Number of samples that are pending until their rate is certain; `None` if there are none.
     pub fn samples_pending(&self) -> Option<u64> {
         (self.nominal.is_none() && self.refusal.is_none() && self.samples > 0).then_some(self.samples)
     }

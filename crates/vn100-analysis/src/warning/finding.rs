@@ -141,8 +141,7 @@ pub enum Finding {
     },
     /// Samples that came in a burst at another rate are excluded.
     BurstExcluded(u64),
-    /// Serial numbers of two sensors in one record, and whether the samples of the second are
-    /// excluded.
+    /// Serial numbers of two sensors, and whether the samples of the second are excluded.
     TwoSensors([String; 2], bool),
     /// How often the number of printed decimals changed.
     DecimalsChanged(u64),
@@ -311,8 +310,7 @@ pub enum Rejected {
 pub struct Peak {
     /// Frequency in hertz.
     pub frequency_hz: f64,
-    /// Channels, and the share of the peak in the variance of each from sample to sample, 0 to 1;
-    /// the largest first.
+    /// Channels, and the share of the peak in the variance of each, 0 to 1; the largest first.
     pub axes: Vec<(String, f64)>,
     /// Frequencies in hertz that alias to this one.
     pub aliases_hz: Vec<f64>,

@@ -52,8 +52,7 @@ struct CaveatDocument<'a> {
 }
 
 impl<'a> ComparisonDocument<'a> {
-    /// The document of a comparison of `all`, in the order in which they were compared; remedies
-    /// are put into `words`.
+    /// The document of a comparison of `all`; remedies are put into `words`.
     pub fn new(all: &'a [SourceResult], comparison: &'a Comparison, words: RemedyWords) -> Self {
         let disturbances = comparison.disturbances.iter().map(|(record, warning)| DisturbanceDocument {
             record: *record,

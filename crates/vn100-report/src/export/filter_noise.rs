@@ -17,8 +17,7 @@ pub const DEFAULT_SPAN_S: f64 = 60.0;
 const SHEET_WALK: &str =
     "K by a data sheet, which prints none: B/sqrt(T) of its bias instability B, the upper end at T = 60 s";
 
-/// The times in seconds over which a walk has the drift of a data sheet's bias instability: no sheet
-/// prints a walk.
+/// The times in seconds over which a walk drifts as the bias instability of a sheet does.
 const SHEET_WALK_S: (f64, f64) = (60.0, 1000.0);
 
 /// N and K of the two inertial sensors, the rate of their samples, and what the file of a filter needs
@@ -194,8 +193,7 @@ impl FilterNoise {
         }
     }
 
-    /// N or K of a sensor; `None` for one that is not known, for one that is no inertial sensor, and for
-    /// another term.
+    /// N or K of a sensor; `None` for one that is not known, and for any other.
     pub fn value(&self, sensor: Sensor, term: Term) -> Option<f64> {
         let value = self.values.iter().find(|value| (value.sensor, value.term) == (sensor, term))?;
         Some(value.found.as_ref().ok()?.value)

@@ -31,8 +31,7 @@ impl CsvTable {
         Self { ending: ".spectrum.csv", header: SPECTRUM, rows: |table, record, _| spectrum(table, record) },
     ];
 
-    /// The table: a header, and a row for each channel and point. Remedies are put into the given
-    /// words.
+    /// The table: a header, and a row for each channel and point.
     pub fn text(&self, record: &SourceResult, words: RemedyWords) -> String {
         let mut table = Table(format!("{}\n", self.header));
         (self.rows)(&mut table, record, words);

@@ -25,8 +25,7 @@ const AREA_HEIGHT: f64 = HEIGHT - 26.0 - 44.0;
 const AREA_RIGHT: f64 = WIDTH - 18.0;
 
 impl Figure {
-    /// With decades as high as they are wide, so that a slope of −½ looks like one: the shorter
-    /// side is continued.
+    /// With decades as high as they are wide: the shorter side is continued.
     pub(super) fn with_square_decades(
         id: String,
         title: String,
@@ -165,8 +164,7 @@ fn left_of(y: &PlotAxis) -> f64 {
     widths.fold(0.0, f64::max) + LETTERS + 16.0
 }
 
-/// The width of a letter over its height: that of most letters of DejaVu Sans, the font that an SVG
-/// names first.
+/// The width of a letter over its height: that of most letters of DejaVu Sans.
 const PER_LETTER: f64 = 0.64;
 
 /// Of a text in letters of the usual size.

@@ -81,8 +81,7 @@ fn table(axes: &[Axis<'_>], notes: &mut Notes) -> Option<SensorTable> {
     })
 }
 
-/// What would decide the first open verdict: one note, since the head of the table has room for two
-/// marks.
+/// What would decide the first open verdict; there is room for one note.
 fn undecided_note(axes: &[Axis<'_>], notes: &mut Notes) -> Option<usize> {
     let is_open = |found: &&FigureVerdict| found.decided_by.is_some();
     let (axis, open) = axes.iter().find_map(|axis| Some((axis, axis.channel.verdicts().iter().find(is_open)?)))?;
@@ -266,8 +265,7 @@ fn range(low: f64, high: f64) -> String {
     format!("{from}-{to}")
 }
 
-/// The worst verdict, with the letters of its axes if others are better; of a typical figure the
-/// largest ratio.
+/// The worst verdict, with the letters of its axes; of a typical figure the largest ratio.
 fn word(verdicts: &[(usize, &FigureVerdict)], axes: &[Axis<'_>]) -> VerdictWord {
     let rank = |verdict: Verdict| Verdict::ALL.iter().position(|other| *other == verdict).unwrap_or(usize::MAX);
     let judged = verdicts.iter().filter_map(|(_, judged)| judged.verdict);

@@ -105,8 +105,7 @@ impl Gapped {
     }
 }
 
-/// The sum of squares, each with an exact numerator: 61 bits of a sum, twice 30 of the numbers of
-/// present samples.
+/// The sum of squares, each with an exact numerator of 121 bits.
 #[cold]
 #[inline(never)]
 fn in_128_bits<const P: usize>(windows: &[GappedWindow], weights: [i64; 3], clusters: [&[i64]; P]) -> Option<u128> {

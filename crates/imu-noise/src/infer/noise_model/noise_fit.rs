@@ -86,8 +86,7 @@ impl NoiseFit {
         self.rivals[term as usize]
     }
 
-    /// The fit where `term` is known to be no more than bounded, as other channels of the record
-    /// were tested too.
+    /// The fit where `term` is no more than bounded, as other channels were tested too.
     pub fn not_proved(&mut self, term: Term) {
         if let Some(parameter) = &mut self.parameters[term as usize] {
             *parameter = parameter.not_proved();

@@ -3,8 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Probability, corrected for all slow terms and axes of a record together, up to which one of them
-/// is proved.
+/// Probability, corrected for all slow terms and axes, up to which one of them is proved.
 pub const PROVED_P: f64 = 0.03;
 
 /// What is known of a noise parameter; `NotMeasurable` and `Moved` are set by the caller.

@@ -101,8 +101,7 @@ pub struct Wanted<'a> {
     pub truth: &'a [(Term, f64)],
     /// The share of records that may miss it, for one axis; above 0 and below 1.
     pub missed: f64,
-    /// How many slow terms on how many axes are tested in one record: each must be significant
-    /// beside the others.
+    /// How many slow terms on how many axes are tested in one record.
     pub tests: usize,
 }
 

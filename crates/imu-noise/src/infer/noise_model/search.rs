@@ -147,8 +147,7 @@ impl<'a> Search<'a> {
         self.searched()
     }
 
-    /// The same in what is expected on average, which is the level of no one record: it has no shape beyond
-    /// doubt, and does not switch.
+    /// The same in what is expected on average, which has no definite shape and does not switch.
     pub(super) fn of_expectation(self) -> Option<Self> {
         Self { switching: OnceCell::from(f64::NEG_INFINITY), ..self }.searched()
     }
@@ -317,8 +316,7 @@ impl<'a> Search<'a> {
         0.5 * self.z * self.z * self.dispersion
     }
 
-    /// N²: its value and its limits are those of all structures, each with the weight of its
-    /// likelihood.
+    /// N² by all structures, each with the weight of its likelihood.
     pub(super) fn white(&self) -> Found {
         let of_value = |candidate: &Candidate| {
             let is_filtered = candidate.filter > 0;

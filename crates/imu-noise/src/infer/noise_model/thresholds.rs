@@ -18,8 +18,7 @@ pub(super) const BESIDE_KNOWN_AVERAGING: f64 = 5.0;
 pub(super) const FILTER_IN_VALUE: f64 = 4.0;
 pub(super) const PROCESSES_IN_VALUE: f64 = 4.0;
 
-/// For Gauss-Markov processes, whatever their number: one and its correlation time are two
-/// parameters.
+/// For Gauss-Markov processes: one and its correlation time are two parameters.
 pub(super) const PROCESSES: f64 = 3.0;
 
 /// For a warm-up, which has an amplitude and a time constant, and for a cycle, which has a phase too:

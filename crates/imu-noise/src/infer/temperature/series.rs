@@ -91,8 +91,7 @@ fn longest_run(blocks: &TemperatureBlocks) -> Range<usize> {
     longest
 }
 
-/// What is missing is taken to lie on the line between its neighbours, at the ends to be equal to
-/// the next.
+/// What is missing lies on the line between its neighbours, at the ends it is the next value.
 fn interpolated(values: &[Option<f64>]) -> Vec<f64> {
     let known: Vec<(usize, f64)> = values.iter().enumerate().filter_map(|(i, value)| Some((i, (*value)?))).collect();
     let at = |i: usize| {
