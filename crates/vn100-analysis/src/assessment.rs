@@ -65,8 +65,7 @@ pub struct ChannelAssessment {
     pub noise: Option<ChannelNoise>,
     /// Vibration, disturbances, changes of level; not searched where the sensor was moved.
     pub stationarity: Stationarity,
-    /// What the sensor does on board to the white noise of the channel; `None` where that is not
-    /// known.
+    /// What the sensor does on board to the white noise of the channel, if it is known.
     pub onboard: Option<Onboard>,
 }
 
@@ -78,8 +77,7 @@ pub const LEAST_EDF: f64 = 2.0;
 pub struct OctaveAssessment {
     /// Averaging factor.
     pub m: u64,
-    /// Exponent of the spectrum nearest to the noise that this octave shows; `None` with too few
-    /// blocks.
+    /// Exponent of the spectrum nearest to this noise; `None` with too few blocks.
     pub alpha: Option<i8>,
     /// Degrees of freedom, and confidence limits of a deviation of 1; `None` below [`LEAST_EDF`]. They
     /// follow from the fitted mixture of noises or, where no model fits, from the kind of noise here.

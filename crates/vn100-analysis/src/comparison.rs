@@ -61,8 +61,7 @@ pub struct SameSamples {
 }
 
 impl SameSamples {
-    /// From this share on, all of a record counts as part of the other: a few rows may have been
-    /// dropped.
+    /// From this share on, all of a record counts as part of the other.
     pub const WHOLE: f64 = 0.98;
 }
 

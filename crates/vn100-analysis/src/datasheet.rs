@@ -18,8 +18,7 @@ pub struct Datasheet {
     pub name: String,
     /// How far the figures can be trusted; `None` if the sheet says nothing about that.
     pub note: Option<String>,
-    /// What the sensor does on board before it sends a sample; `None` for a sensor that this
-    /// program knows.
+    /// What the sensor does on board; `None` for a sensor that this program knows.
     pub onboard: Option<SheetOnboard>,
     /// The figures of the sheet.
     pub figures: Vec<DatasheetFigure>,
@@ -235,15 +234,13 @@ impl Datasheet {
 }
 
 impl DatasheetFigure {
-    /// The parameter of the noise model that corresponds to the printed figure, by the lower end of
-    /// a typical range.
+    /// The parameter of the noise model for the printed figure, the lower end of a range.
     fn parameter(&self) -> f64 {
         let (Claim::Limit(printed) | Claim::Typical { from: printed, .. }) = self.claim;
         if self.is_curve_minimum() { printed / floor_of_flicker() } else { printed }
     }
 
-    /// Whether the figure is the minimum of the deviation, rather than a parameter of the noise
-    /// model.
+    /// Whether the figure is the minimum of the deviation, and no parameter.
     pub fn is_curve_minimum(&self) -> bool {
         self.is_minimum && self.term == Term::BiasInstability
     }

@@ -277,8 +277,7 @@ impl SourceResult {
         self.warnings.insert(place, warning);
     }
 
-    /// Notes that the result is incomplete because of a fault that is no error of the source: the
-    /// measurement has failed. An earlier error is kept.
+    /// Notes that the measurement has failed by no error of the source; an earlier one is kept.
     pub fn note_failure(&mut self, text: String) {
         self.source.error.get_or_insert(text);
         self.completion = self.completion.max(Completion::Failed);

@@ -44,8 +44,7 @@ pub fn letter(term: Term) -> &'static str {
     }
 }
 
-/// The message of a VN-100 with uncompensated rates that can replace this one: packets for packets,
-/// the sentence `VNIMU` for any other.
+/// The message with uncompensated rates for this one: packets, or the sentence `VNIMU`.
 pub fn uncompensated_message(message: &str) -> &'static str {
     if message == BINARY { BINARY } else { "VNIMU" }
 }

@@ -320,8 +320,7 @@ pub struct ChannelSnapshot {
 }
 
 impl ChannelSnapshot {
-    /// The step between neighbouring values, in the unit of `channel`: the actual step where the
-    /// values show it, else that of the last printed digit.
+    /// The actual step between neighbouring values in the unit of `channel`, or a printed digit.
     pub fn step(&self, channel: &Channel) -> f64 {
         channel.in_unit(self.histogram.step_counts().unwrap_or(0.0).max(self.printed_step_counts))
     }

@@ -251,8 +251,7 @@ impl Figure {
         (left + width * far(self.x.scale.share(x)), top + height * (1.0 - far(self.y.scale.share(y))))
     }
 
-    /// What is drawn in the rectangle between the axes, from the bottom up, each with the number of its
-    /// series. It may reach beyond the rectangle.
+    /// What is drawn between the axes, from the bottom up, each with the number of its series.
     pub fn marks(&self) -> impl Iterator<Item = (usize, &Primitive)> {
         let of_series = self.layers.iter().filter_map(|(kind, marks)| match kind {
             LayerKind::Data(series) => Some((*series, marks)),

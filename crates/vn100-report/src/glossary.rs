@@ -42,8 +42,7 @@ impl Explanation {
     }
 }
 
-/// All entries: parameters, warnings, the codes of documents, the words and messages of the summary,
-/// then programs that take N and K, and data sheets.
+/// All entries, parameters first.
 pub fn glossary() -> Vec<Explanation> {
     let mut all = parameters::explanations();
     all.extend(WarningKind::ALL.into_iter().zip(meanings_of::<WarningKind>()).map(of_warning));

@@ -73,8 +73,7 @@ impl ChannelSignal {
         }
     }
 
-    /// From here on the segments of the spectrum are spaced by all places of the record, including
-    /// missing samples. To be called before any sample.
+    /// Spaces the segments by all places of the record, missing ones too; before any sample.
     pub const fn count_missing(&mut self) {
         self.spectrum.counts_missing = true;
     }

@@ -192,8 +192,7 @@ impl EdgeTracker {
         std::mem::take(&mut self.pending).into()
     }
 
-    /// Ends the present clock. Returns the number of pending samples, without a gap before them,
-    /// and the time when the next sample is due.
+    /// Ends the present clock. Returns the pending samples, and when the next one is due.
     pub(super) fn restart_clock(&mut self) -> (u64, f64) {
         let pending = self.take_pending().len() as u64;
         self.index += pending;

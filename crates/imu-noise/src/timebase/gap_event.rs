@@ -21,10 +21,9 @@ pub enum GapEvent {
     /// An unknown number of samples may have been dropped here: the counter restarted, or the times
     /// of the sensor do not fit a whole number of samples.
     UnknownGap,
-    /// The clock of the sensor restarted here: an unknown number of samples may be dropped.
+    /// The clock of the sensor restarted here: an unknown number of samples may be missing.
     Restart,
-    /// The clock of the sensor stepped here: it advanced more than the clock of the host. An
-    /// unknown number of samples may have been dropped.
+    /// The clock of the sensor stepped ahead here: an unknown number of samples may be missing.
     TimeStep,
     /// The next sample has a time that neither neighbour confirms: damage that the checksum does not
     /// detect. The sample does not count, and one is missing in its place.
@@ -126,8 +125,7 @@ pub enum Refusal {
         /// The sensor's fastest rate in Hz.
         fastest_hz: f64,
     },
-    /// Samples arrive unevenly: some are missing, or the rate is not one of the sensor. The number
-    /// of missing samples cannot be known.
+    /// Samples arrive unevenly: how many are missing cannot be known.
     #[error("time stamps not used: {measured_hz:.2} lines a second arrive, and too unevenly for a rate")]
     Uneven {
         /// Samples that arrive per second, in Hz.
@@ -167,8 +165,7 @@ fn too_fast(measured_hz: f64, fastest_hz: f64) -> String {
     )
 }
 
-/// Summary of the arrival times of a stream. After a change of rate `nominal`, `measured_hz` and
-/// `offset_ppm` describe the samples since the last change.
+/// Summary of the arrival times of a stream; of its rate since the last change.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TimebaseSummary {
     /// Number of samples added.

@@ -17,8 +17,7 @@ pub(super) const TOO_FAST: f64 = 1.25;
 const HIGHER: f64 = 1.1;
 const LOWER: f64 = 0.9;
 
-/// After this many early samples their rate counts even if the sensor does not have it: no backlog
-/// is so long. Chosen.
+/// Early samples after which their rate counts, listed or not: no backlog is so long. Chosen.
 const MANY_EARLY: usize = 16 * RUN;
 
 /// The rates of a sensor in Hz; empty for any sensor.

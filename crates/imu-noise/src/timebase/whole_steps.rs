@@ -5,8 +5,7 @@
 /// more.
 pub(super) const TOLERANCE: f64 = 0.25;
 
-/// An interval of more steps belongs to another counter or clock, and is no gap: at 800 Hz such a
-/// gap would last two months.
+/// An interval of more steps is no gap: it would last two months at 800 Hz.
 const MAX_STEPS: f64 = 4_294_967_296.0;
 
 /// The number of steps in the interval, at least one; `None` if it is not a whole number.

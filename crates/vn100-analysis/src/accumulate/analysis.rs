@@ -32,8 +32,7 @@ pub struct Analysis {
     port_shared_with: Option<String>,
     /// Whether the link was lost and no row has arrived since.
     is_interrupted: bool,
-    /// Once the stream has ended, while pending rows are still to be taken: whether they were too few
-    /// for a certain rate.
+    /// While pending rows of an ended stream are taken: whether they were too few for a rate.
     finishing: Option<bool>,
     last_row_ns: Option<i64>,
 }
@@ -179,8 +178,7 @@ impl Analysis {
         while self.finish_to_second() {}
     }
 
-    /// As [`finish`](Self::finish), in steps up to the next whole second of data time each. Returns
-    /// whether rows are left.
+    /// As [`finish`](Self::finish), up to the next whole second. Returns whether rows are left.
     #[must_use]
     pub fn finish_to_second(&mut self) -> bool {
         if let (Some(pending), None) = (&mut self.pending, self.finishing) {
@@ -233,8 +231,7 @@ impl Analysis {
         self.record.span.seconds(self.record.rate.hz())
     }
 
-    /// Excludes all data so far as warm-up, as [`skip`](Settings::skip) does. Returns the data time
-    /// excluded.
+    /// Excludes all data so far as warm-up. Returns the data time excluded.
     pub fn end_warm_up(&mut self) -> Duration {
         let so_far = self.data_time();
         self.record.end_warm_up();

@@ -55,8 +55,7 @@ impl ChannelState {
         }
     }
 
-    /// Adds the counts of the rows of a stretch; unwraps angles in place. `plans` are for all
-    /// channels of the rows.
+    /// Adds the counts of a stretch; unwraps angles in place. `plans` are for all channels.
     pub(crate) fn push(&mut self, counts: &mut [i32], rows: &Stretch, plans: &mut WindowPlans) {
         if self.stride == 1 {
             self.place += rows.places() as u64;

@@ -185,8 +185,7 @@ impl DataRecord {
         }
     }
 
-    /// The stream has ended; `arrivals` summarises it. Of a record whose rate has changed, the
-    /// longest stretch is the result.
+    /// The stream has ended. Of a record whose rate has changed, the longest stretch is the result.
     pub(crate) fn end(&mut self, arrivals: Option<TimebaseSummary>) {
         let (Some(longest), Some(arrivals)) = (self.longest.take(), arrivals) else { return };
         let all = self.span.samples + self.span.excluded;
@@ -306,8 +305,7 @@ impl DataRecord {
         self.break_segment(None);
     }
 
-    /// Breaks the segment: no window of a statistic spans this place. `missing` is `None` for an
-    /// unknown number of samples.
+    /// Breaks the segment: no window spans this place. `None`: an unknown number is missing.
     fn break_segment(&mut self, missing: Option<u64>) {
         if self.span.has_begun() {
             self.span.break_segment();

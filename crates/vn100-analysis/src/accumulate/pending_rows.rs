@@ -178,8 +178,7 @@ impl PendingRows {
         self.pending_duration().min(before)
     }
 
-    /// The time since an origin long before the first stamp. Whether stamps may go back is for the
-    /// detector to decide.
+    /// The time since an origin long before the first stamp; it may go back.
     fn since_origin(&mut self, at_ns: i64) -> Duration {
         let first_ns = *self.first_ns.get_or_insert(at_ns);
         let since_first = i128::from(at_ns) - i128::from(first_ns);

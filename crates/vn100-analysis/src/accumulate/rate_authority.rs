@@ -6,8 +6,7 @@ use vn100_protocol::{BINARY, Layout};
 use super::{measured_span::MeasuredSpan, sensor_rates::rates_hz};
 use crate::{rate_change::RateChange, settings::DEFAULT_RATE_HZ, snapshot::RateFrom, warning::Finding};
 
-/// Clock offset above which a measured rate does not confirm the nominal one: no quartz is off by
-/// that much.
+/// Clock offset above which a measured rate does not confirm the nominal one.
 const CLOCK_PPM: f64 = 1000.0;
 
 /// The source of the sample rate of a record, when it was wrong, and when it changed. The sources
@@ -139,8 +138,7 @@ impl RateAuthority {
         detector
     }
 
-    /// Takes the nominal rate of the gap detector; `device_hz` is the rate that the sensor
-    /// reported.
+    /// Takes the nominal rate of the detector; `device_hz` is that reported by the sensor.
     pub(crate) fn take_nominal(
         &mut self,
         nominal: NominalRate,
@@ -187,8 +185,7 @@ impl RateAuthority {
         if is_same { RateEffect::None } else { RateEffect::Discard { from_hz: hz, to_hz: device_hz } }
     }
 
-    /// A connection has ended after so few samples that their rate is not certain: it is used until
-    /// a later connection decides.
+    /// A connection has ended after so few samples that a later one decides on their rate.
     pub(crate) fn doubt(&mut self) {
         self.rate.is_by_few = self.rate.from == RateFrom::Arrival;
     }
@@ -283,8 +280,7 @@ impl RateAuthority {
         self.change.map(|change| change.change)
     }
 
-    /// What arrival times show of the samples that count; `now` gives the summary of the present
-    /// connection.
+    /// What arrival times show of the samples that count; `now`: of the present connection.
     pub(crate) fn arrivals(&self, now: impl FnOnce() -> Option<TimebaseSummary>) -> Option<TimebaseSummary> {
         let of_connections = || telling(now(), self.confirmed);
         self.measured.or_else(|| self.change.map_or_else(of_connections, |change| change.until))

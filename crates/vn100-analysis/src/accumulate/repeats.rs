@@ -112,8 +112,7 @@ impl Repeats {
     }
 }
 
-/// The hash of a row. The standard hasher, which resists chosen keys, would take longer than all
-/// sums of the row.
+/// The hash of a row, much faster than by the standard hasher.
 pub(crate) fn hash(counts: &[i32]) -> u64 {
     // no product depends on another one
     let weighted = |sum: u64, counts: &[i32]| {
@@ -135,8 +134,7 @@ const WEIGHTS: [u64; 16] = {
     weights
 };
 
-/// A number all bits of which depend on all bits of this one; different numbers give different
-/// ones.
+/// A number all bits of which depend on all bits of this one, and no other's.
 const fn scattered(number: u64) -> u64 {
     /// The fractional part of the golden ratio, as an odd number.
     const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;

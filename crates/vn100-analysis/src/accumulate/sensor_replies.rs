@@ -17,11 +17,9 @@ pub(crate) struct SensorReplies {
     pub(super) registers: BTreeMap<u8, String>,
     /// The registers, and the number of samples, when the link was last lost.
     before_break: Option<(BTreeMap<u8, String>, u64)>,
-    /// The first two different serial numbers, in their order, and the number of samples before the
-    /// second.
+    /// The first two different serial numbers, and the number of samples before the second.
     two_serials: Option<(String, String, u64)>,
-    /// Of each channel of register 54. Its readings are too few, and too unevenly spaced, for a
-    /// deviation.
+    /// Of each channel of register 54, whose readings are too few for a deviation.
     imu: Vec<(Moments, Histogram)>,
 }
 
@@ -90,8 +88,7 @@ impl SensorReplies {
         }
     }
 
-    /// A warning where two sensors replied; `change` is the change of rate after which samples are
-    /// excluded.
+    /// A warning where two sensors replied; samples after the `change` are excluded.
     pub(crate) fn two_sensors(&self, change: Option<RateChange>) -> Option<Warning> {
         let (before, then, samples) = self.two_serials.as_ref()?;
         let is_excluded = change.is_some_and(|change| change.after_samples == *samples);
@@ -115,8 +112,7 @@ impl SensorReplies {
     }
 }
 
-/// Gives a channel of register 54 another name, because the stream may have a channel of the plain
-/// name.
+/// Gives a channel of register 54 a name that none of the stream has.
 fn renamed(channel: &Channel) -> Channel {
     let prefix = match channel.quantity {
         Quantity::Temperature | Quantity::Pressure => "polled",

@@ -17,8 +17,7 @@ pub struct TemperatureRecord {
 }
 
 impl TemperatureRecord {
-    /// By the first channel of the stream that is a temperature; `None` without one, or without an
-    /// axis.
+    /// By the first temperature of the stream; `None` without one, or without an axis.
     pub(crate) fn of_stream(layout: &Layout) -> Option<Self> {
         let place = layout.channels.iter().position(is_temperature)?;
         Self::new(layout, Some(place), &layout.channels[place])
@@ -46,8 +45,7 @@ impl TemperatureRecord {
         }
     }
 
-    /// Adds a reading at the sample with this index; ignored where the stream carries the
-    /// temperature.
+    /// Adds a reading at this sample; ignored where the stream carries the temperature.
     pub(crate) fn push_reading(&mut self, index: u64, counts: i32) {
         if self.is_polled() {
             self.blocks.push_temperature(index, &[counts]);

@@ -41,8 +41,7 @@ pub struct ChannelNoise {
     /// The level has a step, a cycle or a warm-up, which bias instability, random walk and ramp
     /// would be fitted to: they are no more than bounded.
     pub level_changes: bool,
-    /// How the bias follows the temperature of the sensor; `None` where the record does not have
-    /// it, and for magnetometers.
+    /// How the bias follows the temperature; `None` without one, and for magnetometers.
     pub temperature: Option<AxisTemperature>,
 }
 
@@ -92,8 +91,7 @@ impl ChannelNoise {
         }
     }
 
-    /// The parameters of an axis; `None` for what is no axis of a sensor. `evidence`: what is known
-    /// of it beside the curve.
+    /// The parameters of an axis; `evidence`: what is known of it beside the curve.
     pub(super) fn new(
         channel: &Channel,
         curve: &OctaveVariances,
@@ -166,14 +164,12 @@ impl ChannelNoise {
         }
     }
 
-    /// N of the sensor itself, without what averaging and decimation on board add; bounded where
-    /// the window is not known. `None` where N was not asked for.
+    /// N of the sensor itself; bounded where the window is not known, `None` without N.
     pub fn unaliased_white(&self) -> Option<Parameter> {
         self.parameter(Term::White).map(|white| self.white_budget.unaliased(white))
     }
 
-    /// The best and the worst grade that the sensor's own N and B leave possible, or why none is
-    /// given; `None` for what is no gyroscope.
+    /// The best and the worst grade that its own N and B leave a gyroscope, or why it has none.
     pub fn grade(&self) -> Option<Result<(Grade, Grade), NoGrade>> {
         if self.sensor != Sensor::Gyroscope {
             return None;
@@ -192,8 +188,7 @@ impl ChannelNoise {
         })
     }
 
-    /// What data sheets call in-run bias stability, see [`curve_minimum`]; `None` where B was not
-    /// asked for.
+    /// What data sheets call in-run bias stability; `None` where B was not asked for.
     pub fn curve_minimum(&self) -> Option<Parameter> {
         let [white, bias, walk] =
             [Term::White, Term::BiasInstability, Term::RateRandomWalk].map(|term| self.parameter(term));
@@ -219,8 +214,7 @@ impl ChannelNoise {
         }
     }
 
-    /// Withholds everything that describes the motion. A message that lacks the bias lacks it all
-    /// the same.
+    /// Withholds everything that describes the motion.
     pub(super) fn was_moved(&mut self) {
         self.fit.withhold(Status::Moved);
         self.classical = GraphicalReadings::not_applicable(self.sensor);

@@ -31,8 +31,7 @@ fn vibration(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     Warning::of_any(Finding::Peaks(peaks), axes)
 }
 
-/// Frequencies at which else a line may really be, because the samples do not distinguish them; none if
-/// the stream is too fast for any.
+/// Frequencies at which else a line may really be, as the samples do not tell.
 fn aliases_hz(line_hz: f64, rate_hz: f64) -> Vec<f64> {
     let pairs = (1..).flat_map(|n| [f64::from(n) * rate_hz - line_hz, f64::from(n) * rate_hz + line_hz]);
     let others = pairs.take_while(|hz| *hz <= HIGHEST_HZ).filter(|hz| hz - line_hz > 0.05);
@@ -83,8 +82,7 @@ impl<'a> Shake<'a> {
         self.axes[0]
     }
 
-    /// What moves the sensor shows on gyroscope or accelerometer, and an alternating field on the
-    /// magnetometer alone.
+    /// An alternating field shows on the magnetometer alone.
     fn peak(&self, rows_hz: f64) -> Peak {
         let is_field = |(channel, _): &(&Channel, f64)| channel.quantity == Quantity::MagneticField;
         let rate_hz = rows_hz / self.most().0.stride(rows_hz) as f64;

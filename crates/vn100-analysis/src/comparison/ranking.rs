@@ -18,8 +18,7 @@ pub struct Ranking {
     pub quantity: Quantity,
     /// Unit of N.
     pub unit: &'static str,
-    /// The quietest record first, by [`RankedRecord::own`]; only records whose N is estimated on
-    /// every axis.
+    /// The records whose N is estimated on every axis, the quietest first.
     #[serde(rename = "ranked")]
     pub records: Vec<RankedRecord>,
     /// Whether white noise aliases in the same way in all records, so that N can be compared.
@@ -46,8 +45,7 @@ pub struct RankedRecord {
     pub upper: f64,
     /// N of each axis.
     pub axes: Vec<AxisWhite>,
-    /// Density of the white noise in the stream over that of the sensor itself; `None` if that is
-    /// not known.
+    /// White noise of the stream over that of the sensor itself, if it is known.
     pub white_factor: Option<f64>,
 }
 

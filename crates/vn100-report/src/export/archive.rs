@@ -30,8 +30,7 @@ pub struct ArchiveRow {
 }
 
 impl ArchiveRow {
-    /// The rows of all recordings of a file: the column `rows` gives their number, by which a file
-    /// whose rows were not all written is recognised.
+    /// The rows of all recordings of a file, each with their number in the column `rows`.
     pub fn of_file(file: &ArchivedFile, recordings: &[SourceResult]) -> Vec<Self> {
         let channels = |result: &SourceResult| result.channels.len().max(1);
         let count = recordings.iter().map(channels).sum();

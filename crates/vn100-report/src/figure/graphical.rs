@@ -55,8 +55,7 @@ pub(crate) fn graphical(channel: &ChannelResult, deviation: Deviation) -> Option
     Some(plot)
 }
 
-/// The straight line through the place at which a parameter was read, in a plot whose unit is `factor`
-/// times the SI unit; `None` if it was not read.
+/// The line through the place of a reading, in a plot of `factor` times the SI unit.
 pub(super) fn read_line(term: Term, read: &GraphicalReading, factor: f64) -> Option<SlopedLine> {
     let (tau_s, level, slope, dash) = match term {
         Term::BiasInstability => (read.tau_s?, FLAT, 0.0, Dash::Dotted),

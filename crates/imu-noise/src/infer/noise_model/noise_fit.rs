@@ -13,8 +13,7 @@ pub struct NoiseFit {
     pub(super) parameters: [Option<Parameter>; Term::ALL.len()],
     /// The likeliest noise beside the white one.
     pub likeliest: SlowNoise,
-    /// Whether the record shows the processes beyond doubt. Otherwise they keep the interval of N from
-    /// being too narrow, and may as well be absent.
+    /// Whether the record shows the processes beyond doubt.
     pub is_process_proved: bool,
     /// Lines cover more than half of the frequencies: what looks white between them may be their
     /// tails, and N is bounded only.
@@ -93,8 +92,7 @@ impl NoiseFit {
         }
     }
 
-    /// Takes all parameters and the model behind them back: each has this status, and no value. The
-    /// degrees of freedom of the octaves stay.
+    /// Takes the model back: each parameter has this status. The degrees of freedom stay.
     pub fn withhold(&mut self, status: Status) {
         let parameters = self.parameters.map(|known| known.map(|_| Parameter::without_value(status)));
         let edf = std::mem::take(&mut self.edf);

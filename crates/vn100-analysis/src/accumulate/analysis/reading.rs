@@ -9,8 +9,7 @@ use crate::{
 };
 
 impl Analysis {
-    /// Adds the rows that wait for others of their block, so that snapshots need no copy of all sums with
-    /// them. No result depends on it.
+    /// Adds the rows that wait for others of their block, so that snapshots copy no sums.
     pub fn settle(&mut self) {
         self.record.accumulators.settle();
     }
