@@ -59,8 +59,7 @@ impl AveragingTimes {
         }
     }
 
-    /// A sentence for each of the listed times that is not a multiple of this sample interval, in
-    /// seconds; none for all other averaging times.
+    /// A sentence for each of the listed times that is not a multiple of this sample interval.
     pub fn no_multiples(&self, interval_s: f64) -> Vec<String> {
         let Self::List(times) = self else { return Vec::new() };
         let not_whole = times.iter().filter(|tau_s| whole_factor(**tau_s, interval_s).is_none());

@@ -203,8 +203,7 @@ impl Datasheet {
         })
     }
 
-    /// Whether a limit on this parameter is one on the minimum of the deviation, as the sheet's
-    /// figure is, or as that of most sheets if this one has none.
+    /// Whether a limit on this parameter is one on the minimum, as the figures of most sheets are.
     pub(crate) fn is_of_minimum(&self, sensor: Sensor, term: Term) -> bool {
         let quoted = self.typical_figures(sensor).find(|figure| figure.term == term);
         quoted.map_or(term == Term::BiasInstability, DatasheetFigure::is_curve_minimum)

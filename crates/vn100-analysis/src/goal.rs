@@ -35,8 +35,7 @@ impl Goal {
         self.figure.absent_from(snapshot.layout.as_ref()?)
     }
 
-    /// Half the width of the interval divided by the value, by axis; `None` if the parameter is
-    /// not estimated. Empty if the message has no such channel.
+    /// Half the width of the interval over the value, by axis; `None` if it is not estimated.
     pub fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
         (snapshot.layout_channels().iter().zip(&assessment.channels))
             .filter(|(channel, _)| self.figure.concerns(&channel.name, channel.quantity))

@@ -33,8 +33,7 @@ pub struct GoalCheck {
 }
 
 impl GoalCheck {
-    /// Why the measurement is over; `None` while its data time has not passed, and its goals are not
-    /// decided or it is not time to check them.
+    /// Why the measurement is over; `None` while it is not, or it is not time to check its goals.
     #[must_use]
     pub fn end(&mut self, analysis: &Analysis) -> Option<End> {
         if analysis.is_complete() {

@@ -173,8 +173,7 @@ pub struct PlannedWant {
     /// For a random walk: the length in seconds if the sensor had no bias instability, which hides
     /// the random walk; else `None`.
     pub without_bias_instability_s: Option<f64>,
-    /// For a limit: the value that the sensor is assumed to have; else `None`. The nearer the value
-    /// is to the limit, the longer the record.
+    /// For a limit: the value that the sensor is assumed to have; else `None`.
     pub taken_at: Option<TakenAt>,
 }
 
@@ -195,8 +194,7 @@ pub struct TakenAt {
 pub enum TakenFrom {
     /// It is the figure of the data sheet.
     Datasheet,
-    /// [`TakenAt::BESIDE`] times the limit, because the figure of the data sheet is so near to the
-    /// limit that a verdict would take very long.
+    /// [`TakenAt::BESIDE`] times the limit, because the figure of the data sheet is too near to it.
     Limit,
     /// [`TakenAt::BESIDE`] times the limit, because the data sheet has no figure.
     LimitAlone,

@@ -21,8 +21,7 @@ use crate::{
     warning::{Finding, Warning},
 };
 
-/// All results of a measurement at one moment. Taking a snapshot does not change the measurement.
-/// Without a sample there are no layout and no channels.
+/// All results of a measurement at one moment; without a sample no layout and no channels.
 #[derive(Debug, Clone)]
 pub struct Snapshot {
     /// The message that is measured; `None` before the first sample.

@@ -229,8 +229,7 @@ fn as_utc<S: Serializer>(at_ns: &Option<i64>, serializer: S) -> Result<S::Ok, S:
 }
 
 impl RecordingEndFacts {
-    /// The warning of a recording that was cut, as by a loss of power, or where a copy of the file
-    /// is not whole; `None` for one that was finished.
+    /// The warning of a recording that was cut; `None` for one that was finished.
     pub fn warning(&self) -> Option<Warning> {
         let found = Warning::new(Finding::RecordingCut);
         (!self.complete).then(|| found.as_severe_as(Severity::Caution))

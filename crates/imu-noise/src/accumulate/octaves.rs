@@ -108,9 +108,8 @@ impl Octaves {
         octaves.filter(|sum| sum.terms > 0)
     }
 
-    /// The sum at any averaging factor, over all overlapping windows. Each sample is visited, which
-    /// takes some nanoseconds. `None` without a window, beyond m = 2^30, and with other estimators
-    /// than [`Estimator::Full`].
+    /// The sum at any averaging factor, over all overlapping windows. `None` without a window, beyond
+    /// m = 2^30, and with other estimators than [`Estimator::Full`].
     pub fn sum_at(&self, m: u64) -> Option<OctaveSum> {
         match &self.windows {
             Windows::Full(overlapping) => overlapping.at(m).map(|squares| self.of(m, (squares, Gapped::EMPTY))),

@@ -59,9 +59,8 @@ impl Stretch {
         self.present.iter().map(|word| word.count_ones() as usize).sum()
     }
 
-    /// The samples of the stretch in runs without a gap, each with the number of places without a
-    /// sample before it. The last run is empty if the stretch ends without a sample; if there are
-    /// fewer `samples` than the stretch has, runs are cut short.
+    /// The samples of the stretch in runs without a gap, each with the number of places without a sample
+    /// before it. The last run is empty if the stretch ends without a sample, and cut short with `samples`.
     pub fn runs_of<'a, T>(&self, mut samples: &'a [T]) -> impl Iterator<Item = (usize, &'a [T])> + use<'a, T> {
         let stretch = *self;
         let mut place = 0;

@@ -35,8 +35,7 @@ const LAG_OF_RECORD: f64 = 0.1;
 /// Lags below lie evenly, above in even ratios; in seconds.
 const SHORT_LAG_S: f64 = 2.0;
 
-/// More than a normal distribution has, as the noise is known from few coefficients: of the fall of the
-/// log-likelihood at the limits.
+/// More than a normal distribution has, at the limits: the noise is known from few coefficients.
 const UNKNOWN_NOISE: f64 = 1.1;
 
 /// Why an axis has no temperature coefficient.
@@ -103,11 +102,9 @@ pub struct TemperatureCoefficient {
     pub lag_range_s: (f64, f64),
     /// The longest lag that is searched is not excluded: the range may be wider.
     pub is_lag_open: bool,
-    /// Probability that noise without any influence of the temperature would show as much, the
-    /// number of lags that are searched allowed for.
+    /// Probability that noise alone would show as much at any of the lags that are searched.
     pub p: f64,
-    /// Share of the temperature in the power of the level, 0 to 1: the largest of all octaves of
-    /// frequency, with the noise as it is fitted.
+    /// Share of the temperature in the power of the level, 0 to 1: the largest of all octaves.
     pub largest_share: f64,
 }
 

@@ -110,9 +110,8 @@ impl Grade {
         }
     }
 
-    /// The best and the worst grade that the N of the sensor itself, in rad/s/√Hz and without what
-    /// aliasing adds, and its B in rad/s leave possible: the worse of the two counts. `None` unless
-    /// both are known from above.
+    /// The best and the worst grade that the N of the sensor itself, in rad/s/√Hz, and its B in rad/s leave
+    /// possible: the worse of the two counts. `None` unless both are known from above.
     pub fn range(white: &Parameter, bias_instability: &Parameter) -> Option<(Self, Self)> {
         let of_white = Self::by(white, |rad| rad.to_degrees() * 60.0, |grade| grade.limits().1)?;
         let of_bias = Self::by(bias_instability, |rad_s| rad_s.to_degrees() * 3600.0, |grade| grade.limits().0)?;

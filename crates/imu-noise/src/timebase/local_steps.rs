@@ -74,8 +74,7 @@ const AS_LONG: f64 = 0.85;
 const SEARCHED: usize = 256;
 
 /// The number of steps of which the sums are compared, which hold about [`IN_A_SUM`] missing samples,
-/// and the mean steps by which nine tenths of the sums differ at most: two ticks of a clock, with some
-/// wander. Missing at random, four samples would be one to eight.
+/// and the mean steps by which nine tenths of the sums differ at most: two ticks of a clock.
 const LEAST_BALANCED: usize = 16;
 const MOST_BALANCED: usize = 96;
 const IN_A_SUM: f64 = 4.0;
@@ -437,9 +436,8 @@ fn singles(steps_s: &[f64]) -> Option<Option<Steps>> {
     })
 }
 
-/// Whether other steps come after equal numbers of single ones, as for reads of a buffer, or after
-/// numbers that change slowly, as for a rate that wanders; whether the numbers are equal; and the length of
-/// such a step in single ones.
+/// Whether other steps come after equal numbers of single ones, as for reads of a buffer, or numbers
+/// that change slowly; whether the numbers are equal; and the length of such a step in single ones.
 fn even_pauses(periods: &[f64]) -> (bool, bool, f64) {
     let other: Vec<usize> = (0..periods.len()).filter(|place| (periods[*place] - 1.0).abs() > NEAR).collect();
     let between: Vec<f64> = other.windows(2).map(|pair| (pair[1] - pair[0]) as f64).collect();

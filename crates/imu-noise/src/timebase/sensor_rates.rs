@@ -57,9 +57,8 @@ impl SensorRates {
         mean_hz(stamps_s).filter(|hz| !is_backlog && *hz > TOO_FAST * self.fastest())
     }
 
-    /// The lower rate in Hz at which late samples arrive, if they arrive evenly: a rate of the
-    /// sensor, or any rate if the present one is not confirmed yet. Samples that are missing at
-    /// random leave no even intervals.
+    /// The lower rate in Hz at which late samples arrive evenly: a rate of the sensor, or any rate if the
+    /// present one is not confirmed yet. Samples missing at random leave no even intervals.
     pub(super) fn lower(self, stamps_s: &[f64], period_s: f64, is_unconfirmed: bool) -> Option<f64> {
         let hz = mean_hz(stamps_s).filter(|hz| hz * period_s < LOWER)?;
         let listed_hz = self.nearest(hz, LISTED_TOLERANCE);

@@ -1,8 +1,7 @@
 //! Whole steps between samples, in what a sensor counts: events of its own, or nanoseconds.
 
-/// The fraction of a step by which an interval may differ from whole steps. Chosen: at 800 Hz the
-/// intervals of real sensors differ by a fortieth, and those of counters by one event in four or
-/// more.
+/// The fraction of a step by which an interval may differ from whole steps. Chosen: real intervals at
+/// 800 Hz differ by a fortieth, and counters by one event in four or more.
 pub(super) const TOLERANCE: f64 = 0.25;
 
 /// An interval of more steps is no gap: it would last two months at 800 Hz.

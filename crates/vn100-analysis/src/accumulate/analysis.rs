@@ -60,17 +60,15 @@ impl Analysis {
         while self.continue_to_second() {}
     }
 
-    /// Takes a batch like [`absorb`](Self::absorb), but of the rows that were pending only those up
-    /// to the next whole second of data time. Returns whether rows are left, for
-    /// [`continue_to_second`](Self::continue_to_second).
+    /// Takes a batch like [`absorb`](Self::absorb), but of the pending rows only those up to the next whole
+    /// second of data time. Returns whether rows are left for [`continue_to_second`](Self::continue_to_second).
     #[must_use]
     pub fn absorb_to_second(&mut self, batch: &Batch) -> bool {
         self.push(batch);
         self.continue_to_second()
     }
 
-    /// Takes the rows that [`absorb_to_second`](Self::absorb_to_second) has left, up to the next
-    /// whole second of data time. Returns whether rows are left.
+    /// Takes rows that are left, up to the next whole second. Returns whether rows are left.
     #[must_use]
     pub fn continue_to_second(&mut self) -> bool {
         let next = self.seconds() + 1;
@@ -212,9 +210,8 @@ impl Analysis {
         self.record.timing()
     }
 
-    /// Whether the data time asked for has passed: by the samples, or, where rows are pending
-    /// because their rate is not known, by their stamps and half a second later. For these
-    /// [`finish`](Self::finish) decides.
+    /// Whether the data time asked for has passed: by the samples or, if their rate is not known, by their
+    /// stamps and half a second later, for [`finish`](Self::finish) to decide.
     pub fn is_complete(&self) -> bool {
         let pending = self.pending.as_ref().map_or(Duration::ZERO, PendingRows::certain_duration);
         let passed = pending.saturating_sub(LATEST_ARRIVAL);

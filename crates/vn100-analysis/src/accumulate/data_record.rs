@@ -198,8 +198,7 @@ impl DataRecord {
         self.rate.measured = Some(arrivals);
     }
 
-    /// Takes a reply. `now` summarises the arrival times of the present connection. The effect of a
-    /// reported rate is to be passed to [`apply`](Self::apply).
+    /// Takes a reply; the effect of a reported rate is to be passed to [`apply`](Self::apply).
     pub(crate) fn push_reply(
         &mut self,
         reply: &RegisterContents,
@@ -242,8 +241,7 @@ impl DataRecord {
         }
     }
 
-    /// Ends a connection: after an outage nothing that was known before is certain. `ended`
-    /// summarises the arrival times before the outage.
+    /// Ends a connection: after an outage nothing that was known before is certain.
     pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>, has_restarted: bool) {
         self.gaps.restarts += u64::from(has_restarted);
         self.rate.end_connection(ended);

@@ -52,8 +52,7 @@ impl MeasuredSpan {
         Some((skipped..end, first))
     }
 
-    /// Adds missing samples. Returns how many of them count: none before the first sample that
-    /// counts, after the end, or with `exclude`.
+    /// Adds missing samples. Returns how many of them count.
     pub(crate) fn gap(&mut self, missing: u64, rate_hz: f64, exclude: bool) -> u64 {
         if !self.has_rows() {
             return 0;

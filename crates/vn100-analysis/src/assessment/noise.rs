@@ -35,11 +35,9 @@ pub struct ChannelNoise {
     pub long_taus: LongTauValidity,
     /// What N is uncertain by.
     pub white_budget: WhiteBudget,
-    /// Terms that are those of the rounding, not of the sensor: from sample to sample its noise is
-    /// less than half of a step of the values.
+    /// Terms that are those of the rounding: the noise is less than half of a step of the values.
     pub(super) rounded_away: &'static [Term],
-    /// The level has a step, a cycle or a warm-up, which bias instability, random walk and ramp
-    /// would be fitted to: they are no more than bounded.
+    /// The level has a step, a cycle or a warm-up: the slow terms are no more than bounded.
     pub level_changes: bool,
     /// How the bias follows the temperature; `None` without one, and for magnetometers.
     pub temperature: Option<AxisTemperature>,

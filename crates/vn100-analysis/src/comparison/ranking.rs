@@ -23,8 +23,7 @@ pub struct Ranking {
     pub records: Vec<RankedRecord>,
     /// Whether white noise aliases in the same way in all records, so that N can be compared.
     pub folds_alike: bool,
-    /// The tests of every pair of records, if white noise aliases alike and the samples are not the
-    /// same; corrected for all pairs of all sensors.
+    /// The tests of every pair whose noise aliases alike, corrected for all pairs of all sensors.
     pub tests: Vec<WhiteTest>,
     /// The quietest record, if it is significantly quieter than the next one.
     pub quietest: Option<usize>,

@@ -32,9 +32,8 @@ impl NoiseModel {
         self.fit_octaves(curve, self.grid.octaves.len(), confidence)
     }
 
-    /// As [`fit`](Self::fit), without a ramp, to the averaging times of the first `octaves` alone:
-    /// for streams whose long averaging times show something else, such as a filter that takes slow
-    /// changes out.
+    /// As [`fit`](Self::fit), without a ramp, to the averaging times of the first `octaves` alone: for
+    /// streams whose long averaging times show something else.
     pub fn fit_part(&self, curve: &ChannelCurve<'_>, octaves: usize, confidence: f64) -> NoiseFit {
         let octaves = self.grid.octaves.partition_point(|of| of.place < octaves);
         let mut fit = self.fit_octaves(&ChannelCurve { has_ramp: false, ..*curve }, octaves, confidence);
