@@ -9,7 +9,7 @@ use vn100_analysis::{
 
 use crate::{
     codes::{name_of, word_of},
-    numbers::plain::{counted, digits, four_digits, grouped},
+    numbers::plain::{counted, digits, grouped},
     units::parameter_unit,
 };
 
@@ -259,7 +259,7 @@ pub fn grade_scheme() -> String {
 pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     let figure = &verdict.figure;
     let (unit, factor) = parameter_unit(sensor, figure.term);
-    let number = |value: f64| four_digits(value * factor);
+    let number = |value: f64| digits(value * factor, 4);
     let Parameter { value, lower, upper, .. } = verdict.measured;
     let minimum = if figure.is_curve_minimum() { " as the minimum of the curve" } else { "" };
     let measured = match (value, lower, upper) {
@@ -318,8 +318,8 @@ pub(crate) fn motion_text(Motion { channel, std, limit, unit, .. }: &Motion) -> 
 pub fn folding(ranking: &Ranking) -> String {
     let own: Vec<String> = (ranking.records.iter())
         .map(|ranked| match ranked.white_factor {
-            Some(factor) => format!("{} {factor:.2}, {}", run_name(ranked.record), four_digits(ranked.own())),
-            None => format!("{} unknown, {} undivided", run_name(ranked.record), four_digits(ranked.own())),
+            Some(factor) => format!("{} {factor:.2}, {}", run_name(ranked.record), digits(ranked.own(), 4)),
+            None => format!("{} unknown, {} undivided", run_name(ranked.record), digits(ranked.own(), 4)),
         })
         .collect();
     let percent = 100.0 * Onboard::UNCERTAINTY;

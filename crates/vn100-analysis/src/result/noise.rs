@@ -237,8 +237,7 @@ impl ParameterResult {
 fn in_other_units(parameter: &Parameter, conventions: &[Convention]) -> Vec<InUnit> {
     let says_something = parameter.value.or(parameter.upper).is_some();
     let in_unit = |convention: &Convention| {
-        let [value, lower, upper] =
-            [parameter.value, parameter.lower, parameter.upper].map(|si| si.map(|si| si * convention.factor));
+        let Parameter { value, lower, upper, .. } = parameter.scaled(convention.factor);
         InUnit { unit: convention.unit, sides: convention.sides, value, lower, upper }
     };
     conventions.iter().skip(1).filter(|_| says_something).map(in_unit).collect()
@@ -251,7 +250,7 @@ impl Discrete {
             Term::RateRandomWalk => 1.0 / rate_hz.sqrt(),
             Term::BiasInstability | Term::RateRamp | Term::Quantization => return None,
         };
-        let [value, lower, upper] = [found.value, found.lower, found.upper].map(|si| si.map(|si| si * factor));
+        let Parameter { value, lower, upper, .. } = found.scaled(factor);
         // B has the unit of a sample
         let unit = si_unit(sensor, Term::BiasInstability);
         Some(Self { rate_hz, unit, value, lower, upper })
