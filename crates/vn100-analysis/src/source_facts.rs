@@ -191,8 +191,7 @@ impl RecordingFacts {
         Some(Self { started_ns: Some(started_ns), ..Self::default() })
     }
 
-    /// The times of the recording of a bag, if they are dates and not those of a simulation; the end
-    /// only if the bag was read to its end.
+    /// The times of the recording of a bag, if they are dates; the end only if it was read to its end.
     fn of_bag(bag: &BagReport, end: EndKind) -> Option<Self> {
         let (first_ns, last_ns) = bag.recorded_ns.filter(|(first_ns, _)| *first_ns >= YEAR_2001_NS)?;
         let complete = end == EndKind::EndOfInput;

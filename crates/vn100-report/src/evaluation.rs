@@ -44,8 +44,7 @@ impl Evaluation {
         Self { has_verdicts_only: true, ..self }
     }
 
-    /// The parameters that must pass although the data sheet gives only a typical value, so that no
-    /// verdict can decide; each with the name of the sheet.
+    /// The parameters that must pass and have no limit in the sheet, each with the name of the sheet.
     pub fn not_deciding(&self) -> impl Iterator<Item = (&NoiseFigure, &str)> {
         let sheet = self.datasheet.as_ref().unwrap_or(&self.vn100);
         let without_limit = self.fail_on.iter().filter(move |asked| {

@@ -237,8 +237,7 @@ pub struct PlottedValue {
     pub x: f64,
     /// Along the y axis.
     pub y: f64,
-    /// From where to where it reaches along the y axis: a confidence interval, or the smallest and
-    /// the largest sample. `None` if it has neither.
+    /// From where to where it reaches: an interval, or the smallest and the largest sample.
     pub reach: Option<(f64, f64)>,
 }
 

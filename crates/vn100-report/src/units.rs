@@ -53,8 +53,7 @@ pub fn parameter_unit(sensor: Sensor, term: Term) -> (&'static str, f64) {
     }
 }
 
-/// The unit in which laboratories report what they read off a curve, and how many of these units
-/// are one SI unit; `None` for what they do not report.
+/// The unit in which laboratories report a reading, and how many of these are one SI unit.
 pub fn laboratory_unit(sensor: Sensor, term: Term) -> Option<(&'static str, f64)> {
     let unit = match (sensor, term) {
         (Sensor::Gyroscope, Term::White) => "deg/sqrt(h)",

@@ -171,8 +171,7 @@ impl PendingRows {
         last.min(before_last.saturating_mul(2))
     }
 
-    /// The same, but without a stall that has ended just now: until half a second has passed behind
-    /// it, rows that it has delayed may still arrive.
+    /// The same, but without a stall that has ended just now, whose rows may still arrive.
     pub(crate) fn certain_duration(&self) -> Duration {
         let before = self.stalls.recent().map_or(Duration::MAX, |from| from.saturating_sub(FIRST));
         self.pending_duration().min(before)

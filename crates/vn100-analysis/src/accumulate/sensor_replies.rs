@@ -73,8 +73,7 @@ impl SensorReplies {
         (rate_hz > 0).then_some(rate_hz.into())
     }
 
-    /// `layout` with what register 82 says of increments: whether the bias of the filter is
-    /// subtracted from the rates before they are integrated.
+    /// `layout` with what register 82 says of increments: whether they lack the bias of the filter.
     pub(crate) fn layout_of(&self, layout: &Arc<Layout>) -> Arc<Layout> {
         let is_integral =
             |channel: &Channel| channel.increment_step.is_some() && channel.quantity == Quantity::AngularRate;

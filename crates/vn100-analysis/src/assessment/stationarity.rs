@@ -32,8 +32,7 @@ pub struct Stationarity {
 }
 
 impl Stationarity {
-    /// Nothing disturbs temperature and pressure, and of a foreign series nothing is known that
-    /// would. `bands` are those of the channel's spectrum.
+    /// Nothing disturbs temperature and pressure. `bands` are those of the channel's spectrum.
     pub(super) fn of(
         channel: &Channel,
         results: &ChannelSnapshot,

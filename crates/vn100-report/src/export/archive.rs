@@ -60,8 +60,7 @@ impl ArchiveRow {
         columns().join(",") + "\n"
     }
 
-    /// The file, the number of its rows and the outcome of the recording, as a line of JSON or of a
-    /// table says; `None` for a line that is no row.
+    /// The file, the number of its rows and its outcome by a line; `None` for one that is no row.
     pub fn file_of_line(line: &str) -> Option<(ArchivedFile, usize, Completion)> {
         let cells: Vec<String> = match serde_json::from_str::<Value>(line) {
             Ok(Value::Object(row)) => {

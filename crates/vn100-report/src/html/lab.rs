@@ -79,8 +79,7 @@ fn deciding(noise: &NoiseResult) -> String {
     format!("{bias}, {}", of("the sensor's own N", Term::White, noise.unaliased_white()))
 }
 
-/// What the parameters and terms of a report mean, from the glossary; for another sensor than a VN-100 without
-/// what concerns its settings.
+/// What the terms of a report mean; only for a VN-100 with what concerns its settings.
 pub(crate) fn background(words: RemedyWords, is_of_vn100: bool) -> Markup {
     const OF_VN100: &str = "aliasing";
     let entry = |code: &str| explain(code).into_iter().next();

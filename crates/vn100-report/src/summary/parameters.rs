@@ -209,8 +209,7 @@ fn number(value: f64) -> String {
     }
 }
 
-/// The figures of the data sheet for a term: in its unit, as a sensor at the figure shows in this
-/// stream, with the worst verdict of the axes.
+/// The figures of the data sheet for a term, as they show in this stream, with the worst verdict.
 fn figures(term: Term, axes: &[Axis<'_>], factor: f64) -> Vec<(String, VerdictWord)> {
     let of = |axis: &Axis<'_>| axis.channel.verdicts().iter().filter(|verdict| verdict.figure.term == term).count();
     let count = axes.iter().map(of).max().unwrap_or(0);
