@@ -24,6 +24,7 @@ pub use noise::{BEFORE_FILTER_S, ChannelNoise, LongTauValidity, NoGrade};
 pub use onboard::{Onboard, WindowFrom};
 pub(crate) use rounding::is_rounded_away;
 pub use stationarity::Stationarity;
+pub(crate) use stationary::{frequency_and_share, have_one_cause};
 pub use white_budget::{Aliasing, RateShare, WhiteBudget};
 
 use crate::{

@@ -42,6 +42,19 @@ fn aliases_hz(line_hz: f64, rate_hz: f64) -> Vec<f64> {
     others
 }
 
+/// Whether two neighbouring lines are one vibration: what turns is never quite steady.
+pub(crate) fn have_one_cause(a: &SpectralLine, b: &SpectralLine) -> bool {
+    const APART: f64 = 1.03;
+    b.frequency_hz < APART * a.frequency_hz
+}
+
+/// The frequency in hertz of lines that are one vibration, and their share in the variance.
+pub(crate) fn frequency_and_share<'a>(lines: impl Iterator<Item = &'a SpectralLine> + Clone) -> (f64, f64) {
+    let share: f64 = lines.clone().map(|line| line.share_of_variance).sum();
+    let weighted: f64 = lines.map(|line| line.share_of_variance * line.frequency_hz).sum();
+    (weighted / share, share)
+}
+
 struct Shake<'a> {
     frequency_hz: f64,
     /// Channels, and the share of the lines in the variance of each.
@@ -51,22 +64,16 @@ struct Shake<'a> {
 impl<'a> Shake<'a> {
     /// The strongest first.
     fn all(channels: &[Of<'a>]) -> Vec<Self> {
-        /// Lines nearer to each other than this have one cause: what turns is never quite steady.
-        const APART: f64 = 1.03;
         let mut lines: Vec<(&'a Channel, &'a SpectralLine)> =
             channels.iter().flat_map(|(channel, found)| found.lines.iter().map(move |line| (*channel, line))).collect();
         lines.sort_by(|(_, a), (_, b)| a.frequency_hz.total_cmp(&b.frequency_hz));
-        let near = |(_, a): &(&Channel, &SpectralLine), (_, b): &(&Channel, &SpectralLine)| {
-            b.frequency_hz < APART * a.frequency_hz
-        };
-        let mut shakes: Vec<Self> = lines.chunk_by(near).map(Self::of).collect();
+        let mut shakes: Vec<Self> = lines.chunk_by(|(_, a), (_, b)| have_one_cause(a, b)).map(Self::of).collect();
         shakes.sort_by(|a, b| b.most().1.total_cmp(&a.most().1));
         shakes
     }
 
     fn of(lines: &[(&'a Channel, &'a SpectralLine)]) -> Self {
-        let total: f64 = lines.iter().map(|(_, line)| line.share_of_variance).sum();
-        let weighted: f64 = lines.iter().map(|(_, line)| line.share_of_variance * line.frequency_hz).sum();
+        let (frequency_hz, _) = frequency_and_share(lines.iter().map(|(_, line)| *line));
         let mut axes: Vec<(&'a Channel, f64)> = Vec::new();
         for (channel, line) in lines {
             match axes.iter_mut().find(|(other, _)| other.name == channel.name) {
@@ -75,7 +82,7 @@ impl<'a> Shake<'a> {
             }
         }
         axes.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-        Self { frequency_hz: weighted / total, axes }
+        Self { frequency_hz, axes }
     }
 
     fn most(&self) -> (&'a Channel, f64) {

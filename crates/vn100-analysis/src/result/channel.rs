@@ -13,6 +13,7 @@ use crate::{
     accumulate::magnitude::Magnitude,
     assessment::{
         Assessment, ChannelAssessment, ChannelNoise, LongTauValidity, OctaveAssessment, Onboard, Stationarity,
+        frequency_and_share, have_one_cause,
     },
     datasheet::FigureVerdict,
     sensor::{axes_name, sensor_of},
@@ -236,17 +237,10 @@ impl ChannelResult {
     }
 
     /// The vibrations of the channel, the strongest first: frequency in hertz, and share of the
-    /// short-term variance, from 0 to 1. Spectral lines within 3 % of their neighbour are one
-    /// vibration, as in the warnings: a turning machine is never quite steady.
+    /// short-term variance, from 0 to 1.
     pub fn vibrations(&self) -> Vec<(f64, f64)> {
-        const APART: f64 = 1.03;
-        let near = |a: &SpectralLine, b: &SpectralLine| b.frequency_hz < APART * a.frequency_hz;
-        let together = |lines: &[SpectralLine]| {
-            let share: f64 = lines.iter().map(|line| line.share_of_variance).sum();
-            let weighted: f64 = lines.iter().map(|line| line.share_of_variance * line.frequency_hz).sum();
-            (weighted / share, share)
-        };
-        let mut vibrations: Vec<(f64, f64)> = self.lines().chunk_by(near).map(together).collect();
+        let together = |lines: &[SpectralLine]| frequency_and_share(lines.iter());
+        let mut vibrations: Vec<(f64, f64)> = self.lines().chunk_by(have_one_cause).map(together).collect();
         vibrations.sort_by(|a, b| b.1.total_cmp(&a.1));
         vibrations
     }
