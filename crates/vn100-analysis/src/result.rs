@@ -12,7 +12,7 @@ mod verdict;
 
 use std::sync::Arc;
 
-use imu_noise::{Deviation, Estimator, Term, Verdict};
+use imu_noise::{Deviation, Term, Verdict};
 use schemars::JsonSchema;
 use serde::Serialize;
 use vn100_protocol::Quantity;
@@ -31,6 +31,7 @@ use crate::{
     goal::Goal,
     motion::Motion,
     noise_figure::NoiseFigure,
+    settings::Settings,
     snapshot::Snapshot,
     source_facts::{Device, EndKind, SourceFacts},
     warning::Warning,
@@ -156,9 +157,9 @@ impl SourceResult {
         }
     }
 
-    /// Whether the user chose for which coasts the drift is given.
-    pub fn are_coasts_chosen(&self) -> bool {
-        !self.basis.snapshot.settings.coasts.is_empty()
+    /// The settings of the measurement.
+    pub fn settings(&self) -> &Settings {
+        &self.basis.snapshot.settings
     }
 
     /// The result of the same samples, assessed anew: without the intervals of an earlier snapshot.
@@ -249,16 +250,6 @@ impl SourceResult {
     /// The channels of the stream, without those read from registers.
     pub fn streamed(&self) -> impl Iterator<Item = &ChannelResult> {
         self.channels.iter().filter(|channel| channel.is_streamed())
-    }
-
-    /// The deviation that all curves are of.
-    pub fn deviation(&self) -> Deviation {
-        self.basis.snapshot.settings.deviation
-    }
-
-    /// The windows that enter all curves.
-    pub fn estimator(&self) -> Estimator {
-        self.basis.snapshot.settings.estimator
     }
 
     /// The latest samples of the channel at this place.

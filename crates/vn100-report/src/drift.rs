@@ -39,7 +39,7 @@ pub(crate) fn lines(result: &SourceResult) -> Vec<String> {
     if result.motion.is_some() {
         return Vec::new();
     }
-    if result.drift.is_empty() && result.are_coasts_chosen() {
+    if result.drift.is_empty() && !result.settings().coasts.is_empty() {
         return vec!["not given: it takes the Allan deviation of a gyroscope or an accelerometer".into()];
     }
     let mut is_compensated = false;

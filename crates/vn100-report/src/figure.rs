@@ -86,7 +86,7 @@ impl Figures {
     /// The figures of one record; `prefix` makes their names unique in a report of several.
     pub(crate) fn of(record: &SourceResult, prefix: &str) -> Self {
         let mut all = Self::of_deviation_and_spectrum(record);
-        let deviation = record.deviation();
+        let deviation = record.settings().deviation;
         for (quantity, _) in SENSORS {
             let axes = record.of(quantity).into_iter().map(|channel| shown_with(channel, record));
             let y = axes.into_iter().find(|channel| channel.name.ends_with("_y"));
@@ -115,7 +115,7 @@ impl Figures {
     }
 
     fn of_deviation_and_spectrum(record: &SourceResult) -> Self {
-        let deviation = record.deviation();
+        let deviation = record.settings().deviation;
         let mut all = Self::default();
         for (quantity, sensor) in SENSORS {
             let (id, name) = (axes_name(sensor), names_of(quantity).title);
@@ -156,7 +156,7 @@ impl Figures {
             let same: Vec<_> = (records.iter().enumerate())
                 .filter_map(|(place, record)| Some((run_name(place), record.channels.iter().find(is_same)?)))
                 .collect();
-            all.allan_axes.extend(allan_of_records(&channel.name, &same, first.deviation()));
+            all.allan_axes.extend(allan_of_records(&channel.name, &same, first.settings().deviation));
         }
         all
     }
@@ -173,7 +173,7 @@ impl Figures {
 /// The deviations of these channels of one sensor: of a single one with its model, of several with the
 /// figures of the data sheet. `None` without a deviation.
 pub fn deviations(record: &SourceResult, channels: &[&ChannelResult]) -> Option<Figure> {
-    let deviation = record.deviation();
+    let deviation = record.settings().deviation;
     let axes: Vec<ChannelResult> = channels.iter().map(|channel| shown_with(channel, record)).collect();
     let axes: Vec<&ChannelResult> = axes.iter().collect();
     match &axes[..] {

@@ -160,7 +160,7 @@ pub fn next_octave(result: &SourceResult) -> Option<NextOctave> {
     let interval_s = 1.0 / timing.rate_hz.filter(|_| timing.samples > 0)?;
     let longest = result.streamed().filter_map(|channel| channel.octaves().last()).map(|octave| octave.m).max();
     let m = longest.map_or(1, |m| 2 * m);
-    let windows = match result.deviation() {
+    let windows = match result.settings().deviation {
         Deviation::Allan => 2,
         Deviation::Hadamard => 3,
     };

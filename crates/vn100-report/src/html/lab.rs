@@ -26,7 +26,7 @@ pub(crate) fn lab(record: &SourceResult, figures: &Figures, captions: &Captions)
         .filter_map(|channel| Some((channel, channel.noise.as_ref()?)))
         .filter(|(_, noise)| laboratory_unit(noise.sensor, Term::White).is_some())
         .collect();
-    if axes.is_empty() || record.deviation() != Deviation::Allan {
+    if axes.is_empty() || record.settings().deviation != Deviation::Allan {
         return html! { p.absent { "The graphical slope method reads the Allan deviation of gyroscopes and accelerometers, which this result has not." } };
     }
     if record.motion.is_some() {
