@@ -97,6 +97,7 @@ pub use accumulate::unwrap::Unwrap;
 pub use infer::chi_squared;
 pub use infer::confidence::{Interval, edf};
 pub use infer::convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, conventions, si_unit, temperature_conventions};
+pub use infer::curve_reading::{GraphicalReading, GraphicalReadings, NotRead, curve_minimum};
 pub use infer::disturbance::Disturbance;
 pub use infer::drift::{CurvePoint, Drift, Integral};
 pub use infer::identification::noise_types;
@@ -104,8 +105,8 @@ pub use infer::level_change::{LevelChange, LevelFindings, LevelSearch, LevelShap
 pub use infer::narrow_bands::NarrowBand;
 pub use infer::noise_change::{Frozen, NoiseChange, NoiseChanges};
 pub use infer::noise_model::{
-    Aim, BoxcarWindow, ChannelCurve, FitQuality, GaussMarkovProcess, GraphicalReading, GraphicalReadings, NoiseFit,
-    NoiseModel, NotRead, PROVED_P, Parameter, SlowNoise, Status, Term, Wanted, Withheld, curve_minimum, white_deficit,
+    Aim, BoxcarWindow, ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, PROVED_P, Parameter,
+    SlowNoise, Status, Term, Wanted, Withheld, white_deficit,
 };
 pub use infer::power_law::PowerLaw;
 pub use infer::spectral_lines::SpectralLine;

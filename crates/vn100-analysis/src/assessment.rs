@@ -35,9 +35,6 @@ use crate::{
     warning::Warning,
 };
 
-/// The two-sided level of intervals where no other is asked for.
-pub const DEFAULT_CONFIDENCE: f64 = 0.95;
-
 /// What a snapshot says of the sensor, at one level of confidence: a function of the snapshot alone. It
 /// may be used with a later one: the octaves of a record that has grown a little have nearly the same
 /// degrees of freedom.

@@ -47,8 +47,8 @@ pub use accumulate::{
     temperature_record::TemperatureRecord,
 };
 pub use assessment::{
-    Aliasing, Assessment, AxisTemperature, BEFORE_FILTER_S, ChannelAssessment, ChannelNoise, DEFAULT_CONFIDENCE,
-    LEAST_EDF, LongTauValidity, NoGrade, OctaveAssessment, Onboard, RateShare, Stationarity, WhiteBudget, WindowFrom,
+    Aliasing, Assessment, AxisTemperature, BEFORE_FILTER_S, ChannelAssessment, ChannelNoise, LEAST_EDF,
+    LongTauValidity, NoGrade, OctaveAssessment, Onboard, RateShare, Stationarity, WhiteBudget, WindowFrom,
 };
 pub use averaging_times::AveragingTimes;
 pub use coast::Coast;
@@ -73,7 +73,7 @@ pub use result::{
 };
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};
-pub use settings::{DEFAULT_RATE_HZ, Settings};
+pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};
 pub use snapshot::{ChannelSnapshot, MissingFrom, Outages, PlaceMark, RateFrom, Snapshot, Timing};
 pub use source_facts::{
     Device, EndKind, FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,

@@ -4,10 +4,13 @@ use std::time::Duration;
 
 use imu_noise::{Deviation, Estimator};
 
-use crate::{assessment::DEFAULT_CONFIDENCE, averaging_times::AveragingTimes, coast::Coast, goal::Goal};
+use crate::{averaging_times::AveragingTimes, coast::Coast, goal::Goal};
 
 /// The default output rate of the sensor in hertz, which is assumed where the rate is not known.
 pub const DEFAULT_RATE_HZ: f64 = 40.0;
+
+/// The two-sided level of intervals where no other is asked for.
+pub const DEFAULT_CONFIDENCE: f64 = 0.95;
 
 /// How a stream is measured.
 #[derive(Debug, Clone, PartialEq)]

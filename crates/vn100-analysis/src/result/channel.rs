@@ -349,7 +349,9 @@ impl Maker<'_> {
         let noise = found.noise.as_ref().filter(|noise| {
             noise.long_taus == LongTauValidity::Sensor && noise.sensor != Sensor::Magnetometer && shows_sensor
         });
-        found.inflation = noise.filter(|_| whole.is_some()).and_then(|noise| Inflation::of(found.octaves(), noise));
+        let octaves = found.octaves().iter().map_while(|point| Some((point.tau_s, point.upper?)));
+        let octaves: Vec<(f64, f64)> = octaves.collect();
+        found.inflation = noise.filter(|_| whole.is_some()).and_then(|noise| Inflation::of(&octaves, noise));
         found
     }
 

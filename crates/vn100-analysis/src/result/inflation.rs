@@ -7,7 +7,7 @@ use imu_noise::{Status, Term};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{NoiseResult, Point};
+use super::NoiseResult;
 
 /// How long a filter goes without correction, in seconds.
 const USE_S: f64 = 60.0;
@@ -36,8 +36,9 @@ pub struct Inflation {
 }
 
 impl Inflation {
-    /// Of the octaves whose deviation has an upper end; `None` if the density has less than two points.
-    pub(super) fn of(octaves: &[Point], noise: &NoiseResult) -> Option<Self> {
+    /// Of the octaves, each an averaging time in seconds with the upper end of its interval; `None` if the
+    /// density has less than two points.
+    pub(super) fn of(octaves: &[(f64, f64)], noise: &NoiseResult) -> Option<Self> {
         let bounds = densities(octaves);
         let lowest_hz = bounds.last().filter(|_| bounds.len() >= 2)?.0;
         let estimated = |term| {
@@ -62,11 +63,10 @@ impl Inflation {
 /// The Allan variance is the density seen through a band-pass of about an octave: S(c/τ) = τ σ²(τ),
 /// with c = 1/(4 ln 2) = 0.361 for flicker noise and √3/(2π) = 0.276 for a walk (IEEE Std 952); white
 /// noise has it at any c.
-fn densities(octaves: &[Point]) -> Vec<(f64, f64)> {
+fn densities(octaves: &[(f64, f64)]) -> Vec<(f64, f64)> {
     const OF_FLICKER: f64 = 0.361;
     const OF_WALK: f64 = 0.276;
-    let known = octaves.iter().map_while(|octave| Some((octave.tau_s, octave.upper? * octave.upper?)));
-    let known: Vec<(f64, f64)> = known.collect();
+    let known: Vec<(f64, f64)> = octaves.iter().map(|(tau_s, upper)| (*tau_s, upper * upper)).collect();
     let density = |(place, (tau_s, variance)): (usize, &(f64, f64))| {
         let next = known.get(place + 1).unwrap_or(&known[place]);
         let slope = (next.1 / variance).log2().clamp(0.0, 1.0);

@@ -10,9 +10,7 @@ use vn100_analysis::{ChannelResult, FigureVerdict, Point};
 
 use super::{
     Colour, Dash, Figure, LegendSample, PlotAxis, PlottedSeries, PlottedValue, Primitive, Shape, SlopedLine, Stroke,
-    axes::Scale,
-    fitted_model::{FLAT, FittedModel},
-    solid,
+    axes::Scale, fitted_model::FittedModel, plot::FLAT, solid,
 };
 use crate::{names::deviation_name, shortened, units::pretty_unit};
 

@@ -7,15 +7,15 @@ use vn100_analysis::noise::{
 use vn100_analysis::{ChannelResult, NoiseResult, Point, letter};
 
 use super::{
-    Colour, Dash, Figure, LegendSample, Primitive, Shape, SlopedLine, Stroke, axes::Scale, graphical::read_line, quiet,
+    Colour, Dash, Figure, LegendSample, Primitive, Shape, SlopedLine, Stroke,
+    axes::Scale,
+    plot::{FLAT, read_line},
+    quiet,
 };
 use crate::{
     numbers::digits,
     units::{parameter_unit, pretty_unit},
 };
-
-/// √(2 ln 2/π): the flat part of a curve over its B.
-pub(crate) const FLAT: f64 = 0.664_28;
 
 /// The noise that was fitted, as lines; its parameters `factor` times as large.
 pub(super) struct FittedModel<'a> {

@@ -1,14 +1,14 @@
 //! The Allan deviation of one axis as laboratories print it: with the lines of N, B and K that the
 //! graphical slope method draws, and what it reads off them.
 
-use vn100_analysis::noise::{Deviation, GraphicalReading, GraphicalReadings, Sensor, Term};
+use vn100_analysis::noise::{Deviation, GraphicalReading, Sensor, Term};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelResult, letter};
 
 use super::{
-    Colour, Dash, Figure, LegendSample, Shape, SlopedLine,
+    Colour, Figure, LegendSample, Shape, SlopedLine,
     allan::{axes, curve, id_of, series},
-    fitted_model::FLAT,
+    plot::read_line,
     quiet, solid,
 };
 use crate::{
@@ -53,16 +53,6 @@ pub(crate) fn graphical(channel: &ChannelResult, deviation: Deviation) -> Option
     }
     plot.series = vec![series(channel.name.clone(), &channel.allan.points)];
     Some(plot)
-}
-
-/// The line through the place of a reading, in a plot of `factor` times the SI unit.
-pub(super) fn read_line(term: Term, read: &GraphicalReading, factor: f64) -> Option<SlopedLine> {
-    let (tau_s, level, slope, dash) = match term {
-        Term::BiasInstability => (read.tau_s?, FLAT, 0.0, Dash::Dotted),
-        Term::RateRandomWalk => (GraphicalReadings::RANDOM_WALK_TAU_S, 1.0, 0.5, Dash::Mixed),
-        Term::White | Term::Quantization | Term::RateRamp => (GraphicalReadings::WHITE_TAU_S, 1.0, -0.5, Dash::Dashed),
-    };
-    Some(SlopedLine { tau_s, deviation: read.value? * level * factor, slope, dash })
 }
 
 /// As `N 0.3617 °/√h`, or why there is no value.

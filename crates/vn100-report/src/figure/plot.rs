@@ -1,5 +1,7 @@
 //! A figure while it is drawn: its frame and legend, and what every plot places in it.
 
+use vn100_analysis::noise::{GraphicalReading, GraphicalReadings, Term};
+
 use super::{
     Figure, PlotAxis,
     axes::{Scale, frame, square_decades},
@@ -118,6 +120,9 @@ impl Figure {
     }
 }
 
+/// √(2 ln 2/π): the flat part of a curve over its B.
+pub(super) const FLAT: f64 = 0.664_28;
+
 /// A straight line on logarithmic scales, through the deviation at an averaging time.
 pub(super) struct SlopedLine {
     pub(super) tau_s: f64,
@@ -155,6 +160,16 @@ impl SlopedLine {
         let places: Vec<_> = [(self.tau_s, self.deviation)].into_iter().chain(self.along(plot)).collect();
         plot.label(series, &places, text);
     }
+}
+
+/// The line through the place of a reading, in a plot of `factor` times the SI unit.
+pub(super) fn read_line(term: Term, read: &GraphicalReading, factor: f64) -> Option<SlopedLine> {
+    let (tau_s, level, slope, dash) = match term {
+        Term::BiasInstability => (read.tau_s?, FLAT, 0.0, Dash::Dotted),
+        Term::RateRandomWalk => (GraphicalReadings::RANDOM_WALK_TAU_S, 1.0, 0.5, Dash::Mixed),
+        Term::White | Term::Quantization | Term::RateRamp => (GraphicalReadings::WHITE_TAU_S, 1.0, -0.5, Dash::Dashed),
+    };
+    Some(SlopedLine { tau_s, deviation: read.value? * level * factor, slope, dash })
 }
 
 /// Where a plot begins beside the numbers of its upright axis.

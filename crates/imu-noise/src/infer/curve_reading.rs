@@ -5,8 +5,8 @@ use core::f64::consts::{LN_2, PI};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{Parameter, Status, Term};
-use crate::infer::convention::{Sensor, si_unit};
+use super::convention::{Sensor, si_unit};
+use super::noise_model::{Parameter, Status, Term};
 
 const PLATEAU: f64 = 2.0 * LN_2 / PI;
 
