@@ -3,6 +3,7 @@
 pub mod chi_squared;
 pub(crate) mod confidence;
 pub(crate) mod convention;
+pub(crate) mod curve_reading;
 pub(crate) mod disturbance;
 pub(crate) mod drift;
 pub(crate) mod identification;

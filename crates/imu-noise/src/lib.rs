@@ -50,24 +50,19 @@
 //!
 //! # Divisions of a record
 //!
-//! The result is the same, bit by bit, for any division of a record over calls. That rests on these
-//! properties:
+//! The result is the same, bit by bit, for any division of a record over calls:
 //!
 //! - Windows of octaves, blocks, windows for disturbances and segments of the spectrum lie on the
 //!   grid of absolute indices.
 //! - What is kept are sums of integers. A window of an octave that lacks samples, and the power of a
-//!   segment at each frequency, are rounded once, by the samples of that window alone: to 2^-16 and to
-//!   2^-12 counts².
+//!   segment at each frequency, are rounded once, by the samples of that window alone.
 //! - If the record outgrows its room, blocks of twice the length replace pairs of them, and
-//!   segments are taken twice as far apart, by the number of samples before. Of the high numbers
-//!   among windows those of the 16 highest cells are kept, whose order is that of their size, then
-//!   of time.
+//!   segments are taken twice as far apart, by the number of samples before.
 //!
 //! Exact for any length of the record are the octaves (`None` beyond 128 bits), moments and
-//! histogram; block sums are exact up to 2^32 samples of full scale, and powers up to a sum of 2^41
-//! counts², beyond which they are rounded as floats are. The transforms of the segments, in single
-//! precision, and the results read from the sums are not exact arithmetic, but the same numbers from
-//! the same sums, on processors with the same vector instructions.
+//! histogram; block sums up to 2^32 samples of full scale, and powers up to a sum of 2^41 counts². The
+//! transforms of the segments, in single precision, and the results read from the sums are the same
+//! numbers on processors with the same vector instructions.
 //!
 //! # References
 //!
@@ -89,7 +84,7 @@ pub mod timebase;
 
 pub use accumulate::blocks::{Block, MAX_BLOCKS};
 pub use accumulate::counts::counts_to_unit;
-pub use accumulate::histogram::{Bars, Histogram, MAX_BINS};
+pub use accumulate::histogram::{Histogram, HistogramBars, MAX_BINS};
 pub use accumulate::moments::Moments;
 pub use accumulate::octaves::window_plan::WindowPlans;
 pub use accumulate::octaves::{OctaveSum, Octaves};
@@ -101,7 +96,8 @@ pub use accumulate::temperature_blocks::TemperatureBlocks;
 pub use accumulate::unwrap::Unwrap;
 pub use infer::chi_squared;
 pub use infer::confidence::{Interval, edf};
-pub use infer::convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, conventions, temperature_conventions};
+pub use infer::convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, conventions, si_unit, temperature_conventions};
+pub use infer::curve_reading::{GraphicalReading, GraphicalReadings, NotRead, curve_minimum};
 pub use infer::disturbance::Disturbance;
 pub use infer::drift::{CurvePoint, Drift, Integral};
 pub use infer::identification::noise_types;
@@ -109,9 +105,8 @@ pub use infer::level_change::{LevelChange, LevelFindings, LevelSearch, LevelShap
 pub use infer::narrow_bands::NarrowBand;
 pub use infer::noise_change::{Frozen, NoiseChange, NoiseChanges};
 pub use infer::noise_model::{
-    Aim, BoxcarWindow, ChannelCurve, ClassicalReading, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, NotRead,
-    PROVED_P, Parameter, Rival, SlopeLine, SlowNoise, Status, Term, Wanted, classical_reading, curve_minimum,
-    white_deficit,
+    Aim, BoxcarWindow, ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, PROVED_P, Parameter,
+    SlowNoise, Status, Term, Wanted, Withheld, white_deficit,
 };
 pub use infer::power_law::PowerLaw;
 pub use infer::spectral_lines::SpectralLine;

@@ -31,22 +31,19 @@
 //!
 //! Sources of the period:
 //!
-//! 1. *A known rate*, given by the user or reported by the sensor, starts the tracker with the
-//!    first sample. Slower arrivals are counted as loss; only faster ones contradict the rate, and
-//!    slower ones that are too even for a loss (`sensor_rates.rs`). A rate that the sensor reports
-//!    gives way to another one of its rates; a rate given by the user leads to a refusal. Later,
-//!    even arrivals at another rate of the sensor are a change of its rate.
+//! 1. *A known rate*, given by the user or reported by the sensor, starts the tracker with the first
+//!    sample. Slower arrivals are counted as loss, unless they are too even for one
+//!    (`sensor_rates.rs`); faster ones contradict the rate. A reported rate gives way to another one
+//!    of the sensor's, a given one leads to a refusal. Later, even arrivals at another rate of the
+//!    sensor are a change of its rate.
 //! 2. *A sensor with listed rates* is searched for at most four seconds (`rate_search.rs`): the rate
-//!    with the shortest description of the arrivals counts, from the lateness and number of missing
-//!    samples. If none is clearly the best, the stamps are refused, because the number of missing
-//!    samples is unknown.
+//!    with the shortest description of the arrivals counts. If none is clearly the best, the stamps
+//!    are refused, because the number of missing samples is unknown.
 //! 3. *Any sensor*, as in tables and bags, has no nominal rate. The local step comes from the 1024
-//!    surrounding samples (`local_steps.rs`): single steps with multiples, or a lower edge that
-//!    rises evenly below bursts, coarse clocks and late stamps. A gap is a departure from that step.
-//!    Samples that had waited when the recording began come faster than the later ones, and do not
-//!    count for the rate; another step that stays is a change of the rate. The rate is the number of
-//!    all samples divided by all time without long gaps, and is known at the end. Above 50 kHz
-//!    stamps must have another unit, and are refused.
+//!    surrounding samples (`local_steps.rs`), and a gap is a departure from it; another step that
+//!    stays is a change of the rate. Samples that had waited when the recording began come faster, and
+//!    do not count for the rate: all samples divided by all time without long gaps, known at the end.
+//!    Above 50 kHz stamps must have another unit, and are refused.
 //!
 //! `envelope.rs` fits the rate of the whole record, which shows the offset of the sensor's clock.
 //! Stamps that decrease by more than 10 ms are out of order if at most two successive samples have

@@ -1,6 +1,5 @@
-//! From batches of rows to sums. `analysis` takes the batches. Rows with stamps or counters go
-//! through `pending_rows`, which holds them until it is decided where samples were dropped; then
-//! `data_record` passes rows, gaps and replies on to its parts.
+//! From batches of rows to sums. `analysis` takes the batches; rows with stamps or counters wait in
+//! `pending_rows` for where samples were dropped; `data_record` passes all on to its parts.
 
 mod accumulators;
 pub(crate) mod analysis;

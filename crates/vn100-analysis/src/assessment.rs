@@ -19,11 +19,12 @@ use imu_noise::{
 };
 use vn100_protocol::Channel;
 
-pub use axis_temperature::{AxisTemperature, WhyNoCoefficient};
-pub use noise::{BEFORE_FILTER_S, ChannelNoise, LongTauValidity, NoGrade, Withheld};
+pub use axis_temperature::AxisTemperature;
+pub use noise::{BEFORE_FILTER_S, ChannelNoise, LongTauValidity, NoGrade};
 pub use onboard::{Onboard, WindowFrom};
 pub(crate) use rounding::is_rounded_away;
 pub use stationarity::Stationarity;
+pub(crate) use stationary::{frequency_and_share, have_one_cause};
 pub use white_budget::{Aliasing, RateShare, WhiteBudget};
 
 use crate::{
@@ -34,14 +35,9 @@ use crate::{
     warning::Warning,
 };
 
-/// The two-sided level of intervals where no other is asked for.
-pub const DEFAULT_CONFIDENCE: f64 = 0.95;
-
-/// What a snapshot says of the sensor, at one level of confidence. A function of the snapshot
-/// alone, which takes some milliseconds for twelve channels.
-///
-/// An assessment may be used with a later snapshot: the octaves of a record that has grown a little
-/// have nearly the same degrees of freedom.
+/// What a snapshot says of the sensor, at one level of confidence: a function of the snapshot alone. It
+/// may be used with a later one: the octaves of a record that has grown a little have nearly the same
+/// degrees of freedom.
 #[derive(Debug, Clone)]
 pub struct Assessment {
     /// Number of samples in the statistics that were assessed.
@@ -67,8 +63,7 @@ pub struct ChannelAssessment {
     pub noise: Option<ChannelNoise>,
     /// Vibration, disturbances, changes of level; not searched where the sensor was moved.
     pub stationarity: Stationarity,
-    /// What the sensor does on board to the white noise of the channel; `None` where that is not
-    /// known.
+    /// What the sensor does on board to the white noise of the channel, if it is known.
     pub onboard: Option<Onboard>,
 }
 
@@ -80,13 +75,10 @@ pub const LEAST_EDF: f64 = 2.0;
 pub struct OctaveAssessment {
     /// Averaging factor.
     pub m: u64,
-    /// Exponent of the spectrum nearest to the noise that this octave shows; `None` with too few
-    /// blocks.
+    /// Exponent of the spectrum nearest to this noise; `None` with too few blocks.
     pub alpha: Option<i8>,
-    /// Degrees of freedom, and confidence limits of a deviation of 1, to be multiplied by the
-    /// deviation of the octave; `None` below [`LEAST_EDF`] degrees of freedom. They follow from the
-    /// fitted mixture of noises, or, where no model fits, from the kind of noise that this octave
-    /// or a neighbour shows.
+    /// Degrees of freedom, and confidence limits of a deviation of 1; `None` below [`LEAST_EDF`]. They
+    /// follow from the fitted mixture of noises or, where no model fits, from the kind of noise here.
     pub relative: Option<Interval>,
 }
 
@@ -112,7 +104,7 @@ impl Assessment {
         noise::withhold_what_poses_as_noise(&mut channels);
         noise::withhold_unproved(&mut channels);
         let mut warnings = stream::warnings(snapshot, &channels, motion.is_some());
-        let is_outlying = |(_, _, of): &(_, _, &ChannelAssessment)| of.stationarity.spikes.is_some();
+        let is_outlying = |(_, _, of): &(_, _, &ChannelAssessment)| of.stationarity.noise.spikes.is_some();
         let outlying: Vec<&Channel> =
             snapshot.assessed(&channels).filter(is_outlying).map(|(channel, ..)| channel).collect();
         warnings.extend(units::warning(snapshot, &outlying, motion.is_some()));

@@ -6,8 +6,7 @@ use imu_noise::{Deviation, RecordShape};
 
 use crate::invalid_text::InvalidText;
 
-/// The averaging times at which the deviation is given. The noise model is fitted to the octaves in
-/// any case.
+/// The averaging times at which the deviation is given; the model is fitted to the octaves.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub enum AveragingTimes {
     /// m = 1, 2, 4, 8 … samples.
@@ -60,8 +59,7 @@ impl AveragingTimes {
         }
     }
 
-    /// A sentence for each of the listed times that is not a multiple of this sample interval, in
-    /// seconds; none for all other averaging times.
+    /// A sentence for each of the listed times that is not a multiple of this sample interval.
     pub fn no_multiples(&self, interval_s: f64) -> Vec<String> {
         let Self::List(times) = self else { return Vec::new() };
         let not_whole = times.iter().filter(|tau_s| whole_factor(**tau_s, interval_s).is_none());
@@ -75,8 +73,7 @@ impl AveragingTimes {
     }
 }
 
-/// The averaging factor; `None` unless it is whole to a millionth, the precision to which times and
-/// rates are given.
+/// The averaging factor; `None` unless it is whole to a millionth.
 fn whole_factor(tau_s: f64, interval_s: f64) -> Option<u64> {
     let m = tau_s / interval_s;
     (m.round() >= 1.0 && (m / m.round() - 1.0).abs() <= 1e-6).then_some(m.round() as u64)

@@ -17,7 +17,7 @@ pub use ranking::{AxisWhite, RankedRecord, Ranking, WhiteTest};
 
 use crate::hypothesis_tests::holm;
 use crate::result::Basis;
-use crate::{SharedRows, SourceResult, Warning, WarningKind};
+use crate::{SourceResult, Warning, WarningKind};
 
 /// Warnings about events within a record, not about how it was made.
 const DISTURBANCES: [WarningKind; 3] = [WarningKind::NotStationary, WarningKind::VibrationLine, WarningKind::WarmUp];
@@ -40,21 +40,12 @@ pub struct Comparison {
     pub means: Vec<ChannelMeans>,
     /// N, B and K over three recordings or more, copies counted once.
     pub populations: Vec<Population>,
-    /// Events that disturbed a record.
+    /// Events that disturbed a record, each with the number of the record.
     #[serde(skip)]
-    pub disturbances: Vec<RecordDisturbance>,
+    pub disturbances: Vec<(usize, Warning)>,
     /// What could not be compared, or only in part.
     #[serde(skip)]
     pub caveats: Vec<Caveat>,
-}
-
-/// An event that disturbed a record.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RecordDisturbance {
-    /// The number of the record.
-    pub record: usize,
-    /// The kind of event, its time, and the channels.
-    pub warning: Warning,
 }
 
 /// Two records with the same samples.
@@ -62,14 +53,15 @@ pub struct RecordDisturbance {
 pub struct SameSamples {
     /// The numbers of the two records.
     pub records: [usize; 2],
-    /// The shares of each record that are in the other.
-    #[serde(flatten)]
-    pub shared: SharedRows,
+    /// Share of the rows of the first record that are also in the second, 0 to 1, known to a few
+    /// percent.
+    pub of_first: f64,
+    /// Share of the rows of the second record that are also in the first, in the same way.
+    pub of_second: f64,
 }
 
 impl SameSamples {
-    /// From this share on, all of a record counts as part of the other: a few rows may have been
-    /// dropped.
+    /// From this share on, all of a record counts as part of the other.
     pub const WHOLE: f64 = 0.98;
 }
 
@@ -119,19 +111,20 @@ fn correct<'a>(tests: impl Iterator<Item = &'a mut Chance>, confidence: f64) {
     }
 }
 
-fn disturbances(records: &[SourceResult]) -> Vec<RecordDisturbance> {
+fn disturbances(records: &[SourceResult]) -> Vec<(usize, Warning)> {
     let all = records.iter().enumerate().flat_map(|(record, result)| {
         let Basis { snapshot, assessment } = &*result.basis;
         let warnings = snapshot.warnings.iter().chain(&assessment.warnings);
-        warnings.map(move |warning| RecordDisturbance { record, warning: warning.clone() })
+        warnings.map(move |warning| (record, warning.clone()))
     });
-    all.filter(|disturbance| DISTURBANCES.contains(&disturbance.warning.kind)).collect()
+    all.filter(|(_, warning)| DISTURBANCES.contains(&warning.kind)).collect()
 }
 
 fn same_samples(records: &[SourceResult]) -> Vec<SameSamples> {
     let shared = |pair: [usize; 2]| {
         let [a, b] = pair.map(|record| &records[record].basis.snapshot.fingerprint);
-        Some(SameSamples { records: pair, shared: a.shared_with(b)? })
+        let [of_first, of_second] = a.shared_with(b)?;
+        Some(SameSamples { records: pair, of_first, of_second })
     };
     pairs(records.len()).filter_map(shared).collect()
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2, PI};
 
-use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, Term, Verdict, conventions};
+use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, Term, Verdict, si_unit};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -18,8 +18,7 @@ pub struct Datasheet {
     pub name: String,
     /// How far the figures can be trusted; `None` if the sheet says nothing about that.
     pub note: Option<String>,
-    /// What the sensor does on board before it sends a sample; `None` for a sensor that this
-    /// program knows.
+    /// What the sensor does on board; `None` for a sensor that this program knows.
     pub onboard: Option<SheetOnboard>,
     /// The figures of the sheet.
     pub figures: Vec<DatasheetFigure>,
@@ -65,10 +64,7 @@ pub struct DatasheetFigure {
 }
 
 fn as_word<S: Serializer>(claim: &Claim, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(match claim {
-        Claim::Limit(_) => "limit",
-        Claim::Typical { .. } => "typical",
-    })
+    serializer.serialize_str(claim.name())
 }
 
 /// One figure of the data sheet and the verdict of the measurement, in SI units (magnetic field in
@@ -171,11 +167,10 @@ impl Stream {
 impl Datasheet {
     /// Compares an assessment with every figure of the sheet.
     ///
-    /// White noise is compared with the figure multiplied by the effect of averaging and decimation
-    /// on board; if that effect is not known, with all that it may be. B and the minimum of the curve
-    /// do not depend on the time scale; all other figures need a sample rate that is not assumed. If
-    /// the sensor was moved, no channel has verdicts. By channel of the layout; empty for channels
-    /// without figures.
+    /// White noise is compared with the figure times the effect of averaging and decimation on board, or
+    /// with all that it may be. All figures but B and the minimum of the curve need a sample rate that is
+    /// not assumed. By channel of the layout; empty for channels without figures, and for all of a sensor
+    /// that was moved.
     pub fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<Vec<FigureVerdict>> {
         let is_rate_assumed = snapshot.timing.rate_from == RateFrom::Assumed;
         let of_channel = |channel: &ChannelAssessment| {
@@ -193,9 +188,8 @@ impl Datasheet {
         assessment.channels.iter().map(of_channel).collect()
     }
 
-    /// The terms that the sheet gives for a sensor, in SI units (magnetic field in gauss), with B
-    /// as the noise model defines it: the lower end of a typical range, or the limit if the
-    /// sheet gives no typical value.
+    /// The terms that the sheet gives for a sensor, in SI units, with B as the noise model defines it: the
+    /// lower end of a typical range, or else the limit.
     pub fn typical_noise(&self, sensor: Sensor) -> Vec<(Term, f64)> {
         self.typical_figures(sensor).map(|figure| (figure.term, figure.parameter())).collect()
     }
@@ -209,8 +203,7 @@ impl Datasheet {
         })
     }
 
-    /// Whether a limit on this parameter is one on the minimum of the deviation, as the sheet's
-    /// figure is, or as that of most sheets if this one has none.
+    /// Whether a limit on this parameter is one on the minimum, as the figures of most sheets are.
     pub(crate) fn is_of_minimum(&self, sensor: Sensor, term: Term) -> bool {
         let quoted = self.typical_figures(sensor).find(|figure| figure.term == term);
         quoted.map_or(term == Term::BiasInstability, DatasheetFigure::is_curve_minimum)
@@ -240,15 +233,13 @@ impl Datasheet {
 }
 
 impl DatasheetFigure {
-    /// The parameter of the noise model that corresponds to the printed figure, by the lower end of
-    /// a typical range.
+    /// The parameter of the noise model for the printed figure, the lower end of a range.
     fn parameter(&self) -> f64 {
         let (Claim::Limit(printed) | Claim::Typical { from: printed, .. }) = self.claim;
         if self.is_curve_minimum() { printed / floor_of_flicker() } else { printed }
     }
 
-    /// Whether the figure is the minimum of the deviation, rather than a parameter of the noise
-    /// model.
+    /// Whether the figure is the minimum of the deviation, and no parameter.
     pub fn is_curve_minimum(&self) -> bool {
         self.is_minimum && self.term == Term::BiasInstability
     }
@@ -300,7 +291,7 @@ impl DatasheetFigure {
             decided_by: decided_by.map(|(_, by)| by),
             deciding_record_s: None,
             range,
-            unit: conventions(self.sensor, self.term).first().map_or("", |si| si.unit),
+            unit: si_unit(self.sensor, self.term),
             measured,
             ratio,
             factor: stream.factor,

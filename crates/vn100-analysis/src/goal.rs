@@ -3,10 +3,8 @@
 use std::{fmt, str::FromStr};
 
 use crate::{
-    assessment::Assessment,
     invalid_text::InvalidText,
     noise_figure::{NoiseFigure, in_percent, share_of_percent},
-    snapshot::Snapshot,
 };
 
 /// A parameter, and the half-width of its interval that ends a measurement.
@@ -16,65 +14,6 @@ pub struct Goal {
     pub figure: NoiseFigure,
     /// The largest half-width of the interval, divided by the value; above 0.
     pub relative_half_width: f64,
-}
-
-impl Goal {
-    /// Whether the parameter is estimated with that precision on every axis of the goal.
-    pub fn is_met(&self, snapshot: &Snapshot, assessment: &Assessment) -> bool {
-        let axes = self.relative_half_widths(snapshot, assessment);
-        !axes.is_empty() && axes.iter().all(|(_, width)| width.is_some_and(|width| width <= self.relative_half_width))
-    }
-
-    /// Why no record of this message, however long, shows the parameter; `None` if one may, and
-    /// while there is no message.
-    pub fn out_of_reach(&self, snapshot: &Snapshot) -> Option<String> {
-        self.figure.absent_from(snapshot.layout.as_ref()?)
-    }
-
-    /// Half the width of the interval divided by the value, by axis; `None` if the parameter is
-    /// not estimated. Empty if the message has no such channel.
-    pub fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
-        (snapshot.layout_channels().iter().zip(&assessment.channels))
-            .filter(|(channel, _)| self.figure.concerns(&channel.name, channel.quantity))
-            .map(|(channel, assessed)| {
-                let parameter = assessed.noise.as_ref().and_then(|noise| noise.parameter(self.figure.term));
-                let width = parameter.and_then(|parameter| parameter.relative_half_width());
-                (channel.name.to_string(), width)
-            })
-            .collect()
-    }
-}
-
-/// A goal that was not met when the measurement ended.
-#[derive(Debug, Clone, PartialEq)]
-pub struct UnmetGoal {
-    /// The goal.
-    pub goal: Goal,
-    /// The reason.
-    pub why: WhyUnmet,
-}
-
-/// Why a goal is not met.
-#[derive(Debug, Clone, PartialEq)]
-pub enum WhyUnmet {
-    /// The message of the stream does not show the parameter, for this reason in words.
-    OutOfReach(String),
-    /// The measurement ended before the goal was met. Half-widths by axis as in
-    /// [`Goal::relative_half_widths`].
-    EndedBefore(Vec<(String, Option<f64>)>),
-}
-
-impl UnmetGoal {
-    /// Those of the `goals` that are not met.
-    pub fn of(goals: &[Goal], snapshot: &Snapshot, assessment: &Assessment) -> Vec<Self> {
-        let why = |goal: &Goal| match goal.out_of_reach(snapshot) {
-            Some(reason) => WhyUnmet::OutOfReach(reason),
-            None => WhyUnmet::EndedBefore(goal.relative_half_widths(snapshot, assessment)),
-        };
-        (goals.iter().filter(|goal| !goal.is_met(snapshot, assessment)))
-            .map(|goal| Self { goal: goal.clone(), why: why(goal) })
-            .collect()
-    }
 }
 
 impl FromStr for Goal {

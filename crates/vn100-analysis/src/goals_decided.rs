@@ -2,7 +2,37 @@
 
 use imu_noise::chi_squared;
 
-use crate::{accumulate::analysis::Analysis, assessment::Assessment, end::End};
+use crate::{accumulate::analysis::Analysis, assessment::Assessment, end::End, goal::Goal, snapshot::Snapshot};
+
+impl Goal {
+    /// Whether the parameter is estimated with that precision on every axis of the goal.
+    pub fn is_met(&self, snapshot: &Snapshot, assessment: &Assessment) -> bool {
+        let axes = self.relative_half_widths(snapshot, assessment);
+        !axes.is_empty() && axes.iter().all(|(_, width)| width.is_some_and(|width| width <= self.relative_half_width))
+    }
+
+    /// Those of the `goals` that are not met.
+    pub fn unmet(goals: &[Self], snapshot: &Snapshot, assessment: &Assessment) -> Vec<Self> {
+        goals.iter().filter(|goal| !goal.is_met(snapshot, assessment)).cloned().collect()
+    }
+
+    /// Why no record of this message shows the parameter; `None` if one may, or without a message.
+    pub fn out_of_reach(&self, snapshot: &Snapshot) -> Option<String> {
+        self.figure.absent_from(snapshot.layout.as_ref()?)
+    }
+
+    /// Half the width of the interval over the value, by axis; `None` if it is not estimated.
+    pub fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
+        (snapshot.layout_channels().iter().zip(&assessment.channels))
+            .filter(|(channel, _)| self.figure.concerns(&channel.name, channel.quantity))
+            .map(|(channel, assessed)| {
+                let parameter = assessed.noise.as_ref().and_then(|noise| noise.parameter(self.figure.term));
+                let width = parameter.and_then(|parameter| parameter.relative_half_width());
+                (channel.name.to_string(), width)
+            })
+            .collect()
+    }
+}
 
 impl Analysis {
     /// Whether all goals of the settings are met, or one is out of reach; `false` without goals. The
@@ -26,16 +56,14 @@ impl Analysis {
 }
 
 /// Checks whether the goals are met or out of reach: at every second of data time at first, later
-/// whenever the record has grown by a twentieth. It always assesses the samples of that moment, so
-/// that the end of the measurement depends only on the samples.
+/// whenever the record has grown by a twentieth, so that the end depends only on the samples.
 #[derive(Debug, Default)]
 pub struct GoalCheck {
     next_second: u64,
 }
 
 impl GoalCheck {
-    /// Why the measurement is over; `None` while its data time has not passed, and its goals are not
-    /// decided or it is not time to check them.
+    /// Why the measurement is over; `None` while it is not, or it is not time to check its goals.
     #[must_use]
     pub fn end(&mut self, analysis: &Analysis) -> Option<End> {
         if analysis.is_complete() {

@@ -41,42 +41,40 @@ mod warning;
 
 pub use accumulate::{
     analysis::Analysis,
-    fingerprint::{Fingerprint, SharedRows},
+    fingerprint::Fingerprint,
     magnitude::Magnitude,
     recent::{Recent, Slot},
     temperature_record::TemperatureRecord,
 };
 pub use assessment::{
-    Aliasing, Assessment, AxisTemperature, BEFORE_FILTER_S, ChannelAssessment, ChannelNoise, DEFAULT_CONFIDENCE,
-    LEAST_EDF, LongTauValidity, NoGrade, OctaveAssessment, Onboard, RateShare, Stationarity, WhiteBudget,
-    WhyNoCoefficient, WindowFrom, Withheld,
+    Aliasing, Assessment, AxisTemperature, BEFORE_FILTER_S, ChannelAssessment, ChannelNoise, LEAST_EDF,
+    LongTauValidity, NoGrade, OctaveAssessment, Onboard, RateShare, Stationarity, WhiteBudget, WindowFrom,
 };
 pub use averaging_times::AveragingTimes;
 pub use coast::Coast;
 pub use comparison::{
     AxisWhite, Caveat, CaveatKind, Chance, ChannelMeans, ComparedChannel, Comparison, NoPrediction, OctaveTest,
-    Population, RankedRecord, Ranking, RecordDisturbance, RecordMean, SameSamples, Spread, UnitValue, WhiteTest,
+    Population, RankedRecord, Ranking, RecordMean, SameSamples, Spread, UnitValue, WhiteTest,
 };
 pub use datasheet::{Datasheet, DatasheetFigure, DecidedBy, FigureVerdict, Ratio, SheetOnboard};
 pub use end::{End, Shortfall, StartCure};
-pub use goal::{Goal, UnmetGoal, WhyUnmet};
+pub use goal::Goal;
 pub use goals_decided::GoalCheck;
 pub use invalid_text::InvalidText;
 pub use motion::Motion;
 pub use noise_figure::NoiseFigure;
 pub use plan::{Given, Plan, PlannedMessage, PlannedWant, PlanningError, TakenAt, TakenFrom};
-pub use rate_change::{FalseRate, FalseReport, RateChange};
+pub use rate_change::RateChange;
 pub use remedy::{Remedy, RemedyWords, Setting};
 pub use result::{
     BlockValues, Budget, ChannelResult, ComparedSheet, Completion, Curve, Discrete, DriftResult, Drifting, Graded,
-    GraphicalReading, GraphicalReadings, HistogramBars, History, HistoryColumn, InUnit, Inflation, LinkCounts,
-    NoiseResult, Norm, ParameterResult, Parts, Point, SourceResult, Spectrum, Statistics, TemperatureResult, TimeBase,
-    WALK_OF_FLICKER, angle_drift,
+    History, InUnit, Inflation, LinkCounts, NoiseResult, Norm, ParameterResult, Parts, Point, SourceResult, Spectrum,
+    Statistics, TemperatureResult, TimeBase, WALK_OF_FLICKER, angle_drift,
 };
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of, uncompensated_message};
-pub use settings::{DEFAULT_RATE_HZ, Settings};
-pub use snapshot::{ChannelSnapshot, MissingFrom, Outages, PlaceMark, RateFrom, RegisterChannel, Snapshot, Timing};
+pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};
+pub use snapshot::{ChannelSnapshot, MissingFrom, Outages, PlaceMark, RateFrom, Snapshot, Timing};
 pub use source_facts::{
     Device, EndKind, FileFacts, LinkFacts, LinkStatus, Playback, RecorderFacts, RecordingEndFacts, RecordingFacts,
     SourceFacts, Speed, utc,

@@ -19,8 +19,7 @@ use crate::{
 /// The rate of sentences in hertz: the factory default.
 const SENTENCES_HZ: u32 = 40;
 
-/// The rate of packets in hertz: that at which the factory default of the averaging window aliases
-/// no noise.
+/// The rate of packets in hertz, at which the factory default of the window aliases no noise.
 const PACKETS_HZ: u32 = 200;
 
 const FASTEST: BaudRate = BaudRate::ALL[BaudRate::ALL.len() - 1];
@@ -56,8 +55,7 @@ impl PlannedMessage {
     /// The sentence that [`Sentences`](Self::Sentences) stands for.
     const SENTENCE: AsyncType = AsyncType::IMU;
 
-    /// The planned message with this name, in upper or lower case: one of packets, or `VNIMU`;
-    /// `None` for any other.
+    /// The planned message with this name, in any letter case; `None` for any other.
     pub fn named(name: &str) -> Option<Self> {
         let is_sentence = Self::Sentences.name().eq_ignore_ascii_case(name);
         PacketMessage::named(name).map(Self::Packets).or(is_sentence.then_some(Self::Sentences))
@@ -149,15 +147,13 @@ pub struct Given {
 pub struct Plan {
     /// The length for each want, in the order asked.
     pub wants: Vec<PlannedWant>,
-    /// The message: packets, with the magnetic field where a parameter of the magnetometer is
-    /// wanted.
+    /// The message; its packets have the magnetic field if the magnetometer is wanted.
     pub message: PlannedMessage,
     /// Bytes of a packet, or of a sentence with its counter.
     pub frame_bytes: u32,
     /// Output rate in hertz.
     pub rate_hz: u32,
-    /// The averaging window in refreshes: all that are measured between two outputs, so that no
-    /// noise is aliased.
+    /// The averaging window in refreshes: all between two outputs, so that no noise is aliased.
     pub window: u32,
     /// Baud rate.
     pub baud: BaudRate,
@@ -177,8 +173,7 @@ pub struct PlannedWant {
     /// For a random walk: the length in seconds if the sensor had no bias instability, which hides
     /// the random walk; else `None`.
     pub without_bias_instability_s: Option<f64>,
-    /// For a limit: the value that the sensor is assumed to have; else `None`. The nearer the value
-    /// is to the limit, the longer the record.
+    /// For a limit: the value that the sensor is assumed to have; else `None`.
     pub taken_at: Option<TakenAt>,
 }
 
@@ -199,8 +194,7 @@ pub struct TakenAt {
 pub enum TakenFrom {
     /// It is the figure of the data sheet.
     Datasheet,
-    /// [`TakenAt::BESIDE`] times the limit, because the figure of the data sheet is so near to the
-    /// limit that a verdict would take very long.
+    /// [`TakenAt::BESIDE`] times the limit, because the figure of the data sheet is too near to it.
     Limit,
     /// [`TakenAt::BESIDE`] times the limit, because the data sheet has no figure.
     LimitAlone,
@@ -322,8 +316,7 @@ impl TakenAt {
 }
 
 /// The share of records in which one axis may miss the figure. A random walk is planned for each axis
-/// alone: a process of a thirty-second of the record, however long that is, explains the record
-/// about as well on one of six axes, so that the walk is seldom found on three axes at once.
+/// alone: a process explains the record about as well on one of six axes.
 fn missed_on_an_axis(figure: &NoiseFigure) -> f64 {
     let together = if figure.term == Term::RateRandomWalk { 1 } else { figure.axes() };
     1.0 - Plan::MET_IN.powf(1.0 / f64::from(together))

@@ -1,6 +1,5 @@
 //! What a recording says of the measurement that it was made in, among the conditions of the user: a
-//! replay measures the same frames and ends where that measurement ended, although the recording may
-//! contain one more line.
+//! replay measures the same frames, although the recording may contain one more line.
 
 use std::collections::BTreeMap;
 
@@ -53,8 +52,7 @@ pub fn conditions(metadata: &BTreeMap<String, String>) -> Option<BTreeMap<String
     (!users.is_empty()).then_some(users)
 }
 
-/// Whether sentences or packets of a recording are measured: as chosen now, else as in the recorded
-/// measurement.
+/// What of a recording is measured: as chosen now, else as in the recorded measurement.
 pub fn frames(asked: MeasuredFrames, metadata: &BTreeMap<String, String>) -> MeasuredFrames {
     match (asked, metadata.get(MEASURED).map(String::as_str)) {
         (MeasuredFrames::First, Some(SENTENCES)) => MeasuredFrames::Sentences,

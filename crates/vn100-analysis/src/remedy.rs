@@ -11,8 +11,7 @@ pub enum Remedy {
     EndEarlier,
     /// Accept sentences that carry no checksum.
     AcceptUnchecked,
-    /// Name the columns of a CSV file, or the fields of messages, and their units: by this map, if
-    /// one is known.
+    /// Name the columns of a CSV file, or the fields of messages: by this map, if one is known.
     MapColumns(Option<String>),
     /// Name one topic of a bag.
     GiveTopic,

@@ -12,19 +12,16 @@ mod verdict;
 
 use std::sync::Arc;
 
-use imu_noise::{Deviation, Estimator, Term, Verdict};
+use imu_noise::{Deviation, Term, Verdict};
 use schemars::JsonSchema;
 use serde::Serialize;
 use vn100_protocol::Quantity;
 
-pub use channel::{BlockValues, ChannelResult, Curve, HistogramBars, Norm, Point, Spectrum, Statistics};
+pub use channel::{BlockValues, ChannelResult, Curve, Norm, Point, Spectrum, Statistics};
 pub use drift::{DriftResult, Drifting, angle_drift};
-pub use history::{History, HistoryColumn};
+pub use history::History;
 pub use inflation::{Inflation, WALK_OF_FLICKER};
-pub use noise::{
-    Budget, Discrete, Graded, GraphicalReading, GraphicalReadings, InUnit, NoiseResult, ParameterResult,
-    TemperatureResult,
-};
+pub use noise::{Budget, Discrete, Graded, InUnit, NoiseResult, ParameterResult, TemperatureResult};
 pub use time_base::{LinkCounts, TimeBase};
 use verdict::deciding_record_s;
 
@@ -34,6 +31,7 @@ use crate::{
     goal::Goal,
     motion::Motion,
     noise_figure::NoiseFigure,
+    settings::Settings,
     snapshot::Snapshot,
     source_facts::{Device, EndKind, SourceFacts},
     warning::Warning,
@@ -125,9 +123,8 @@ pub enum Parts {
 }
 
 impl SourceResult {
-    /// The result of a source as if it ended now. The assessment may be that of an earlier snapshot
-    /// of the same measurement: its intervals are taken for those of this one. Without a sample
-    /// there are no channels.
+    /// The result of a source as if it ended now; without a sample there are no channels. The intervals of
+    /// an assessment of an earlier snapshot of the same measurement are taken for those of this one.
     pub fn new(facts: SourceFacts, snapshot: Arc<Snapshot>, assessment: Arc<Assessment>, parts: Parts) -> Self {
         let source = with_stream(facts, &snapshot);
         let unread = unread::warnings(&source);
@@ -135,10 +132,10 @@ impl SourceResult {
             snapshot.warnings.iter().chain(&unread).chain(&assessment.warnings).cloned().collect();
         warnings.sort_by_key(|warning| warning.severity);
         let channels = channel::of(&snapshot, &assessment, parts);
-        let is_final = parts == Parts::All && snapshot.deviation == Deviation::Allan;
+        let is_final = parts == Parts::All && snapshot.settings.deviation == Deviation::Allan;
         let was_moved = assessment.motion.is_some();
         let drift = if is_final {
-            drift::of(&channels, &snapshot.coasts, was_moved, assessment.confidence)
+            drift::of(&channels, &snapshot.settings.coasts, was_moved, assessment.confidence)
         } else {
             Vec::new()
         };
@@ -160,9 +157,9 @@ impl SourceResult {
         }
     }
 
-    /// Whether the user chose for which coasts the drift is given.
-    pub fn are_coasts_chosen(&self) -> bool {
-        !self.basis.snapshot.coasts.is_empty()
+    /// The settings of the measurement.
+    pub fn settings(&self) -> &Settings {
+        &self.basis.snapshot.settings
     }
 
     /// The result of the same samples, assessed anew: without the intervals of an earlier snapshot.
@@ -255,16 +252,6 @@ impl SourceResult {
         self.channels.iter().filter(|channel| channel.is_streamed())
     }
 
-    /// The deviation that all curves are of.
-    pub fn deviation(&self) -> Deviation {
-        self.basis.snapshot.deviation
-    }
-
-    /// The windows that enter all curves.
-    pub fn estimator(&self) -> Estimator {
-        self.basis.snapshot.estimator
-    }
-
     /// The latest samples of the channel at this place.
     pub fn history(&self, channel: usize, columns: usize, most_slots: usize) -> Option<History> {
         History::of(&self.basis.snapshot, channel, columns, most_slots)
@@ -281,8 +268,7 @@ impl SourceResult {
         self.warnings.insert(place, warning);
     }
 
-    /// Notes that the result is incomplete because of a fault that is no error of the source: the
-    /// measurement has failed. An earlier error is kept.
+    /// Notes that the measurement has failed by no error of the source; an earlier one is kept.
     pub fn note_failure(&mut self, text: String) {
         self.source.error.get_or_insert(text);
         self.completion = self.completion.max(Completion::Failed);

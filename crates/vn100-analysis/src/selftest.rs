@@ -17,15 +17,13 @@ pub struct SelfTestSuite {
 pub struct SelfTestCheck {
     /// Name of the statistic.
     pub statistic: String,
-    /// Averaging factor of a deviation or of its degrees of freedom; `None` for a statistic without
-    /// one.
+    /// Averaging factor; `None` for a statistic without one.
     pub m: Option<u64>,
     /// The reference value, as it is printed.
     pub reference: &'static str,
     /// The computed value; `None` where the computation gives none.
     pub ours: Option<f64>,
-    /// The largest relative difference that counts as agreement: half of the last printed digit, or
-    /// rounding.
+    /// The largest relative difference that counts as agreement.
     pub tolerance: f64,
 }
 

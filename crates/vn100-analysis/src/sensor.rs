@@ -24,8 +24,7 @@ pub fn sensor_name(sensor: Sensor) -> &'static str {
     }
 }
 
-/// The name of all axes of a sensor together, `gyro`, `accel` or `mag`: the names of its channels
-/// begin with it.
+/// The name of all axes of a sensor together, with which those of its channels begin.
 pub fn axes_name(sensor: Sensor) -> &'static str {
     match sensor {
         Sensor::Gyroscope => "gyro",
@@ -45,8 +44,7 @@ pub fn letter(term: Term) -> &'static str {
     }
 }
 
-/// The message of a VN-100 with uncompensated rates that can replace this one: packets for packets,
-/// the sentence `VNIMU` for any other.
+/// The message with uncompensated rates for this one: packets, or the sentence `VNIMU`.
 pub fn uncompensated_message(message: &str) -> &'static str {
     if message == BINARY { BINARY } else { "VNIMU" }
 }

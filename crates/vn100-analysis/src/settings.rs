@@ -4,10 +4,13 @@ use std::time::Duration;
 
 use imu_noise::{Deviation, Estimator};
 
-use crate::{assessment::DEFAULT_CONFIDENCE, averaging_times::AveragingTimes, coast::Coast, goal::Goal};
+use crate::{averaging_times::AveragingTimes, coast::Coast, goal::Goal};
 
 /// The default output rate of the sensor in hertz, which is assumed where the rate is not known.
 pub const DEFAULT_RATE_HZ: f64 = 40.0;
+
+/// The two-sided level of intervals where no other is asked for.
+pub const DEFAULT_CONFIDENCE: f64 = 0.95;
 
 /// How a stream is measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,13 +36,11 @@ pub struct Settings {
     /// Whether the rates are compensated, as the user states, which outranks the message; `None`
     /// where the user does not state it.
     pub compensated: Option<bool>,
-    /// The measurement ends once all of these goals are met; without goals it does not end for that
-    /// reason.
+    /// The measurement ends once all of these goals are met, if there are any.
     pub until: Vec<Goal>,
     /// Two-sided level of every interval, 0 < p < 1.
     pub confidence: f64,
-    /// The rests and coasts for which the final result gives the drift; none for those of
-    /// [`Coast::DEFAULTS`].
+    /// The rests and coasts of the drift; none for [`Coast::DEFAULTS`].
     pub coasts: Vec<Coast>,
     /// Whether the latest samples of every channel are kept, for a screen; no result depends on it.
     pub recent: bool,

@@ -5,7 +5,7 @@ use serde::Serialize;
 use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
 use imu_noise::timebase::{Refusal, TimebaseSummary};
-use imu_noise::{ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, RecordShape};
+use imu_noise::{ChannelSignal, Histogram, Moments, OctaveSum, RecordShape};
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{
     Channel, Layout, Quantity, Register, RegisterContents, RegisterFields, RegisterValue, Sample, VNIMU,
@@ -16,13 +16,12 @@ use crate::{
         fingerprint::Fingerprint, magnitude::Magnitude, recent::Recent, saturation::Saturation,
         temperature_record::TemperatureRecord,
     },
-    coast::Coast,
-    rate_change::{FalseRate, FalseReport, RateChange},
-    warning::Warning,
+    rate_change::RateChange,
+    settings::Settings,
+    warning::{Finding, Warning},
 };
 
-/// All results of a measurement at one moment. Taking a snapshot does not change the measurement.
-/// Without a sample there are no layout and no channels.
+/// All results of a measurement at one moment; without a sample no layout and no channels.
 #[derive(Debug, Clone)]
 pub struct Snapshot {
     /// The message that is measured; `None` before the first sample.
@@ -45,13 +44,12 @@ pub struct Snapshot {
     /// Rows that are pending until it is decided whether samples are missing before them.
     pub pending_rows: u64,
     /// A rate by arrival times that the sensor contradicted, and whose samples are excluded.
-    pub false_rate: Option<FalseRate>,
+    pub false_rate: Option<Finding>,
     /// A rate that the sensor reports and that arrival times show to be false.
-    pub false_report: Option<FalseReport>,
+    pub false_report: Option<Finding>,
     /// Samples excluded because they arrived at another rate for a while, as delayed bytes do.
     pub other_rate_samples: u64,
-    /// The registers of the sensor by number, with their fields as the sensor last printed them
-    /// within the stream.
+    /// The registers of the sensor by number, with their fields as it last printed them.
     pub registers: BTreeMap<u8, String>,
     /// Counts of everything that the stream carried, samples or not.
     pub link: StreamCounts,
@@ -59,43 +57,31 @@ pub struct Snapshot {
     pub outages: Outages,
     /// Places that the user marked, in time order; at most the first thousand.
     pub marks: Vec<PlaceMark>,
-    /// Another program that had the port open during the measurement, and so received a part of the
-    /// bytes; `None` for none.
+    /// Another program that had the port open, and so received a part of the bytes.
     pub port_shared_with: Option<String>,
     /// Samples with an axis at the end of its range, as the sensor reports.
     pub saturation: Saturation,
-    /// How often the sensor restarted within the stream, by its device time; 0 where rows carry
-    /// none.
+    /// How often the sensor restarted, by its device time; 0 without device times.
     pub restarts: u64,
-    /// How often the device time stepped ahead of the time that had passed by the clock of the
-    /// host.
+    /// How often the device time stepped ahead of the clock of the host.
     pub time_steps: u64,
-    /// Packets excluded because their time fits neither neighbour: damage that the CRC did not
-    /// detect.
+    /// Packets excluded because their time fits neither neighbour, by damage the CRC missed.
     pub false_times: u64,
-    /// Which windows are averaged in the deviations.
-    pub estimator: Estimator,
+    /// The settings of the measurement.
+    pub settings: Settings,
     /// Data time excluded at the beginning.
     pub skipped: Duration,
-    /// The rests and coasts for which the user asked for the drift.
-    pub coasts: Vec<Coast>,
-    /// Which deviation the octaves are of.
-    pub deviation: Deviation,
-    /// Sums of the axes against the temperature of the sensor; `None` where the record contains no
-    /// temperature.
+    /// Sums of the axes against the temperature; `None` if the record contains none.
     pub temperature: Option<TemperatureRecord>,
-    /// Whether quantisation noise is fitted as well.
-    pub quantization: bool,
-    /// The averaging window that the user gave, see [`Settings::window`](crate::Settings::window).
-    pub given_window: Option<u32>,
     /// Averaging times that were asked for and that a final result does not have, in words.
     pub missing_times: Vec<String>,
     /// One per channel, in the order of `layout`; empty without a layout.
     pub channels: Vec<ChannelSnapshot>,
     /// The magnitude of each measured vector.
     pub magnitudes: Vec<Magnitude>,
-    /// The channels of register 54, which was read between the sentences.
-    pub register_channels: Vec<RegisterChannel>,
+    /// The channels of register 54, which was read between the sentences, under names of their own
+    /// and without a deviation.
+    pub register_channels: Vec<(Channel, ChannelSnapshot)>,
     /// A sample of the measured rows, by which two records of the same rows are recognised.
     pub fingerprint: Fingerprint,
     /// Limits of the result, the gravest first.
@@ -170,8 +156,8 @@ impl Snapshot {
         RecordShape {
             samples: self.timing.samples + self.timing.missing,
             interval_s: 1.0 / self.timing.rate_hz,
-            estimator: self.estimator,
-            deviation: self.deviation,
+            estimator: self.settings.estimator,
+            deviation: self.settings.deviation,
         }
     }
 }
@@ -181,20 +167,17 @@ impl Snapshot {
 pub struct Outages {
     /// How often the link was lost.
     pub times: u64,
-    /// Sum of the times of all outages that have ended, in nanoseconds, each from the last row
-    /// before the loss to the reconnect; `None` where the times of the events contradict each
-    /// other.
+    /// Sum of the times of all outages that have ended, in nanoseconds, each from the last row before the
+    /// loss to the reconnect; `None` where the times of the events contradict each other.
     pub down_ns: Option<i64>,
-    /// The start of the present outage, in nanoseconds from the origin of the arrival times; `None`
-    /// while the link is up.
+    /// The start of the present outage by the arrival times; `None` while the link is up.
     pub since_ns: Option<i64>,
     /// When the link was closed for good during an outage; `None` where it was not.
     pub closed_ns: Option<i64>,
 }
 
 impl Outages {
-    /// Takes a link event. A silence is reported some seconds late: the link is down since the last
-    /// row of the stream.
+    /// Takes a link event. The link is down since the last row: silence is reported late.
     pub(crate) fn take(&mut self, event: &LinkEvent, last_row_ns: Option<i64>) {
         match event.kind {
             LinkEventKind::Down { .. } if self.since_ns.is_none() => {
@@ -222,8 +205,7 @@ impl Outages {
         self.down_ns?.checked_add(last_ns)
     }
 
-    /// Time without the link in seconds, to a millisecond; `None` where it is not known, as during
-    /// an outage.
+    /// Time without the link in seconds, to a millisecond; `None` if it is not known.
     pub fn seconds(&self) -> Option<f64> {
         let down_ns = match (self.since_ns, self.closed_ns) {
             (Some(_), Some(closed_ns)) => self.down_until(closed_ns),
@@ -257,8 +239,7 @@ pub struct Timing {
     pub excluded: u64,
     /// Samples known to be missing among those in the statistics.
     pub missing: u64,
-    /// The evidence by which most missing samples were counted; the latest evidence where several
-    /// counted as many.
+    /// The evidence by which most missing samples were counted; of equal ones the latest.
     pub missing_from: MissingFrom,
     /// Places where samples are missing.
     pub gaps: u64,
@@ -323,18 +304,14 @@ pub struct ChannelSnapshot {
     pub histogram: Histogram,
     /// The deviation's exact sums, one per octave that has a window.
     pub octaves: Vec<OctaveSum>,
-    /// The sums at the averaging times of the settings; empty where these are the octaves, and
-    /// during a measurement.
+    /// The sums at the averaging times of the settings; empty for octaves, and until the end.
     pub points: Vec<OctaveSum>,
-    /// Spectrum, blocks and distribution; `None` for a channel of register 54, which is not in the
-    /// stream.
+    /// Spectrum, blocks and distribution; `None` for a channel of register 54.
     pub signal: Option<ChannelSignal>,
-    /// To be subtracted from mean, minimum and maximum, in counts: whole turns of an angle whose
-    /// continuous series has left the branch from -180 (excluded) to 180 degrees, or the negative of
-    /// the channel's `zero_counts`.
+    /// To be subtracted from mean, minimum and maximum, in counts: whole turns of an angle beyond -180
+    /// (excluded) to 180 degrees, or the negative of the channel's `zero_counts`.
     pub branch_counts: i64,
-    /// Rows per sample of the channel: 1, or more where the sensor measures the quantity less often
-    /// than it sends rows.
+    /// Rows per sample of the channel: more than 1 where the sensor measures less often.
     pub stride: u64,
     /// The step of the last digit that the sensor printed at any time, in counts, of an increment
     /// divided by the sample interval; 1 where all digits of the layout were printed.
@@ -342,18 +319,8 @@ pub struct ChannelSnapshot {
 }
 
 impl ChannelSnapshot {
-    /// The step between neighbouring values, in the unit of `channel`: the actual step where the
-    /// values show it, else that of the last printed digit.
+    /// The actual step between neighbouring values in the unit of `channel`, or a printed digit.
     pub fn step(&self, channel: &Channel) -> f64 {
         channel.in_unit(self.histogram.step_counts().unwrap_or(0.0).max(self.printed_step_counts))
     }
-}
-
-/// A channel of register 54, which was read between the sentences.
-#[derive(Debug, Clone)]
-pub struct RegisterChannel {
-    /// The channel, under a name of its own.
-    pub channel: Channel,
-    /// The statistics of the channel; it has no deviation.
-    pub results: ChannelSnapshot,
 }

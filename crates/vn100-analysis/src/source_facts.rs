@@ -183,8 +183,7 @@ pub struct RecordingEndFacts {
 const YEAR_2001_NS: i64 = 978_307_200_000_000_000;
 
 impl RecordingFacts {
-    /// The time of the first row of a table, if its times count from 1970. A date may be in any time
-    /// zone.
+    /// The time of the first row of a table, if its times count from 1970, in any time zone.
     fn of_rows(csv: &CsvReport) -> Option<Self> {
         let is_count =
             |part: &str| part.rsplit_once(':').is_some_and(|(_, form)| ["s", "ms", "us", "ns"].contains(&form));
@@ -193,8 +192,7 @@ impl RecordingFacts {
         Some(Self { started_ns: Some(started_ns), ..Self::default() })
     }
 
-    /// The times of the recording of a bag, if they are dates and not those of a simulation; the end
-    /// only if the bag was read to its end.
+    /// The times of the recording of a bag, if they are dates; the end only if it was read to its end.
     fn of_bag(bag: &BagReport, end: EndKind) -> Option<Self> {
         let (first_ns, last_ns) = bag.recorded_ns.filter(|(first_ns, _)| *first_ns >= YEAR_2001_NS)?;
         let complete = end == EndKind::EndOfInput;
@@ -231,8 +229,7 @@ fn as_utc<S: Serializer>(at_ns: &Option<i64>, serializer: S) -> Result<S::Ok, S:
 }
 
 impl RecordingEndFacts {
-    /// The warning of a recording that was cut, as by a loss of power, or where a copy of the file
-    /// is not whole; `None` for one that was finished.
+    /// The warning of a recording that was cut; `None` for one that was finished.
     pub fn warning(&self) -> Option<Warning> {
         let found = Warning::new(Finding::RecordingCut);
         (!self.complete).then(|| found.as_severe_as(Severity::Caution))

@@ -10,7 +10,7 @@ use vn100_capture::OpenError;
 use vn100_report::figure::ReportFigures;
 use vn100_report::html::{PageOptions, Program, report_page};
 use vn100_report::{
-    Asked, Consumer, Document, Ended, Evaluation, FilterNoise, remedies::python_words, warnings::headline,
+    Consumer, Document, Ended, Evaluation, FilterNoise, remedies::python_words, warnings::headline,
 };
 use vn100_session::{SessionResult, StartError};
 
@@ -18,7 +18,7 @@ create_exception!(vn100, CaptureError, PyException, "A capture could not be read
 
 /// What completes every result: the built-in data sheet.
 pub(crate) fn evaluation() -> PyResult<Evaluation> {
-    Evaluation::new(None, Asked::default())
+    Evaluation::new(None, Vec::new(), false)
         .map_err(|error| PyRuntimeError::new_err(format!("the built-in data sheet: {error}")))
 }
 

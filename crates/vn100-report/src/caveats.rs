@@ -65,7 +65,7 @@ pub fn caveat_in_words(caveat: &Caveat, all: &[SourceResult], comparison: &Compa
 }
 
 fn same_samples(a: &str, b: &str, same: &SameSamples) -> String {
-    let (of_a, of_b) = (same.shared.of_first, same.shared.of_second);
+    let (of_a, of_b) = (same.of_first, same.of_second);
     match (of_a >= SameSamples::WHOLE, of_b >= SameSamples::WHOLE) {
         (true, true) => format!("{a} and {b} hold the same samples: it is the same recording"),
         (true, false) => format!("{a} is a part of {b}: all its samples are in it"),

@@ -4,8 +4,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
-use vn100_analysis::noise::{Grade, Status, Verdict};
-use vn100_analysis::{DecidedBy, EndKind, MissingFrom, RateFrom, WindowFrom, Withheld};
+use vn100_analysis::noise::{Grade, Status, Verdict, Withheld};
+use vn100_analysis::{DecidedBy, EndKind, MissingFrom, RateFrom, WindowFrom};
 
 use crate::schema::schema_of;
 

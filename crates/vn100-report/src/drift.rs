@@ -34,13 +34,12 @@ fn vertical(result: &SourceResult) -> Option<String> {
     Some(format!("{}_{letter}", axes_name(Sensor::Gyroscope)))
 }
 
-/// One line for the heading and one for velocity and position, each value with its coast; none
-/// without a drift, or if the sensor was moved.
+/// One line for the heading and one for velocity and position, each value with its coast.
 pub(crate) fn lines(result: &SourceResult) -> Vec<String> {
     if result.motion.is_some() {
         return Vec::new();
     }
-    if result.drift.is_empty() && result.are_coasts_chosen() {
+    if result.drift.is_empty() && !result.settings().coasts.is_empty() {
         return vec!["not given: it takes the Allan deviation of a gyroscope or an accelerometer".into()];
     }
     let mut is_compensated = false;

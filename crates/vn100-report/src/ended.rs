@@ -1,7 +1,7 @@
 //! A result that is over: whether it is complete, and why not.
 
 use vn100_analysis::{
-    Completion, End, Finding, RemedyWords, Severity, Shortfall, SourceResult, StartCure, UnmetGoal, Warning, WhyUnmet,
+    Completion, End, Finding, Goal, RemedyWords, Severity, Shortfall, SourceResult, StartCure, Warning,
 };
 
 use crate::words;
@@ -14,7 +14,7 @@ pub struct Ended<'a> {
     /// How much shorter it is than was asked for; `None` if it is not.
     pub shortfall: Option<&'a Shortfall>,
     /// The goals that were not met.
-    pub unmet: &'a [UnmetGoal],
+    pub unmet: &'a [Goal],
     /// Whether the source is live: one that ends early has failed, and a capture has no more data.
     pub is_live: bool,
     /// The words of the face for remedies.
@@ -31,15 +31,15 @@ impl Ended<'_> {
         if let Some(error) = why.clone().filter(|_| is_of_source) {
             result.note_failure(error);
         }
-        let out_of_reach = unmet.iter().any(|unmet| matches!(unmet.why, WhyUnmet::OutOfReach(_)));
+        let out_of_reach = unmet.iter().any(|goal| result.out_of_reach(goal).is_some());
         // if a goal is out of reach the measurement ended before there had to be a sample
         if result.timing.samples == 0 && !out_of_reach {
             let text = no_sample(&result);
             result.source.error.get_or_insert(text);
             result.completion = Completion::NoData;
         }
-        let name = &result.source.name;
-        result.unmet.extend(unmet.iter().map(|unmet| not_met(name, unmet)));
+        let not_met: Vec<String> = unmet.iter().map(|goal| not_met(&result, goal)).collect();
+        result.unmet.extend(not_met);
         if !result.unmet.is_empty() {
             result.completion = result.completion.max(Completion::NotMet);
         }
@@ -96,12 +96,12 @@ pub fn no_sample(result: &SourceResult) -> String {
     }
 }
 
-fn not_met(name: &str, UnmetGoal { goal, why }: &UnmetGoal) -> String {
-    let axes = match why {
-        WhyUnmet::OutOfReach(why) => return format!("{name}: {goal} cannot be reached: {why}"),
-        WhyUnmet::EndedBefore(axes) => axes,
-    };
-    let known: Vec<String> = (axes.iter())
+fn not_met(result: &SourceResult, goal: &Goal) -> String {
+    let name = &result.source.name;
+    if let Some(why) = result.out_of_reach(goal) {
+        return format!("{name}: {goal} cannot be reached: {why}");
+    }
+    let known: Vec<String> = (result.half_widths(goal).iter())
         .map(|(axis, width)| match width {
             Some(width) => format!("{axis} ±{:.1} %", 100.0 * width),
             None => format!("{axis} is not estimated"),
@@ -143,7 +143,7 @@ mod tests {
         let mut snapshot = nothing();
         snapshot.layout = Some(Arc::new(VNIMU.clone()));
         snapshot.timing.samples = 3;
-        let unmet = UnmetGoal::of(&goals, &snapshot, &Assessment::new(&snapshot, 0.95));
+        let unmet = Goal::unmet(&goals, &snapshot, &Assessment::new(&snapshot, 0.95));
         let result = ended(facts("a.csv"), snapshot, &unmet);
         assert_eq!(result.completion, Completion::NotMet);
         let [unmet] = &result.unmet[..] else { panic!("{:?}", result.unmet) };

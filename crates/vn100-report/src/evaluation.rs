@@ -21,25 +21,17 @@ pub struct Evaluation {
     has_verdicts_only: bool,
 }
 
-/// What the user wants a data sheet to decide.
-#[derive(Debug, Clone, Default)]
-pub struct Asked {
-    /// Parameters that must pass.
-    pub fail_on: Vec<NoiseFigure>,
-    /// Whether typical figures pass and fail, as limits do.
-    pub typical_is_limit: bool,
-}
-
 impl Evaluation {
     /// Compares with `datasheet`, whatever the sensor is; without one, compares VectorNav sentences
     /// and packets with the data sheet of the VN-100, except those of a sensor that reports another
-    /// model.
+    /// model. The parameters `fail_on` must pass. If `typical_is_limit`, typical figures pass and fail, too.
     ///
     /// # Errors
     /// None, unless this program was built with an invalid data sheet.
     pub fn new(
         datasheet: Option<Datasheet>,
-        Asked { fail_on, typical_is_limit }: Asked,
+        fail_on: Vec<NoiseFigure>,
+        typical_is_limit: bool,
     ) -> Result<Self, DatasheetError> {
         let judged = |sheet| Datasheet { typical_is_limit, ..sheet };
         let vn100 = judged(vn100_datasheet()?);
@@ -52,8 +44,7 @@ impl Evaluation {
         Self { has_verdicts_only: true, ..self }
     }
 
-    /// The parameters that must pass although the data sheet gives only a typical value, so that no
-    /// verdict can decide; each with the name of the sheet.
+    /// The parameters that must pass and have no limit in the sheet, each with the name of the sheet.
     pub fn not_deciding(&self) -> impl Iterator<Item = (&NoiseFigure, &str)> {
         let sheet = self.datasheet.as_ref().unwrap_or(&self.vn100);
         let without_limit = self.fail_on.iter().filter(move |asked| {
@@ -65,8 +56,7 @@ impl Evaluation {
         without_limit.map(|asked| (asked, sheet.name.as_str()))
     }
 
-    /// Completes a result with verdicts; a parameter that must pass and does not is added to
-    /// `unmet`.
+    /// Adds verdicts, and to `unmet` each parameter that must pass and does not.
     pub fn complete(&self, mut result: SourceResult) -> SourceResult {
         self.judge(&mut result);
         // a source that gave nothing has failed worse
@@ -151,7 +141,7 @@ mod tests {
 
     #[test]
     fn packets_are_compared_unless_the_sensor_says_it_is_another() {
-        let evaluation = Evaluation::new(None, Asked::default()).unwrap();
+        let evaluation = Evaluation::new(None, Vec::new(), false).unwrap();
         let by_model = [(None, true), (Some("VN-100S-CR"), true), (Some("VN-200T-CR"), false)];
         let layouts = [PACKET_MESSAGES[0].layout(), Some(Arc::new(VNIMU.clone()))];
         for (layout, (model, is_compared)) in layouts.iter().flat_map(|layout| by_model.map(|model| (layout, model))) {
@@ -178,7 +168,7 @@ mod tests {
         snapshot.layout = Some(Arc::new(VNIMU.clone()));
         let mut result = result(facts("a"), snapshot);
         assert!(why_absent(&figure, &result).starts_with("cannot be compared"));
-        Evaluation::new(None, Asked::default()).unwrap().judge(&mut result);
+        Evaluation::new(None, Vec::new(), false).unwrap().judge(&mut result);
         assert_eq!(why_absent(&figure, &result), "has no limit in the data sheet");
     }
 }

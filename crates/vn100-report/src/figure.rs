@@ -53,8 +53,7 @@ pub struct Figures {
     pub histograms: Vec<Figure>,
     /// The amplitude spectral density, one figure a sensor, with its significant peaks.
     pub spectra: Vec<Figure>,
-    /// The standard deviation in each segment of the record, one figure a sensor, and one of the
-    /// orientation.
+    /// The standard deviation in each segment of the record, one figure a sensor.
     pub segments: Vec<Figure>,
     /// The last minutes of each channel; of a record that is measured alone.
     pub recent: Vec<Figure>,
@@ -87,7 +86,7 @@ impl Figures {
     /// The figures of one record; `prefix` makes their names unique in a report of several.
     pub(crate) fn of(record: &SourceResult, prefix: &str) -> Self {
         let mut all = Self::of_deviation_and_spectrum(record);
-        let deviation = record.deviation();
+        let deviation = record.settings().deviation;
         for (quantity, _) in SENSORS {
             let axes = record.of(quantity).into_iter().map(|channel| shown_with(channel, record));
             let y = axes.into_iter().find(|channel| channel.name.ends_with("_y"));
@@ -116,7 +115,7 @@ impl Figures {
     }
 
     fn of_deviation_and_spectrum(record: &SourceResult) -> Self {
-        let deviation = record.deviation();
+        let deviation = record.settings().deviation;
         let mut all = Self::default();
         for (quantity, sensor) in SENSORS {
             let (id, name) = (axes_name(sensor), names_of(quantity).title);
@@ -157,7 +156,7 @@ impl Figures {
             let same: Vec<_> = (records.iter().enumerate())
                 .filter_map(|(place, record)| Some((run_name(place), record.channels.iter().find(is_same)?)))
                 .collect();
-            all.allan_axes.extend(allan_of_records(&channel.name, &same, first.deviation()));
+            all.allan_axes.extend(allan_of_records(&channel.name, &same, first.settings().deviation));
         }
         all
     }
@@ -174,7 +173,7 @@ impl Figures {
 /// The deviations of these channels of one sensor: of a single one with its model, of several with the
 /// figures of the data sheet. `None` without a deviation.
 pub fn deviations(record: &SourceResult, channels: &[&ChannelResult]) -> Option<Figure> {
-    let deviation = record.deviation();
+    let deviation = record.settings().deviation;
     let axes: Vec<ChannelResult> = channels.iter().map(|channel| shown_with(channel, record)).collect();
     let axes: Vec<&ChannelResult> = axes.iter().collect();
     match &axes[..] {
@@ -184,8 +183,7 @@ pub fn deviations(record: &SourceResult, channels: &[&ChannelResult]) -> Option<
     }
 }
 
-/// The channel, without noise parameters where the sensor was moved: they would be those of the
-/// motion.
+/// The channel, without noise parameters where the sensor was moved.
 fn shown_with(channel: &ChannelResult, record: &SourceResult) -> ChannelResult {
     let mut channel = channel.clone();
     channel.noise = channel.noise.filter(|_| record.motion.is_none());
@@ -239,8 +237,7 @@ pub struct PlottedValue {
     pub x: f64,
     /// Along the y axis.
     pub y: f64,
-    /// From where to where it reaches along the y axis: a confidence interval, or the smallest and
-    /// the largest sample. `None` if it has neither.
+    /// From where to where it reaches: an interval, or the smallest and the largest sample.
     pub reach: Option<(f64, f64)>,
 }
 
@@ -253,8 +250,7 @@ impl Figure {
         (left + width * far(self.x.scale.share(x)), top + height * (1.0 - far(self.y.scale.share(y))))
     }
 
-    /// What is drawn in the rectangle between the axes, from the bottom up, each with the number of its
-    /// series. It may reach beyond the rectangle.
+    /// What is drawn between the axes, from the bottom up, each with the number of its series.
     pub fn marks(&self) -> impl Iterator<Item = (usize, &Primitive)> {
         let of_series = self.layers.iter().filter_map(|(kind, marks)| match kind {
             LayerKind::Data(series) => Some((*series, marks)),

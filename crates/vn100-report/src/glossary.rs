@@ -20,8 +20,7 @@ pub struct Explanation {
     pub code: String,
     /// Other names by which the entry is found.
     pub aliases: Vec<&'static str>,
-    /// The name or the word of the code, with symbol and slope of a parameter, or the severity of a
-    /// warning.
+    /// The name or the word of the code, with symbol and slope, or severity.
     pub title: String,
     /// The meaning, in sentences.
     pub meaning: String,
@@ -43,8 +42,7 @@ impl Explanation {
     }
 }
 
-/// All entries: parameters, warnings, the codes of documents, the words and messages of the summary,
-/// then programs that take N and K, and data sheets.
+/// All entries, parameters first.
 pub fn glossary() -> Vec<Explanation> {
     let mut all = parameters::explanations();
     all.extend(WarningKind::ALL.into_iter().zip(meanings_of::<WarningKind>()).map(of_warning));

@@ -84,8 +84,7 @@ fn of_goal(result: &SourceResult, goal: &Goal, is_receiving: bool) -> String {
     format!("{known}, about {} more", about(more_s))
 }
 
-/// Half the width of the interval over the value, of the axis known least; `None` if one axis is not
-/// estimated.
+/// Half the relative width of the interval of the axis known least, if all are estimated.
 pub(crate) fn widest(result: &SourceResult, goal: &Goal) -> Option<f64> {
     result.half_widths(goal).iter().map(|(_, width)| *width).reduce(|a, b| Some(a?.max(b?))).flatten()
 }

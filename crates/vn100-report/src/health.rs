@@ -142,8 +142,7 @@ pub struct NextOctave {
     pub tau_s: f64,
     /// Data time until the record shows the octave, in seconds.
     pub wait_s: f64,
-    /// Whether the record is long enough, but every window spans a gap: the wait then begins after
-    /// the gap.
+    /// Whether the record is long enough, but every window spans a gap.
     pub broken: bool,
 }
 
@@ -161,7 +160,7 @@ pub fn next_octave(result: &SourceResult) -> Option<NextOctave> {
     let interval_s = 1.0 / timing.rate_hz.filter(|_| timing.samples > 0)?;
     let longest = result.streamed().filter_map(|channel| channel.octaves().last()).map(|octave| octave.m).max();
     let m = longest.map_or(1, |m| 2 * m);
-    let windows = match result.deviation() {
+    let windows = match result.settings().deviation {
         Deviation::Allan => 2,
         Deviation::Hadamard => 3,
     };

@@ -1,10 +1,9 @@
 //! The results of a measurement as pages of HTML: the report, and the live page of a measurement under
 //! way, which has the parts of the report.
 //!
-//! [`report_page`] is the report of one capture or of several: one file with its figures,
-//! tables, style sheet and script. [`state_part`] and [`result_parts`] draw the [`PagePart`]s of the
-//! live page, and [`live_page`] puts them together. Numbers, names, figures and summaries are those of
-//! [this crate](crate). Pure: no file is opened and no clock is read.
+//! [`report_page`] is the report of captures: one file with its figures, tables, style sheet and script.
+//! [`state_part`] and [`result_parts`] draw the [`PagePart`]s of the live page, and [`live_page`] puts
+//! them together. Pure: no file is opened and no clock is read.
 
 mod caption;
 mod elements;

@@ -2,10 +2,9 @@
 //! numbers, names and units in which all faces give them.
 //!
 //! Everything is made from a [`SourceResult`](vn100_analysis::SourceResult), completed by an
-//! [`Evaluation`] and, once it is over, by its [`Ended`]. [`Document`] and
-//! [`plan_document`] serialise to JSON; [`Figures`](figure::Figures) are drawn, and [`CsvTable`] and
-//! the file of each [`Consumer`] are for other programs. Units and numbers are chosen here at last, in
-//! [`units`] and [`numbers`]. Pure: no file is opened and no clock is read.
+//! [`Evaluation`] and, once it is over, by its [`Ended`]: a [`Document`] or [`plan_document`] as JSON,
+//! [`Figures`](figure::Figures), [`CsvTable`]s, and the file of each [`Consumer`]. Units and numbers are
+//! chosen in [`units`] and [`numbers`]. Pure: no file is opened and no clock is read.
 
 pub mod caveats;
 mod codes;
@@ -47,13 +46,13 @@ pub use document::{
     progress::{HeartbeatDocument, ProgressDocument, progress_schema},
 };
 pub use ended::{Ended, no_sample, note_failed_recording, note_interrupted};
-pub use evaluation::{Asked, Evaluation};
+pub use evaluation::Evaluation;
 pub use export::{
     archive::{ArchiveRow, ArchivedFile},
     consumers::{Consumer, Formula},
     filter_noise::{DEFAULT_SPAN_S, FilterNoise, Missing, NotWritten, SheetStream},
     forms::{ExportForm, Exported, ExportedFile, FIGURES_ENDING, figure_files},
-    metrics::{METRICS_TYPE, MeasuredSource, metrics_text},
+    metrics::{METRICS_TYPE, metrics_text},
     own::is_export,
     samples::SampleTable,
     tables::CsvTable,

@@ -9,7 +9,7 @@ use vn100_analysis::{
 
 use crate::{
     codes::{name_of, word_of},
-    numbers::plain::{counted, digits, four_digits, grouped},
+    numbers::plain::{counted, digits, grouped},
     units::parameter_unit,
 };
 
@@ -171,8 +171,7 @@ pub fn missing_text(timing: &TimeBase) -> String {
     }
 }
 
-/// How many samples are pending, which may still show that others were dropped: `, 3 pending`; empty
-/// for none.
+/// How many samples are pending: `, 3 pending`; empty for none.
 pub fn pending_text(timing: &TimeBase) -> String {
     if timing.pending == 0 { String::new() } else { format!(", {} pending", grouped(timing.pending)) }
 }
@@ -197,8 +196,7 @@ pub fn short_verdict(judged: &FigureVerdict) -> String {
     }
 }
 
-/// What would decide an open verdict, as a noun; empty for any other. Only a final result knows how
-/// long a record must be.
+/// What would decide an open verdict, as a noun; empty for any other.
 pub fn decided_by(verdict: &FigureVerdict) -> String {
     match (verdict.decided_by, verdict.deciding_record_s) {
         (Some(DecidedBy::LongerRecord), Some(length_s)) => format!("a record of about {}", rough_duration(length_s)),
@@ -247,8 +245,9 @@ pub fn grade_text(graded: &Graded) -> String {
 
 /// How grades are defined, in words.
 pub fn grade_scheme() -> String {
-    let edges = Grade::ALL.into_iter().filter(|grade| grade.limit_deg_h().is_finite()).map(|grade| {
-        format!("{} below {} deg/h and {} deg/sqrt(h)", name_of(grade), grade.limit_deg_h(), grade.limit_deg_sqrt_h())
+    let edges = Grade::ALL.into_iter().filter(|grade| *grade != Grade::Consumer).map(|grade| {
+        let (bias, white) = grade.limits();
+        format!("{} below {bias} deg/h and {white} deg/sqrt(h)", name_of(grade))
     });
     format!(
         "grade by B and by the sensor's own N, without aliasing, the worse one counting ({}, else consumer; no standard defines these)",
@@ -256,12 +255,11 @@ pub fn grade_scheme() -> String {
     )
 }
 
-/// The measured value, and the value expected in this stream of a sensor at the figure, in a
-/// sentence.
+/// The measured value, and that expected of a sensor at the figure, in a sentence.
 pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     let figure = &verdict.figure;
     let (unit, factor) = parameter_unit(sensor, figure.term);
-    let number = |value: f64| four_digits(value * factor);
+    let number = |value: f64| digits(value * factor, 4);
     let Parameter { value, lower, upper, .. } = verdict.measured;
     let minimum = if figure.is_curve_minimum() { " as the minimum of the curve" } else { "" };
     let measured = match (value, lower, upper) {
@@ -320,8 +318,8 @@ pub(crate) fn motion_text(Motion { channel, std, limit, unit, .. }: &Motion) -> 
 pub fn folding(ranking: &Ranking) -> String {
     let own: Vec<String> = (ranking.records.iter())
         .map(|ranked| match ranked.white_factor {
-            Some(factor) => format!("{} {factor:.2}, {}", run_name(ranked.record), four_digits(ranked.own())),
-            None => format!("{} unknown, {} undivided", run_name(ranked.record), four_digits(ranked.own())),
+            Some(factor) => format!("{} {factor:.2}, {}", run_name(ranked.record), digits(ranked.own(), 4)),
+            None => format!("{} unknown, {} undivided", run_name(ranked.record), digits(ranked.own(), 4)),
         })
         .collect();
     let percent = 100.0 * Onboard::UNCERTAINTY;

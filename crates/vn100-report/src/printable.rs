@@ -14,9 +14,8 @@ pub fn shortened(text: &str, width: usize) -> String {
     text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
 }
 
-/// A JSON document and a line end. Characters that control a terminal are escaped, which does not
-/// change the content: serde_json leaves DEL, the control characters above ASCII and those that
-/// change the direction of text unescaped.
+/// A JSON document and a line end, with characters that control a terminal escaped, which changes no
+/// content: serde_json leaves DEL, control characters above ASCII, and those that turn text round.
 pub fn json_line(json: &str) -> String {
     let mut text = String::with_capacity(json.len() + 1);
     for c in json.chars() {
@@ -32,9 +31,8 @@ pub fn json_line(json: &str) -> String {
     text
 }
 
-/// Whether a character controls a terminal or the direction of text: control characters, ends of
-/// lines and paragraphs, and Unicode's property Bidi_Control. With these a name can look like
-/// another.
+/// Whether a character controls a terminal or the direction of text, so that a name can look like
+/// another: control characters, ends of lines and paragraphs, and Unicode's property Bidi_Control.
 pub fn steers_terminal(c: char) -> bool {
     c.is_control()
         || matches!(

@@ -6,8 +6,7 @@ use serde::Serialize;
 use vn100_analysis::protocol::PacketMessage;
 use vn100_analysis::{Remedy, Setting};
 
-/// A remedy: its code in documents, what to do as an imperative, the option or command for it, and
-/// what Python takes for it, if it takes anything.
+/// A remedy: its code, what to do, and the option or argument for it.
 struct Row {
     code: &'static str,
     what: String,

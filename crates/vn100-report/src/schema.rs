@@ -9,8 +9,7 @@ pub(crate) fn schema_of<T: JsonSchema>() -> Schema {
     settings.into_generator().into_root_schema_for::<T>()
 }
 
-/// Puts the words of the code into those of the document, on one line; a field that has none takes
-/// those of the variant that it belongs to.
+/// Puts the words of the code into the document; a field without any takes those of its variant.
 fn described(schema: &mut Schema) {
     let Some(object) = schema.as_object_mut() else { return };
     if let Some(Value::String(text)) = object.get_mut("description") {

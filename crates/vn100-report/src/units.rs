@@ -2,11 +2,6 @@
 
 use vn100_analysis::noise::{Sensor, Term, conventions};
 
-/// The SI unit of a noise parameter.
-pub fn si_unit(sensor: Sensor, term: Term) -> &'static str {
-    conventions(sensor, term).first().map_or("", |si| si.unit)
-}
-
 /// A unit as people write it: `rad/s/sqrt(Hz)` as `rad/s/√Hz`, `m/s^2` as `m/s²`, `deg/h^1.5` as
 /// `°/h/√h`.
 pub fn pretty_unit(unit: &str) -> String {
@@ -58,8 +53,7 @@ pub fn parameter_unit(sensor: Sensor, term: Term) -> (&'static str, f64) {
     }
 }
 
-/// The unit in which laboratories report what they read off a curve, and how many of these units
-/// are one SI unit; `None` for what they do not report.
+/// The unit in which laboratories report a reading, and how many of these are one SI unit.
 pub fn laboratory_unit(sensor: Sensor, term: Term) -> Option<(&'static str, f64)> {
     let unit = match (sensor, term) {
         (Sensor::Gyroscope, Term::White) => "deg/sqrt(h)",

@@ -255,11 +255,11 @@ pub fn headline(warning: &Warning) -> String {
             counted(change.after_samples, "sample"),
             counted(*excluded, "sample")
         ),
-        Finding::FalseRate(found) => format!(
+        Finding::FalseRate { samples, arrival_hz, device_hz } => format!(
             "first {} excluded: taken for {} Hz before the sensor reported {} Hz",
-            counted(found.samples, "sample"),
-            short(found.arrival_hz),
-            short(found.device_hz)
+            counted(*samples, "sample"),
+            short(*arrival_hz),
+            short(*device_hz)
         ),
         Finding::BurstExcluded(samples) => {
             format!("{} at another rate excluded: they arrived in a burst", counted(*samples, "sample"))
@@ -306,11 +306,10 @@ pub fn headline(warning: &Warning) -> String {
         Finding::RegisterRate(register, set_hz, hz) => {
             format!("register {register} sets packets of {set_hz} Hz, but they come at {hz} Hz by their own time")
         }
-        Finding::FalseReport(found) => format!(
-            "the sensor reports {} Hz, but its lines arrive at {} Hz",
-            short(found.reported_hz),
-            short(found.arrival_hz)
-        ),
+        Finding::FalseReport { reported_hz, arrival_hz } => {
+            let [reported, arrival] = [reported_hz, arrival_hz].map(|hz| short(*hz));
+            format!("the sensor reports {reported} Hz, but its lines arrive at {arrival} Hz")
+        }
         Finding::Backwards(times) => format!("time stamps step backwards {}", counted(*times, "time")),
         Finding::Reordered(rows) => {
             format!("{} out of order or with a false time, put in order", counted(*rows, "row"))

@@ -12,8 +12,7 @@ pub fn about(name: &str, text: &str) -> String {
     if words.any(|word| word == name) { text.to_owned() } else { format!("{name}: {text}") }
 }
 
-/// Why the result of that source is not complete, after so many bytes of sentences and packets, with
-/// remedies in the words of a face; `None` if it is.
+/// Why the result of that source is not complete, after so many bytes; `None` if it is.
 pub fn end(name: &str, end: &End, framed_bytes: u64, words: RemedyWords) -> Option<String> {
     const LOST: &str =
         ", as after a restart that lost settings that were not saved; the result holds what came before. ";
@@ -47,8 +46,7 @@ pub fn end(name: &str, end: &End, framed_bytes: u64, words: RemedyWords) -> Opti
     }
 }
 
-/// How much shorter a result is than was asked for, and what was wrong with the link; `None` if
-/// it is not.
+/// How much shorter a result is than was asked for, and why; `None` if it is not.
 pub fn ended_early(
     end: &End,
     shortfall: Option<&Shortfall>,

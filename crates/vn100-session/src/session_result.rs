@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use vn100_analysis::{End, Goal, Parts, Shortfall, Snapshot, SourceResult, UnmetGoal};
+use vn100_analysis::{End, Goal, Parts, Shortfall, Snapshot, SourceResult};
 use vn100_capture::RecordingState;
 
 use crate::{channels::Channels, measure::Ending, start_error::StartError};
@@ -21,7 +21,7 @@ pub struct SessionResult {
     /// duration was asked for.
     pub shortfall: Option<Shortfall>,
     /// The goals that were not met.
-    pub unmet: Vec<UnmetGoal>,
+    pub unmet: Vec<Goal>,
     /// Data time at the beginning that was excluded by command; zero for none.
     pub excluded: Duration,
     /// The recording made during the measurement; `None` if none was asked for or begun.
@@ -44,7 +44,7 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
     }
     SessionResult {
         shortfall,
-        unmet: UnmetGoal::of(goals, &snapshot, &assessment),
+        unmet: Goal::unmet(goals, &snapshot, &assessment),
         measured: SourceResult::new(facts, snapshot, assessment, Parts::All),
         end: Arc::new(reason),
         start_error: None,

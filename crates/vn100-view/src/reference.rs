@@ -24,7 +24,7 @@ impl Reference {
     /// Averaging times in seconds and deviations of the same axis, in the same unit and of the same kind;
     /// `None` if it has none.
     pub(crate) fn curve(&self, channel: &ChannelResult, deviation: Deviation) -> Option<Vec<(f64, f64)>> {
-        let mut channels = self.result.channels.iter().filter(|_| self.result.deviation() == deviation);
+        let mut channels = self.result.channels.iter().filter(|_| self.result.settings().deviation == deviation);
         let same = channels.find(|other| other.name == channel.name && other.unit == channel.unit)?;
         let points = same.allan.points.iter().filter_map(|point| Some((point.tau_s, point.deviation?)));
         Some(points.collect()).filter(|points: &Vec<_>| !points.is_empty())

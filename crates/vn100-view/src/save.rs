@@ -64,7 +64,6 @@ mod tests {
     use std::fs;
 
     use tempfile::TempDir;
-    use vn100_report::Asked;
 
     use super::*;
     use crate::tests::fixture::measured;
@@ -74,7 +73,7 @@ mod tests {
     fn what_is_shown_is_saved_beside_other_files() {
         let folder = TempDir::new().unwrap();
         let source = measured();
-        let evaluation = Evaluation::new(None, Asked::default()).unwrap();
+        let evaluation = Evaluation::new(None, Vec::new(), false).unwrap();
         let save_in = |folder: &Path| save(folder, &ViewState::new(1), &source, &evaluation);
         let stem = stem(&source);
         fs::write(folder.path().join(format!("{stem}.svg")), "mine").unwrap();

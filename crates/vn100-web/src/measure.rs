@@ -7,8 +7,8 @@ use std::{
 
 use serde::Serialize;
 use vn100_analysis::{
-    Analysis, Assessment, End, GoalCheck, Parts, RateFrom, RecordingEndFacts, RecordingFacts, Settings, Shortfall,
-    Snapshot, SourceFacts, SourceResult, StartCure, UnmetGoal,
+    Analysis, Assessment, End, Goal, GoalCheck, Parts, RateFrom, RecordingEndFacts, RecordingFacts, Settings,
+    Shortfall, Snapshot, SourceFacts, SourceResult, StartCure,
     protocol::stream::{Batch, FileReport, MeasuredFrames, ReadOptions},
     recorded_settings,
     timebase::Refusal,
@@ -159,7 +159,7 @@ impl Run {
         let facts = facts.at_end(report, end.kind());
         let assessment = Assessment::new(&snapshot, settings.confidence);
         snapshot.warnings.extend(facts.recording.as_ref().and_then(|recording| recording.end.as_ref()?.warning()));
-        let unmet = UnmetGoal::of(&settings.until, &snapshot, &assessment);
+        let unmet = Goal::unmet(&settings.until, &snapshot, &assessment);
         let result = SourceResult::new(facts, Arc::new(snapshot), Arc::new(assessment), Parts::All);
         let ended =
             Ended { end: &end, shortfall: shortfall.as_ref(), unmet: &unmet, is_live: false, words: page_words };

@@ -6,7 +6,7 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 use vn100_analysis::{FileFacts, SourceResult};
 use vn100_capture::{Capture, CaptureOptions, StoredFile};
-use vn100_report::{Asked, Evaluation, built_in_datasheet};
+use vn100_report::{Evaluation, built_in_datasheet};
 
 use crate::{
     measure::{Cure, Measured, Stream, measure},
@@ -108,7 +108,7 @@ fn evaluation(datasheet: Option<&str>) -> Result<Evaluation, String> {
         Some(name) => Some(built_in_datasheet(name).ok_or_else(|| format!("There is no data sheet {name}."))?),
     };
     let sheet = sheet.transpose().map_err(|error| error.to_string())?;
-    Evaluation::new(sheet, Asked::default()).map_err(|error| error.to_string())
+    Evaluation::new(sheet, Vec::new(), false).map_err(|error| error.to_string())
 }
 
 /// The checksum of a file that is not too long for it.

@@ -6,7 +6,7 @@ use std::{collections::BTreeMap, fs, io::Read, path::Path};
 use anyhow::{Context, Result, bail};
 use toml::Value;
 use vn100_analysis::{Datasheet, recorded_settings::is_reserved};
-use vn100_report::{Asked, DATASHEETS, Evaluation, built_in_datasheet, parse_datasheet, parse_toml};
+use vn100_report::{DATASHEETS, Evaluation, built_in_datasheet, parse_datasheet, parse_toml};
 
 use crate::{args::MeasureArgs, exit::report};
 
@@ -64,8 +64,8 @@ pub(crate) fn open_datasheet(path: &Path) -> Result<Datasheet> {
 /// What completes every result, as asked for.
 pub(crate) fn evaluation(args: &MeasureArgs) -> Result<Evaluation> {
     let datasheet = args.datasheet.as_deref().map(open_datasheet).transpose()?;
-    let asked = Asked { fail_on: args.fail_on.clone(), typical_is_limit: args.typical_is_limit };
-    let evaluation = Evaluation::new(datasheet, asked).context("the built-in data sheet")?;
+    let evaluation =
+        Evaluation::new(datasheet, args.fail_on.clone(), args.typical_is_limit).context("the built-in data sheet")?;
     for (figure, sheet) in evaluation.not_deciding() {
         report(&format!(
             "--fail-on \"{figure}\" needs a limit, but {sheet} gives only a typical figure; --typical-is-limit treats it as a limit"

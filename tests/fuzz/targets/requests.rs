@@ -10,7 +10,7 @@ use std::{
 };
 
 use tokio::time::Instant;
-use vn100_report::{Asked, Evaluation};
+use vn100_report::Evaluation;
 
 use crate::serve::{Drawer, Server};
 
@@ -76,7 +76,7 @@ fn page() -> SocketAddr {
     let start = || {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();
-        let evaluation = Arc::new(Evaluation::new(None, Asked::default()).unwrap());
+        let evaluation = Arc::new(Evaluation::new(None, Vec::new(), false).unwrap());
         let drawer = Drawer::new(Vec::new(), evaluation, String::new(), 0.95, Instant::now());
         (address, Server::start(listener, vec!["bench".into()], drawer, Duration::ZERO).unwrap())
     };

@@ -42,8 +42,7 @@ pub struct Block {
     pub max_counts: i32,
 }
 
-/// The sums of one block, exact for up to 2^32 samples of 32 bits: 435 years at 40 Hz in
-/// [`MAX_BLOCKS`] blocks.
+/// The sums of one block, exact for up to 2^32 samples of 32 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BlockSums {
     squares: u128,
@@ -207,9 +206,8 @@ impl Spreads {
     }
 }
 
-/// Binary logarithm of a spread from 1 to 2^75, within 0.01, in units of 1/4096, rounded down:
-/// exponent and fraction of the float, and a parabola for the excess of the logarithm over the
-/// fraction.
+/// Binary logarithm of a spread from 1 to 2^75 in units of 1/4096, rounded down, within 0.01: exponent
+/// and fraction of the float, and a parabola for the excess of the logarithm.
 fn log2_spread(spread: f64) -> u64 {
     const BIAS: u64 = 1023 << 12;
     let bits = (spread.to_bits() >> 40) - BIAS;

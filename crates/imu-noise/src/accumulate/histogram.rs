@@ -1,5 +1,8 @@
 //! Frequencies of the values of one channel.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 /// The most bins of a histogram.
 pub const MAX_BINS: usize = 16_384;
 
@@ -29,15 +32,15 @@ pub struct Histogram {
     places: Vec<u64>,
 }
 
-/// A histogram as bars of equal width side by side, for a drawing.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Bars {
-    /// Lower edge of the first bar in counts, half a step below the lowest value in it.
-    pub first_counts: f64,
-    /// Width of every bar in counts: 1, 2, 4, ... steps, or 1, 2, 4, ... bins.
-    pub width_counts: f64,
-    /// Number of samples in each bar; the first and the last bar are not empty.
-    pub frequencies: Vec<u64>,
+/// A histogram in bins of one width.
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+pub struct HistogramBars {
+    /// Lower end of the first bin.
+    pub first: f64,
+    /// Width of every bin.
+    pub width: f64,
+    /// Samples in each bin.
+    pub counts: Vec<u64>,
 }
 
 impl Histogram {
@@ -73,11 +76,9 @@ impl Histogram {
         bins.map(|(bin, frequency)| (bin << self.width_log2, *frequency))
     }
 
-    /// The actual step between neighbouring values in counts, which need not be an integer: the
-    /// even distance of values, or of clusters of values, in the core of the distribution. Each of
-    /// these occurred so often that a value between them would have occurred as well. For two
-    /// values it is their distance. `None` below two counts, because the printed digit is then the
-    /// step, and if the samples are too few, or too far apart, to show a step.
+    /// The actual step between neighbouring values in counts, which need not be an integer: the even
+    /// distance of values, or of clusters of them, each so frequent that one between them would have
+    /// occurred as well. `None` if the printed digit is the step, and if the samples show none.
     pub fn step_counts(&self) -> Option<f64> {
         self.values().map(|(_, step)| step)
     }
@@ -89,8 +90,7 @@ impl Histogram {
         /// Divisor of the frequency of the most frequent value: 2.35 standard deviations from the
         /// middle of normal noise.
         const CORE: u64 = 16;
-        /// The largest difference in counts between steps that rounding and a rotation of the axes
-        /// scatter.
+        /// The largest difference in counts between steps that rounding and rotated axes scatter.
         const EVEN: f64 = 1.25;
         if self.width_log2 > 0 {
             return None;
@@ -114,8 +114,7 @@ impl Histogram {
         (steps >= 1 && step >= 2.0 && widest <= step / 2.0 && is_even).then_some((*first, step))
     }
 
-    /// The count that a fraction `p` of the samples does not exceed, in the middle of its bin;
-    /// `None` without samples.
+    /// The count, amid its bin, that a fraction `p` of the samples does not exceed, if there are any.
     pub(crate) fn quantile_counts(&self, p: f64) -> Option<f64> {
         let mut missing = p * self.total() as f64;
         let middle = (self.bin_width_counts() - 1) as f64 / 2.0;
@@ -148,9 +147,10 @@ impl Histogram {
     }
 
     /// The histogram in at most `most` bars for a drawing, including empty ones between others: the
-    /// narrowest possible bars, each with the same number of actual steps. `None` without samples,
-    /// and if `most` is 0.
-    pub fn bars(&self, most: usize) -> Option<Bars> {
+    /// narrowest possible bars, each with the same number of actual steps, 1, 2, 4, ... Edges and
+    /// width are in counts: the first bar begins half a step below the lowest value in it. `None`
+    /// without samples, and if `most` is 0.
+    pub fn bars(&self, most: usize) -> Option<HistogramBars> {
         let (lowest, highest) = (self.bins().next()?.0, self.bins().last()?.0);
         let (origin, step) = self.values().unwrap_or((0.0, self.bin_width_counts() as f64));
         let number = |count: i64| ((count as f64 - origin) / step).round() as i64;
@@ -158,16 +158,16 @@ impl Histogram {
         // two bars remain if the values lie on both sides of the origin
         let joined_log2 = (0..i64::BITS).find(|joined_log2| bars(*joined_log2) <= most)?;
         let first = number(lowest) >> joined_log2;
-        let mut frequencies = vec![0; bars(joined_log2)];
+        let mut counts = vec![0; bars(joined_log2)];
         for (lower, frequency) in self.bins() {
-            frequencies[((number(lower) >> joined_log2) - first) as usize] += frequency;
+            counts[((number(lower) >> joined_log2) - first) as usize] += frequency;
         }
         // a bin of several counts begins at the lowest of them
         let half = if self.width_log2 > 0 { 0.5 } else { step / 2.0 };
-        Some(Bars {
-            first_counts: origin + (first << joined_log2) as f64 * step - half,
-            width_counts: (1_u64 << joined_log2) as f64 * step,
-            frequencies,
+        Some(HistogramBars {
+            first: origin + (first << joined_log2) as f64 * step - half,
+            width: (1_u64 << joined_log2) as f64 * step,
+            counts,
         })
     }
 

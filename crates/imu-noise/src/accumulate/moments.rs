@@ -7,9 +7,8 @@ use super::counts;
 
 const BLOCK: usize = 256;
 
-/// Exact moments of a channel in counts. The sums of the first four powers are integers that cannot
-/// overflow, so the results do not depend on the division of the samples; their relative error is
-/// below 1e-12.
+/// Exact moments of a channel in counts, by sums of the first four powers that cannot overflow: for any
+/// division of the samples, with a relative error below 1e-12.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Moments {
     sums: PowerSums,
@@ -172,9 +171,8 @@ fn of_block(block: &[i32]) -> (Option<PowerSums>, i32, i32) {
     (in_lanes(block), min, max)
 }
 
-/// The sums about zero of a block whose values lie within 2^21 of the first one, else `None`. The
-/// sums about the first count are exact floats if the fourth stays below [`counts::EXACT_BELOW`]:
-/// |d|^k <= d^4 for integers.
+/// The sums about zero of a block whose values lie within 2^21 of the first one, else `None`: exact
+/// floats if the fourth stays below [`counts::EXACT_BELOW`], as |d|^k <= d^4 for integers.
 #[inline(always)]
 fn in_lanes(block: &[i32]) -> Option<PowerSums> {
     let &pivot = block.first()?;

@@ -49,9 +49,7 @@ pub struct OctaveSum {
     /// Number of windows n, at least 1, including those with missing samples.
     pub terms: u64,
     /// Sum of the squared differences of cluster sums over the windows without missing samples, in
-    /// counts². `None` if the sum has needed more than 128 bits: for strided windows over counts
-    /// that span 27 bits (±67 rad/s with six decimals) that takes 2^40 samples at m = 2^30, 870
-    /// years at 40 Hz.
+    /// counts². `None` beyond 128 bits: after centuries of samples that span 27 bits.
     pub sum_squares: Option<u128>,
     gapped: Gapped,
 }
@@ -90,10 +88,9 @@ impl Octaves {
         }
     }
 
-    /// Adds a gap. `Some(missing)`: the absolute index of the next sample is higher by `missing`,
-    /// and windows span the gap if half of each cluster is present (0 is a break without loss,
-    /// which no window spans). `None`, an unknown number: no window spans the gap, and the index
-    /// does not change.
+    /// Adds a gap. `Some(missing)`: the absolute index of the next sample is higher by `missing`, and
+    /// windows span the gap if half of each cluster is present; none spans 0, a break without loss.
+    /// `None`, an unknown number: no window spans the gap, and the index does not change.
     pub fn gap(&mut self, missing: Option<u64>) {
         match &mut self.windows {
             Windows::Strided(cascade) => cascade.gap(missing),
@@ -101,8 +98,7 @@ impl Octaves {
         }
     }
 
-    /// The octaves that have a window, from m = 1 upwards; none below two samples (Hadamard:
-    /// three).
+    /// The octaves that have a window, from m = 1 upwards.
     pub fn sums(&self) -> impl Iterator<Item = OctaveSum> {
         let octave = |k: u32| match &self.windows {
             Windows::Strided(cascade) => cascade.octave(k as usize),
@@ -112,9 +108,8 @@ impl Octaves {
         octaves.filter(|sum| sum.terms > 0)
     }
 
-    /// The sum at any averaging factor, over all overlapping windows. Each sample is visited, which
-    /// takes some nanoseconds. `None` without a window, beyond m = 2^30, and with other estimators
-    /// than [`Estimator::Full`].
+    /// The sum at any averaging factor, over all overlapping windows. `None` without a window, beyond
+    /// m = 2^30, and with other estimators than [`Estimator::Full`].
     pub fn sum_at(&self, m: u64) -> Option<OctaveSum> {
         match &self.windows {
             Windows::Full(overlapping) => overlapping.at(m).map(|squares| self.of(m, (squares, Gapped::EMPTY))),
@@ -129,8 +124,7 @@ impl Octaves {
 }
 
 impl OctaveSum {
-    /// Averaging factor and number of windows, which confidence intervals and fit need besides the
-    /// variance.
+    /// Averaging factor and number of windows.
     pub fn octave(&self) -> Octave {
         let whole = self.whole_terms();
         let share_present = (whole as f64 + self.gapped.share_sum()) / self.terms as f64;
@@ -150,8 +144,7 @@ impl OctaveSum {
         self.sum_squares.zip(self.gapped.square_sum()).map(|(whole, gapped)| (whole as f64 + gapped) / divisor)
     }
 
-    /// Root of the variance, in counts, with a relative error below 1e-15; `None` if the sum is
-    /// unknown.
+    /// Root of the variance, in counts, to 1e-15; `None` if the sum is unknown.
     pub fn deviation_counts(&self) -> Option<f64> {
         self.variance_counts2().map(f64::sqrt)
     }

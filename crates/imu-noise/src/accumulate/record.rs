@@ -62,15 +62,11 @@ pub struct Octave {
     pub m: u64,
     /// Number of windows: squared differences in the variance.
     pub terms: u64,
-    /// Mean over the windows of the fraction of present samples (the harmonic mean of the
-    /// clusters), 1 if none is missing.
-    ///
-    /// For white noise, the variance of an octave does not depend on this fraction. For noise with
-    /// the variance V in a record without gaps, the octave shows share · V + (1 - share) · S²/m,
-    /// with the expected sample variance S² within m samples. This is exact if each sample of a
-    /// cluster is equally likely to be missing. If samples are missing in runs as long as a
-    /// cluster, a random walk shows up to 3 % more or less (30 % missing), 1 % (10 %), 0.5 % (1 to
-    /// 5 %).
+    /// Mean over the windows of the fraction of present samples (the harmonic mean of the clusters), 1
+    /// if none is missing. White noise does not depend on it; noise with the variance V without gaps
+    /// shows share · V + (1 - share) · S²/m, with the expected sample variance S² within m samples:
+    /// exactly if each sample of a cluster is equally likely to be missing, a random walk within 3 % if
+    /// runs as long as a cluster are.
     pub share_present: f64,
 }
 
@@ -80,9 +76,8 @@ impl Octave {
         Self { m, terms, share_present: 1.0 }
     }
 
-    /// The expected variance of noise that would show the variance `whole` if no sample were
-    /// missing, from its Allan variance at shorter averaging times: those of half of m, a quarter,
-    /// ... sum to twice the variance within m samples.
+    /// The expected variance of noise that would show the variance `whole` without missing samples: the
+    /// Allan variances at half of m, a quarter, ... sum to twice the variance within m samples.
     pub(crate) fn expected(&self, whole: f64, allan_variance: impl Fn(u64) -> f64) -> f64 {
         if self.share_present == 1.0 {
             return whole;

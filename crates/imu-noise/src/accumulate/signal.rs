@@ -15,8 +15,7 @@ const LEAST_WINDOWS: u64 = 24;
 /// Spectrum, block statistics and disturbance windows of one channel.
 ///
 /// The result is the same, bit by bit, for any division of the samples over calls of
-/// [`push`](Self::push). A sensor at rest takes 21 KiB of memory at first and 40 KiB from hours on,
-/// for a record of any length; blocks take 7.5 KiB of this and spectra most of the rest.
+/// [`push`](Self::push). A sensor at rest takes 21 KiB at first and 40 KiB from hours on.
 ///
 /// ```
 /// use imu_noise::{ChannelSignal, Sides, SpectrumPlan};
@@ -34,8 +33,7 @@ pub struct ChannelSignal {
     spectrum: Spectrum,
     /// The spectrum of the sums of windows: up to 1/64 of the sampling rate, in finer steps.
     slow: SumSpectrum,
-    /// The spectrum of the sums of as many windows as a window has samples, for still slower
-    /// changes.
+    /// The spectrum of the sums of as many windows as one has samples.
     slowest: SumSpectrum,
     blocks: Blocks,
     pub(crate) windows: WindowStatistics,
@@ -75,8 +73,7 @@ impl ChannelSignal {
         }
     }
 
-    /// From here on the segments of the spectrum are spaced by all places of the record, including
-    /// missing samples. To be called before any sample.
+    /// Spaces the segments by all places of the record, missing ones too; before any sample.
     pub const fn count_missing(&mut self) {
         self.spectrum.counts_missing = true;
     }
@@ -111,10 +108,9 @@ impl ChannelSignal {
         }
     }
 
-    /// Adds a gap: `Some(missing)` samples, or an unknown number, which counts as none in the
-    /// index. The count of seconds continues. A segment of the spectrum or a disturbance window
-    /// that lacks a sample is not used, and none spans a break, that is, `Some(0)` or an unknown
-    /// number.
+    /// Adds a gap: `Some(missing)` samples, or an unknown number, which counts as none in the index. No
+    /// segment of the spectrum and no disturbance window lacks a sample, or spans a break: `Some(0)` or
+    /// an unknown number.
     pub fn gap(&mut self, missing: Option<u64>) {
         let missing = room_for(self.end, missing.unwrap_or(0));
         self.end_window();

@@ -29,18 +29,15 @@ const DENSE_SAMPLES: u64 = 32_768;
 const MIN_LONG_SEGMENTS: u64 = 8;
 
 /// Streaming power spectral density: Welch (1967), Hann window, segments of 512 samples without
-/// their mean, half overlapping, at multiples of 256 of the absolute index; of 128 samples for a
-/// record with fewer than 8 segments (2304 samples without gap). A segment that misses samples, or
-/// that a break divides, is replaced by the undamaged short segments in it.
+/// their mean, half overlapping, on the grid of the absolute index; of 128 samples for a record with
+/// fewer than 8 segments, and in the place of a segment that lacks samples or spans a break.
 ///
-/// Beyond 32 768 samples, missing ones not counted, the segments are spread evenly: every second up
-/// to twice that length, every fourth up to four times, and so on, each weighted by the number of
-/// segments that it represents. So the cost grows with the logarithm of the length, and the
-/// [averages](Density::averages) stay above 120.
+/// Beyond 32 768 samples the segments are spread evenly, ever farther apart as the record doubles,
+/// each weighted by the number that it represents: the [averages](Density::averages) stay above 120.
 ///
-/// Transforms are single precision: densities are good to 1e-5 of the largest. Each is rounded
-/// once, to multiples of 2^-12 counts², and depends only on the samples of its segment: for any
-/// division over calls the sums have the same bits on processors with the same vector instructions.
+/// Transforms are single precision: densities are good to 1e-5 of the largest. Each is rounded once,
+/// to multiples of 2^-12 counts²: for any division over calls the sums have the same bits on
+/// processors with the same vector instructions.
 #[derive(Clone, Debug)]
 pub struct Spectrum<T = i32> {
     plan: SpectrumPlan,

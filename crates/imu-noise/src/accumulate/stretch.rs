@@ -59,9 +59,8 @@ impl Stretch {
         self.present.iter().map(|word| word.count_ones() as usize).sum()
     }
 
-    /// The samples of the stretch in runs without a gap, each with the number of places without a
-    /// sample before it. The last run is empty if the stretch ends without a sample; if there are
-    /// fewer `samples` than the stretch has, runs are cut short.
+    /// The samples of the stretch in runs without a gap, each with the number of places without a sample
+    /// before it. The last run is empty if the stretch ends without a sample, and cut short with `samples`.
     pub fn runs_of<'a, T>(&self, mut samples: &'a [T]) -> impl Iterator<Item = (usize, &'a [T])> + use<'a, T> {
         let stretch = *self;
         let mut place = 0;
@@ -88,8 +87,7 @@ impl Stretch {
         runs.filter(|(_, run)| !run.is_empty())
     }
 
-    /// The stretch without these samples, which are numbered from 0; numbers that it does not have
-    /// are ignored.
+    /// The stretch without these samples, numbered from 0.
     pub fn without(&self, samples: &[usize]) -> Self {
         let mut left = *self;
         for place in samples.iter().filter_map(|sample| self.place_of(*sample)) {
@@ -98,8 +96,7 @@ impl Stretch {
         left
     }
 
-    /// The places before a sample, numbered from 0, and those from this sample on; all places and
-    /// none if there is no such sample.
+    /// The places before this sample, numbered from 0, and those from it on.
     pub fn split_before_sample(&self, sample: usize) -> [Self; 2] {
         let (mut before, mut after) = (Self::EMPTY, Self::EMPTY);
         let split = self.place_of(sample).unwrap_or(self.places);

@@ -6,10 +6,9 @@ pub(crate) const MOST_BLOCKS: u64 = 1024;
 /// Binary logarithm of the samples of the shortest block.
 const SHORTEST_LOG2: u32 = 5;
 
-/// Sums of the axes of a sensor and of its temperature: exact sums over at most 1024 blocks of
-/// equal length, the smallest power of two of at least 32 samples for which the record fits. The
-/// blocks lie on the grid of absolute indices. The result is the same, bit by bit, for any division
-/// of the samples over calls. At most 113 KiB for six axes.
+/// Sums of the axes of a sensor and of its temperature: exact sums over at most 1024 blocks on the
+/// grid of absolute indices, of the smallest power of two of at least 32 samples for which the record
+/// fits. At most 113 KiB for six axes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TemperatureBlocks {
     length_log2: u32,
@@ -34,8 +33,7 @@ impl TemperatureBlocks {
         Self { length_log2: SHORTEST_LOG2, columns: vec![Vec::new(); axes + 1], is_broken: Vec::new(), last: None }
     }
 
-    /// Adds samples of one axis, numbered from 0, the first with this absolute index. There is no
-    /// effect for an axis that is not there.
+    /// Adds samples of one axis, numbered from 0, the first with this absolute index.
     pub fn push_axis(&mut self, axis: usize, first: u64, counts: &[i32]) {
         if axis < self.axes() {
             self.push(axis, first, counts);
@@ -43,8 +41,7 @@ impl TemperatureBlocks {
         }
     }
 
-    /// Adds readings of the temperature at successive samples from this index on, or a single
-    /// reading.
+    /// Adds readings of the temperature at successive samples from this index on.
     pub fn push_temperature(&mut self, first: u64, counts: &[i32]) {
         self.push(self.axes(), first, counts);
     }
@@ -87,8 +84,7 @@ impl TemperatureBlocks {
         self.is_broken[block]
     }
 
-    /// The mean of an axis in a block, in counts; `None` if the axis lacks more than a quarter of
-    /// the samples.
+    /// The mean of an axis in a block, in counts; `None` if more than a quarter is missing.
     pub(crate) fn mean_counts(&self, block: usize, axis: usize) -> Option<f64> {
         let lacks = self.samples(block) - self.columns[axis][block].values;
         self.columns[axis][block].mean().filter(|_| 4 * lacks <= self.samples(block))

@@ -54,9 +54,8 @@ impl Unwrap {
         counts.len()
     }
 
-    /// The whole turns, in counts, that bring a mean of the continuous series to the principal
-    /// branch when they are subtracted; they apply to minimum and maximum as well. 0 for a mean
-    /// that is not finite.
+    /// The whole turns, in counts, that are to be subtracted to bring a mean of the continuous series to
+    /// the principal branch, and minimum and maximum with it; 0 for a mean that is not finite.
     pub fn turn_offset_counts(&self, mean_counts: f64) -> i64 {
         let turn = self.turn_counts as f64;
         // Ties go to the upper end of the branch. A cast of NaN is 0.

@@ -97,6 +97,11 @@ pub const fn conventions(sensor: Sensor, parameter: Term) -> &'static [Conventio
     }
 }
 
+/// The SI unit of a noise parameter.
+pub const fn si_unit(sensor: Sensor, parameter: Term) -> &'static str {
+    conventions(sensor, parameter)[0].unit
+}
+
 /// All conventions for the temperature coefficient of the bias; the SI unit comes first.
 pub const fn temperature_conventions(sensor: Sensor) -> &'static [Convention] {
     match sensor {

@@ -26,8 +26,7 @@ const NINE_TENTHS: (f64, f64) = (0.9, 1.644_854);
 const ONE_ABOVE: f64 = 0.841_345;
 const TWO_ABOVE: f64 = 0.977_250;
 
-/// What the logarithm of the spread grows from one to two standard deviations above its median in
-/// normal noise.
+/// Growth of the logarithm of the spread from one to two standard deviations in normal noise.
 const NORMAL_GROWTH: f64 = 0.23;
 
 /// By how much of what it grows more, times the logarithm of the number of windows over the false

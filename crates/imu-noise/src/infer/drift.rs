@@ -49,15 +49,13 @@ const LEAST_EDF: f64 = 2.0;
 /// Parts of a coast over which the second and third integral are summed.
 const PARTS: usize = 64;
 
-/// Correlation of the variances of neighbouring octaves, in white noise; further apart it is a power of
-/// this.
+/// Correlation of the variances of neighbours in white noise; of others a power of this.
 const CORRELATION: f64 = 0.5;
 
 impl Drift {
     /// The drift after a rest of `rest_s` and a coast of `coast_s` seconds, by a curve at octaves of the
-    /// averaging time. `None` if a point is not above 0 or no octave of the one before, if a time is
-    /// shorter than the first, and if the curve does not reach far enough with two degrees of
-    /// freedom: to half of rest and coast together.
+    /// averaging time. `None` if the curve is no such one or begins after either time, and unless it
+    /// reaches half of both together with two degrees of freedom.
     pub fn new(curve: &[CurvePoint], integral: Integral, rest_s: f64, coast_s: f64) -> Option<Self> {
         let is_known = |point: &&CurvePoint| {
             let CurvePoint { tau_s, deviation, edf } = **point;
@@ -107,8 +105,7 @@ impl Drift {
     }
 }
 
-/// The distances in seconds of the values of x that make up the error, each with the sum of its
-/// products of two weights.
+/// The distances of the values of x in seconds, each with the sum of its products of weights.
 fn lags(integral: Integral, rest_s: f64, coast_s: f64) -> Vec<(f64, f64)> {
     let parts = if integral == Integral::Once { 1 } else { PARTS };
     let part_s = coast_s / parts as f64;

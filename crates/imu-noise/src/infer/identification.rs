@@ -6,9 +6,8 @@ use crate::accumulate::record::{Octave, RecordShape};
 /// Fewer blocks do not distinguish the noise types: the standard deviation of α is 0.35 at 30.
 const LEAST_BLOCKS: u64 = 30;
 
-/// The kind of noise of each of `octaves`, whose `variances` are in any unit, by the slope of the
-/// variance to the next octave, α = -1 - log₂(V(2m)/V(m)): kinds above α = 1 look like α = 1. `None`
-/// if the next octave has fewer than 30 blocks.
+/// The kind of noise of each of `octaves`, by the slope of the variance in any unit to the next one,
+/// α = -1 - log₂(V(2m)/V(m)), 1 at most; `None` if the next octave has fewer than 30 blocks.
 pub fn noise_types(octaves: &[Octave], variances: &[f64], shape: &RecordShape) -> Vec<Option<PowerLaw>> {
     let kind = |i: usize| {
         let (here, next) = (octaves.get(i)?, octaves.get(i + 1)?);

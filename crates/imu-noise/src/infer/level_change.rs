@@ -86,8 +86,7 @@ pub struct LevelFindings {
     pub is_searched: bool,
 }
 
-/// The search for changes of level in the channels of one record: holds what those with as many
-/// blocks have in common.
+/// The search for changes of level: what channels with as many blocks have in common.
 #[derive(Clone, Debug)]
 pub struct LevelSearch {
     shapes: Vec<MeanShapes>,
@@ -146,8 +145,7 @@ struct LevelFit {
     amplitude: f64,
     /// Twice the log-likelihood ratio with and without the shape.
     evidence: f64,
-    /// Standard deviation of a block mean, the shape removed, by the noise at the highest
-    /// frequency.
+    /// Standard deviation of a block mean without the shape, by the noise at the highest frequency.
     short_std: f64,
 }
 

@@ -30,9 +30,8 @@ pub(super) struct LevelSeries {
 
 impl LevelSeries {
     /// The level of `signal` in its longest series of blocks that have half of their samples at least,
-    /// where one count is `unit_per_count` in the unit of the channel. `None` for fewer than 24
-    /// blocks, a series of less than 15/16 of the record, and a record with a gap of unknown
-    /// length.
+    /// where one count is `unit_per_count`. `None` for fewer than 24 blocks, for less than 15/16 of the
+    /// record, and with a gap of unknown length.
     pub(super) fn of(signal: &ChannelSignal, unit_per_count: f64) -> Option<Self> {
         if signal.is_parted {
             return None;

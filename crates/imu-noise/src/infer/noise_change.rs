@@ -1,10 +1,8 @@
-//! Noise that is not the same throughout a record: louder or quieter from a time on or for a while,
-//! in bursts, or frozen.
+//! Noise that is not the same throughout a record: louder or quieter for a while, in bursts, frozen.
 //!
-//! By the logarithms of the spreads within windows of 32 samples, whose means over blocks are
-//! nearly normal whatever the tails of the samples. How much they vary is taken from the
-//! differences of neighbouring blocks, so that neither tails nor correlated noise pass for a
-//! change.
+//! By the logarithms of the spreads within windows of 32 samples, whose means over blocks are nearly
+//! normal whatever the tails. How much they vary is taken from the differences of neighbouring
+//! blocks, so that neither tails nor correlated noise pass for a change.
 
 use super::chi_squared::{self, CHANNELS};
 use super::spikes::{FALSE_ALARM, Spikes};
@@ -31,16 +29,16 @@ const FROZEN_WINDOWS: u64 = 3;
 const LEAST_STEPS: f64 = 0.5;
 
 /// What is not the same throughout in the noise of a channel.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, JsonSchema, Serialize)]
 pub struct NoiseChanges {
-    /// The stretch whose noise differs most from that of the rest.
+    /// Stretch with another noise than the rest; null if none was found.
+    #[serde(rename = "noise_change")]
     pub change: Option<NoiseChange>,
-    /// The noise varies more from block to block than within one, as clustered tails do: the
-    /// variance of the blocks over what independent windows have.
+    /// Variance of the noise from block to block over that of even noise; null if it is even.
     pub bursts: Option<f64>,
-    /// One value for longer than the noise allows.
+    /// Stretch of one value; null if none was found.
     pub frozen: Option<Frozen>,
-    /// Single samples far out.
+    /// Single samples far out; null if none was found.
     pub spikes: Option<Spikes>,
 }
 
@@ -175,8 +173,7 @@ impl BlockNoise {
         })
     }
 
-    /// Standard errors that no stretch of a clean record reaches, by Student's distribution, over
-    /// all stretches.
+    /// Standard errors that no stretch of a clean record reaches, by Student's distribution.
     fn threshold(&self) -> Option<f64> {
         let blocks = self.means.len() as f64;
         let stretches = blocks * (blocks - 1.0) / 2.0;

@@ -5,7 +5,6 @@ mod channel_curve;
 mod channel_fit;
 mod cholesky;
 mod crossing;
-mod curve_reading;
 mod density;
 mod noise_fit;
 mod parameter;
@@ -25,21 +24,19 @@ use super::power_law::PowerLaw;
 use crate::accumulate::record::{Octave, RecordShape};
 pub use boxcar::{BoxcarWindow, white_deficit};
 pub use channel_curve::ChannelCurve;
-pub use curve_reading::{ClassicalReading, NotRead, SlopeLine, classical_reading, curve_minimum};
 use density::Component;
 pub use noise_fit::{FitQuality, GaussMarkovProcess, NoiseFit, SlowNoise};
 pub use parameter::{PROVED_P, Parameter, Status};
 pub use record_length::{Aim, Wanted};
 pub(super) use scoring::{Rows, Scored, Structure};
 use search::Layout;
-pub use search::Rival;
+pub use search::Withheld;
 pub(super) use shapes::{MeanShape, MeanShapes};
 use spectral_rows::{ChannelData, Grid, GridOctave};
 pub use term::Term;
 use thresholds::{LIKE_A_FILTER, LONGEST_PROCESS, MOST_COSINES, PROCESSES_APART, SHORT_PROCESSES};
 
-/// A noise model for all channels that were sampled together: it holds what their statistics have in
-/// common.
+/// A noise model for all channels that were sampled together.
 #[derive(Clone, Debug)]
 pub struct NoiseModel {
     shape: RecordShape,
@@ -54,9 +51,7 @@ type SharedShapes = Arc<OnceLock<Arc<MeanShapes>>>;
 impl NoiseModel {
     /// A model of white noise, bias instability, random walk and a ramp, and of quantisation if it
     /// `is_quantized`, for `octaves` in ascending order. `window` is the averaging on board, where it is
-    /// known and matters: see [`BoxcarWindow`].
-    ///
-    /// Costs a few milliseconds; the fits of the channels cost about as much.
+    /// known and matters: see [`BoxcarWindow`]. It costs a few milliseconds, as do the fits.
     pub fn new(octaves: &[Octave], shape: &RecordShape, window: Option<BoxcarWindow>, is_quantized: bool) -> Self {
         let of = |(place, octave): (usize, &Octave)| {
             let of_law = |law| edf(octave, shape, law);
@@ -73,8 +68,7 @@ impl NoiseModel {
         Self { shape: *shape, grid: Grid::new(shape, octaves, &layout.components), layout, shapes: Arc::default() }
     }
 
-    /// Of as many blocks as the level of a channel has, which nearly all channels of a record have in
-    /// common.
+    /// Of as many blocks as the level of a channel has.
     fn shapes_of(&self, data: &ChannelData<'_>) -> Option<Arc<MeanShapes>> {
         let blocks = data.level.as_ref()?.coefficients.len() + 1;
         let new = || Arc::new(MeanShapes::new(blocks, false));

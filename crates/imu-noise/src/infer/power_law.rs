@@ -74,8 +74,7 @@ impl PowerLaw {
     }
 }
 
-/// Covariance of two differences, `lag` samples apart; `phase`: generalised covariance of the
-/// phase.
+/// Covariance of two differences, `lag` samples apart, from that of the `phase`.
 pub(crate) fn difference_autocovariance(deviation: Deviation, m: f64, lag: f64, phase: impl Fn(f64) -> f64) -> f64 {
     let weights: &[f64] = match deviation {
         Deviation::Allan => &[6.0, -4.0, 1.0],
@@ -87,8 +86,7 @@ pub(crate) fn difference_autocovariance(deviation: Deviation, m: f64, lag: f64, 
 }
 
 impl Octave {
-    /// What the variance of noise with amplitude 1 is expected to be, its missing samples
-    /// considered.
+    /// The expected variance of noise with amplitude 1, its missing samples considered.
     pub fn expected_variance(&self, deviation: Deviation, law: PowerLaw) -> f64 {
         expected_variance(self, deviation, |lag| law.phase_covariance(lag))
     }

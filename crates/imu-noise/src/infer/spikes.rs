@@ -34,10 +34,9 @@ pub struct Spikes {
 impl Spikes {
     /// `std_counts`: standard deviation within windows of the usual noise.
     ///
-    /// The tail is taken to fall between 4 and 6.5 standard deviations by the power of the distance
-    /// with which it falls from 3 to 4: that of a normal or Laplace distribution falls faster,
-    /// that of Student's with five degrees of freedom as fast. Spikes are more samples than expected
-    /// beyond 6.5 standard deviations, or one that is farther out than the tail reaches.
+    /// The tail is taken to fall between 4 and 6.5 standard deviations by the power of the distance with
+    /// which it falls from 3 to 4, as that of Student's with five degrees of freedom does. Spikes are more
+    /// samples than expected beyond 6.5 standard deviations, or one farther out than the tail reaches.
     pub(super) fn find(histogram: &Histogram, std_counts: f64) -> Option<Self> {
         let [below, median, above] = [0.158_655, 0.5, 0.841_345].map(|p| histogram.quantile_counts(p));
         let (median, half) = (median?, (above? - below?) / 2.0);

@@ -29,20 +29,27 @@ const FINEST: f64 = 1e-3;
 /// No sensor follows its own thermometer later than this, in seconds.
 const LONGEST_LAG_S: f64 = 1000.0;
 
-/// Share of the record in the longest lag: what was before the record is forgotten in a few of
-/// them.
+/// Share of the record in the longest lag: what was before is forgotten in a few of them.
 const LAG_OF_RECORD: f64 = 0.1;
 
 /// Lags below lie evenly, above in even ratios; in seconds.
 const SHORT_LAG_S: f64 = 2.0;
 
-/// More than a normal distribution has, as the noise is known from few coefficients: of the fall of the
-/// log-likelihood at the limits.
+/// More than a normal distribution has, at the limits: the noise is known from few coefficients.
 const UNKNOWN_NOISE: f64 = 1.1;
 
-/// Why a record shows no temperature coefficient.
+/// Why an axis has no temperature coefficient.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum NoCoefficient {
+    /// The sensor was moved.
+    #[error("the sensor was moved")]
+    Moved,
+    /// The stream does not carry the bias of the axis.
+    #[error("the bias is not in the stream")]
+    BiasNotInStream,
+    /// The values do not vary.
+    #[error("the values do not vary")]
+    Constant,
     /// Too few blocks in one stretch with samples and temperature.
     #[error("{blocks} consecutive blocks with samples and a temperature, {LEAST_BLOCKS} needed")]
     TooShort {
@@ -66,6 +73,20 @@ pub enum NoCoefficient {
     },
 }
 
+impl NoCoefficient {
+    /// The code of the reason in results.
+    pub const fn code(self) -> &'static str {
+        match self {
+            Self::Moved => "moved",
+            Self::BiasNotInStream => "bias-not-in-stream",
+            Self::Constant => "constant",
+            Self::TooShort { .. } => "too-short",
+            Self::Excursion { .. } => "excursion",
+            Self::OneDirection { .. } => "one-direction",
+        }
+    }
+}
+
 /// By how much the bias of one axis changes per degree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TemperatureCoefficient {
@@ -81,22 +102,18 @@ pub struct TemperatureCoefficient {
     pub lag_range_s: (f64, f64),
     /// The longest lag that is searched is not excluded: the range may be wider.
     pub is_lag_open: bool,
-    /// Probability that noise without any influence of the temperature would show as much, the
-    /// number of lags that are searched allowed for.
+    /// Probability that noise alone would show as much at any of the lags that are searched.
     pub p: f64,
-    /// Share of the temperature in the power of the level, 0 to 1: the largest of all octaves of
-    /// frequency, with the noise as it is fitted.
+    /// Share of the temperature in the power of the level, 0 to 1: the largest of all octaves.
     pub largest_share: f64,
 }
 
-/// The search for the temperature coefficients of the axes of one record: holds what they have in
-/// common.
+/// The search for the temperature coefficients of the axes of one record.
 ///
 /// The regression of block means on the temperature, passed through a first-order lag, in white noise,
-/// flicker noise and a random walk of any proportion, by the likelihood of their cosine
-/// coefficients. The value is the likeliest one; its limits are where the likelihood has fallen by what
-/// the level allows, noise and lag fitted anew. Before the
-/// record the sensor is taken to have had the temperature that it begins with.
+/// flicker noise and a random walk of any proportion, by the likelihood of their cosine coefficients.
+/// Limits are where the likelihood has fallen by what the level allows, noise and lag fitted anew.
+/// Before the record the sensor is taken to have had the temperature that it begins with.
 #[derive(Clone, Debug)]
 pub struct TemperatureSearch {
     series: BlockSeries,
@@ -123,9 +140,6 @@ impl LaggedTemperature {
 
 impl TemperatureSearch {
     /// In the longest stretch without a gap. `degrees_per_count` is of the temperature.
-    ///
-    /// Costs about a millisecond if there is a coefficient to be found, next to nothing
-    /// elsewhere.
     ///
     /// # Errors
     /// Why there is none to be found.

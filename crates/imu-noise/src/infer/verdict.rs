@@ -22,6 +22,14 @@ pub enum Claim {
 }
 
 impl Claim {
+    /// The code of the claim in results.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Limit(_) => "limit",
+            Self::Typical { .. } => "typical",
+        }
+    }
+
     /// The lowest and the highest number of the claim.
     pub const fn ends(&self) -> (f64, f64) {
         match *self {
@@ -91,32 +99,22 @@ impl Grade {
     /// From the best.
     pub const ALL: [Self; 4] = [Self::Navigation, Self::Tactical, Self::Industrial, Self::Consumer];
 
-    /// The bias instability in deg/h below which a gyroscope may be of this grade.
-    pub const fn limit_deg_h(self) -> f64 {
+    /// The bias instability in deg/h and the angle random walk in deg/sqrt(h) below which a gyroscope
+    /// may be of this grade.
+    pub const fn limits(self) -> (f64, f64) {
         match self {
-            Self::Navigation => 0.01,
-            Self::Tactical => 1.0,
-            Self::Industrial => 30.0,
-            Self::Consumer => f64::INFINITY,
+            Self::Navigation => (0.01, 0.002),
+            Self::Tactical => (1.0, 0.05),
+            Self::Industrial => (30.0, 0.5),
+            Self::Consumer => (f64::INFINITY, f64::INFINITY),
         }
     }
 
-    /// The angle random walk in deg/sqrt(h) below which it may.
-    pub const fn limit_deg_sqrt_h(self) -> f64 {
-        match self {
-            Self::Navigation => 0.002,
-            Self::Tactical => 0.05,
-            Self::Industrial => 0.5,
-            Self::Consumer => f64::INFINITY,
-        }
-    }
-
-    /// The best and the worst grade that the N of the sensor itself, in rad/s/√Hz and without what
-    /// aliasing adds, and its B in rad/s leave possible: the worse of the two counts. `None` unless
-    /// both are known from above.
+    /// The best and the worst grade that the N of the sensor itself, in rad/s/√Hz, and its B in rad/s leave
+    /// possible: the worse of the two counts. `None` unless both are known from above.
     pub fn range(white: &Parameter, bias_instability: &Parameter) -> Option<(Self, Self)> {
-        let of_white = Self::by(white, |rad| rad.to_degrees() * 60.0, Self::limit_deg_sqrt_h)?;
-        let of_bias = Self::by(bias_instability, |rad_s| rad_s.to_degrees() * 3600.0, Self::limit_deg_h)?;
+        let of_white = Self::by(white, |rad| rad.to_degrees() * 60.0, |grade| grade.limits().1)?;
+        let of_bias = Self::by(bias_instability, |rad_s| rad_s.to_degrees() * 3600.0, |grade| grade.limits().0)?;
         Some((of_white.0.max(of_bias.0), of_white.1.max(of_bias.1)))
     }
 

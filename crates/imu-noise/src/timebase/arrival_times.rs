@@ -125,8 +125,7 @@ impl ArrivalTimes {
         }
     }
 
-    /// The number of all samples divided by all time without gaps, in Hz, for a stream without a
-    /// nominal rate.
+    /// All samples by all time without gaps, in Hz, for a stream without a nominal rate.
     fn rate_of_all(&self) -> Option<f64> {
         let (samples, seconds) = self.tracker.as_ref().filter(|_| matches!(self.waiting, Waiting::ForStep(_)))?.even;
         (samples > 0 && seconds > 0.0).then(|| rounded(samples as f64 / seconds))

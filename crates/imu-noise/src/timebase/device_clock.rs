@@ -48,8 +48,7 @@ pub(super) struct DeviceClock {
     /// The latest samples, if their intervals are equal and not one period: a false time, the samples
     /// after a gap, or the first ones at another rate.
     in_doubt: Vec<Stamped>,
-    /// Whether the next sample is the first one after an outage, so that its arrival time shows no
-    /// interval.
+    /// Whether the next sample is the first one after an outage.
     after_outage: bool,
     /// Index of the last sample, in periods since the start of the time base.
     index: u64,

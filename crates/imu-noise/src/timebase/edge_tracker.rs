@@ -15,8 +15,7 @@ const LATE_PERIODS: f64 = 0.82;
 /// is early at the next rate of a sensor (1.25 times as high).
 const EARLY_PERIODS: f64 = 0.1;
 
-/// The number of reads, or samples, after which a doubt is decided if no sample contradicts it.
-/// Chosen.
+/// Reads, or samples, after which a doubt is decided if none contradicts it. Chosen.
 const CONFIRMATIONS: usize = 12;
 
 /// The time that must pass as well: twice the longest usual bunching (USB adapters collect for
@@ -136,8 +135,7 @@ pub(super) struct EdgeTracker {
     /// The number of pending samples in doubt, which are the first ones.
     judged: usize,
     doubt: Option<Doubt>,
-    /// The time by which samples may come early after a gap that was counted too large; the next
-    /// gap is smaller.
+    /// The time by which samples may come early after a gap that was counted too large.
     owed_s: f64,
     /// The possible jump of the phase of the arrivals, if their reads do not show it.
     pub(super) jump_s: f64,
@@ -156,8 +154,7 @@ pub(super) struct EdgeTracker {
     /// The time of the last decided sample; `last_s` is `None` after a long gap.
     previous_s: f64,
     last_s: Option<f64>,
-    /// The number of intervals without a long gap, including those of dropped samples, and their sum
-    /// in seconds.
+    /// The number of intervals without a long gap, dropped samples included, and their sum.
     pub(super) even: (u64, f64),
     /// Decided samples after the last one whose stamp differs from that before.
     together: u64,
@@ -195,8 +192,7 @@ impl EdgeTracker {
         std::mem::take(&mut self.pending).into()
     }
 
-    /// Ends the present clock. Returns the number of pending samples, without a gap before them,
-    /// and the time when the next sample is due.
+    /// Ends the present clock. Returns the pending samples, and when the next one is due.
     pub(super) fn restart_clock(&mut self) -> (u64, f64) {
         let pending = self.take_pending().len() as u64;
         self.index += pending;

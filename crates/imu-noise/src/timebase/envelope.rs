@@ -5,8 +5,7 @@ use super::sensor_rates::RUN;
 /// The largest relative difference of a credible fit from the nominal rate.
 const CREDIBLE: f64 = 0.05;
 
-/// The most points that are kept, because the slopes of all pairs of points are computed at each
-/// fit. Chosen.
+/// The most points that are kept: each fit takes the slopes of all pairs. Chosen.
 const MAX_POINTS: usize = 64;
 
 /// The fewest points of a fit. Chosen.

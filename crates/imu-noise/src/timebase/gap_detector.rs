@@ -10,12 +10,10 @@ use super::sample_counter::SampleCounter;
 /// Finds the gaps of one stream, sample by sample, in bounded memory and without a clock of its
 /// own.
 ///
-/// Every added sample is reported once, in order, in a [`GapEvent::Samples`] or as a
-/// [`GapEvent::FalseTime`], as soon as it is decided whether samples are missing before it. If
-/// samples carry device times, only these decide. Otherwise a counter decides, because it is exact,
-/// and arrival times only show the rate; after the end of the counter, or without one, arrival
-/// times decide. No stamp is an error: stamps that are no time base are
-/// [refused](GapEvent::Refused).
+/// Every added sample is reported once, in order, as soon as it is decided whether samples are missing
+/// before it. If samples carry device times, only these decide. Otherwise a counter decides, because it
+/// is exact, and arrival times only show the rate; after its end, or without one, arrival times decide.
+/// No stamp is an error: stamps that are no time base are [refused](GapEvent::Refused).
 ///
 /// ```
 /// use std::time::Duration;
@@ -48,11 +46,10 @@ pub struct GapDetector {
 }
 
 impl GapDetector {
-    /// A detector for a stream with arrival stamps, of a sensor with these rates in Hz, finite and
-    /// positive; empty for any sensor, whose rate is measured. `known_hz`, which need not be
-    /// listed, is used from the first sample on: slower arrivals are dropped samples, unless they
-    /// are even, and faster ones are [refused](crate::timebase::Refusal::OtherRate). A `known_hz`
-    /// that is not finite and positive is ignored.
+    /// A detector for a stream with arrival stamps, of a sensor with these rates in Hz; empty for any
+    /// sensor, whose rate is measured. `known_hz`, which need not be listed, is used from the first sample
+    /// on: slower arrivals are dropped samples, unless they are even, and faster ones are
+    /// [refused](crate::timebase::Refusal::OtherRate). It is ignored if it is not finite and positive.
     pub fn new(rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {
         let known_hz = known_hz.filter(|hz| is_rate(*hz));
         Self { arrivals: Some(ArrivalTimes::new(rates_hz, known_hz)), ..Self::without_stamps() }
@@ -64,19 +61,17 @@ impl GapDetector {
     }
 
     /// Sets the rate in Hz that the sensor reports, for the samples that are still pending and all
-    /// later ones. Unlike a known rate, a reported one gives way to even arrivals at another listed
-    /// rate, which is then [`NominalRate::Snapped`](crate::timebase::NominalRate::Snapped). No effect
-    /// after a [rate](GapEvent::Rate) was reported or the stamps were refused, and without listed
-    /// rates.
+    /// later ones. It gives way to even arrivals at another listed rate, which is then
+    /// [`NominalRate::Snapped`](crate::timebase::NominalRate::Snapped). No effect after a
+    /// [rate](GapEvent::Rate) or a refusal was reported, and without listed rates.
     pub fn set_reported_rate(&mut self, reported_hz: f64) {
         if let (Some(arrivals), true) = (&mut self.arrivals, is_rate(reported_hz)) {
             arrivals.set_reported_rate(reported_hz);
         }
     }
 
-    /// Adds the next sample: its arrival time since any fixed origin, which samples of one read may
-    /// share, and its counter. The first sample decides whether samples have counters; counters
-    /// that have ended do not begin again.
+    /// Adds the next sample: its arrival time, which samples of one read may share, and its counter. The
+    /// first sample decides whether there are counters; those that have ended do not begin again.
     pub fn push(&mut self, at: Duration, count: Option<u64>) {
         if self.pushed == 0 && count.is_some() {
             self.counter = Some(SampleCounter::default());
@@ -93,9 +88,8 @@ impl GapDetector {
         }
     }
 
-    /// Adds the next sample of a stream in which all samples carry their device time, in
-    /// nanoseconds since the sensor started: only device times decide, and arrival times show the
-    /// offset of the clocks. All samples of a stream must be added by the same method.
+    /// Adds the next sample of a stream in which all samples carry their device time, in nanoseconds since
+    /// the sensor started; arrival times show the offset of the clocks alone.
     pub fn push_device_time(&mut self, device_ns: u64, at: Option<Duration>) {
         self.device_clock.get_or_insert_with(Box::default).push(device_ns, at);
     }
@@ -106,9 +100,8 @@ impl GapDetector {
     }
 
     /// The state of the sensor's clock if the first sample after an outage has this device time in
-    /// nanoseconds and this arrival time. Unless the clock [kept
-    /// running](ClockAfterOutage::RunsOn), the samples after the outage need a new detector. Must
-    /// be called after [`finish`](Self::finish).
+    /// nanoseconds and this arrival time. Unless the clock [kept running](ClockAfterOutage::RunsOn), a new
+    /// detector is needed. Must be called after [`finish`](Self::finish).
     pub fn after_outage(&mut self, device_ns: Option<u64>, at: Duration) -> ClockAfterOutage {
         match (&mut self.device_clock, device_ns) {
             (Some(clock), Some(device_ns)) => clock.after_outage(device_ns, at),

@@ -21,28 +21,23 @@ pub enum GapEvent {
     /// An unknown number of samples may have been dropped here: the counter restarted, or the times
     /// of the sensor do not fit a whole number of samples.
     UnknownGap,
-    /// The clock of the sensor restarted here, and an unknown number of samples may have been
-    /// dropped.
+    /// The clock of the sensor restarted here: an unknown number of samples may be missing.
     Restart,
-    /// The clock of the sensor stepped here: it advanced more than the clock of the host. An
-    /// unknown number of samples may have been dropped.
+    /// The clock of the sensor stepped ahead here: an unknown number of samples may be missing.
     TimeStep,
-    /// The next sample has a time that neither neighbour confirms: its packet was damaged in a way
-    /// that the checksum does not detect. The sample does not count, and one sample is missing in
-    /// its place.
+    /// The next sample has a time that neither neighbour confirms: damage that the checksum does not
+    /// detect. The sample does not count, and one is missing in its place.
     FalseTime,
     /// From here on a counter decides which samples are missing, while samples carry it.
     CounterInUse,
-    /// From here on the device times of the samples decide which samples are missing, and show this
-    /// rate.
+    /// From here on device times decide which samples are missing, and show this rate.
     DeviceTimeInUse {
         /// The rate in Hz.
         rate_hz: f64,
     },
-    /// The nominal rate; from here on arrival times decide which samples are missing. It is
-    /// reported before the first sample, and once more if a reported rate is false. A
-    /// [measured](NominalRate::Measured) rate is reported again when it becomes more exact, and at
-    /// the end. Absent after an earlier refusal, and for a single sample of unknown rate.
+    /// The nominal rate, before the first sample; from here on arrival times decide which samples are
+    /// missing. It comes once more if a reported rate is false, and when a
+    /// [measured](NominalRate::Measured) one becomes more exact.
     Rate(NominalRate),
     /// From about here on samples arrive at another rate of the sensor; time is not continuous.
     RateChanged {
@@ -130,8 +125,7 @@ pub enum Refusal {
         /// The sensor's fastest rate in Hz.
         fastest_hz: f64,
     },
-    /// Samples arrive unevenly: some are missing, or the rate is not one of the sensor. The number
-    /// of missing samples cannot be known.
+    /// Samples arrive unevenly: how many are missing cannot be known.
     #[error("time stamps not used: {measured_hz:.2} lines a second arrive, and too unevenly for a rate")]
     Uneven {
         /// Samples that arrive per second, in Hz.
@@ -171,8 +165,7 @@ fn too_fast(measured_hz: f64, fastest_hz: f64) -> String {
     )
 }
 
-/// Summary of the arrival times of a stream. After a change of rate `nominal`, `measured_hz` and
-/// `offset_ppm` describe the samples since the last change.
+/// Summary of the arrival times of a stream; of its rate since the last change.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TimebaseSummary {
     /// Number of samples added.
@@ -203,8 +196,7 @@ pub struct TimebaseSummary {
 }
 
 impl TimebaseSummary {
-    /// Number of samples that are pending until their arrival times show or confirm the rate;
-    /// `None` if there are none.
+    /// Number of samples that are pending until their rate is certain; `None` if there are none.
     pub fn samples_pending(&self) -> Option<u64> {
         (self.nominal.is_none() && self.refusal.is_none() && self.samples > 0).then_some(self.samples)
     }

@@ -31,8 +31,7 @@ pub struct Arrivals {
 
 #[derive(Clone, Debug)]
 pub(super) struct IntervalStatistics {
-    /// Always `Some`, because the bounds of the histogram are valid. Its counts have 32 bits: 248
-    /// days at 200 Hz fit into one.
+    /// Always `Some`, because the bounds of the histogram are valid.
     histogram: Option<Histogram<u32>>,
     min_us: u64,
     max_us: u64,

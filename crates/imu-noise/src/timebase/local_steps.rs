@@ -12,8 +12,7 @@ const WINDOW: usize = 1024;
 /// Samples of a block, represented by its mean step or its earliest sample.
 const BLOCK: usize = 64;
 
-/// The relative difference of the mean steps before and after a change of the rate, and that of the
-/// blocks on one side.
+/// The relative difference of the mean steps on both sides of a change, and of the blocks on one.
 const CHANGED: f64 = 0.15;
 const SAME: f64 = 0.06;
 
@@ -75,8 +74,7 @@ const AS_LONG: f64 = 0.85;
 const SEARCHED: usize = 256;
 
 /// The number of steps of which the sums are compared, which hold about [`IN_A_SUM`] missing samples,
-/// and the mean steps by which nine tenths of the sums differ at most: two ticks of a clock, with some
-/// wander. Missing at random, four samples would be one to eight.
+/// and the mean steps by which nine tenths of the sums differ at most: two ticks of a clock.
 const LEAST_BALANCED: usize = 16;
 const MOST_BALANCED: usize = 96;
 const IN_A_SUM: f64 = 4.0;
@@ -164,8 +162,7 @@ impl LocalSteps {
         stretch
     }
 
-    /// The number of first samples, up to half a window, that follow each other by less than half of the
-    /// usual step.
+    /// The number of first samples, up to half a window, at less than half of the usual step.
     fn waited(&self, usual_s: f64) -> usize {
         let is_short = |pair: &&[f64]| pair[1] - pair[0] < 0.5 * usual_s;
         Some(self.pending_s.windows(2).take_while(is_short).count()).filter(|waited| *waited <= WINDOW / 2).unwrap_or(0)
@@ -233,8 +230,7 @@ fn difference(one: f64, other: f64) -> f64 {
     (one / other - 1.0).abs().max((other / one - 1.0).abs())
 }
 
-/// The place of a change of the mean step, which is even on both sides of it, and the local steps before
-/// and after it.
+/// The place of a change of an even mean step, and the local steps before and after it.
 fn change_of_rate(stamps_s: &[f64]) -> Option<(usize, f64, f64)> {
     let size = (stamps_s.len() / 16).clamp(16, BLOCK);
     let steps_s = differences(stamps_s);
@@ -278,8 +274,7 @@ fn change_of_rate(stamps_s: &[f64]) -> Option<(usize, f64, f64)> {
     is_change.then_some((place, before.period_s, after.period_s))
 }
 
-/// Whether samples that look uneven are those of `others` with some missing: a quarter of their steps at
-/// least are single steps of `others`.
+/// Whether uneven samples are those of `others` with some missing.
 fn is_lossy(stamps_s: &[f64], steps: Steps, others: Steps) -> bool {
     let steps_s = differences(stamps_s);
     let singles = steps_s.iter().filter(|step_s| (*step_s / others.period_s - 1.0).abs() <= NEAR).count();
@@ -441,9 +436,8 @@ fn singles(steps_s: &[f64]) -> Option<Option<Steps>> {
     })
 }
 
-/// Whether other steps come after equal numbers of single ones, as for reads of a buffer, or after
-/// numbers that change slowly, as for a rate that wanders; whether the numbers are equal; and the length of
-/// such a step in single ones.
+/// Whether other steps come after equal numbers of single ones, as for reads of a buffer, or numbers
+/// that change slowly; whether the numbers are equal; and the length of such a step in single ones.
 fn even_pauses(periods: &[f64]) -> (bool, bool, f64) {
     let other: Vec<usize> = (0..periods.len()).filter(|place| (periods[*place] - 1.0).abs() > NEAR).collect();
     let between: Vec<f64> = other.windows(2).map(|pair| (pair[1] - pair[0]) as f64).collect();
@@ -458,8 +452,7 @@ fn even_pauses(periods: &[f64]) -> (bool, bool, f64) {
     (is_even, is_even && 10 * equal >= 9 * between.len(), length)
 }
 
-/// The step by which the lower edge of the stamps rises, and its lasting variation; `None` if it
-/// does not rise evenly.
+/// The step by which the lower edge rises, and its variation; `None` if it does not rise evenly.
 fn edge_step(stamps_s: &[f64]) -> Option<(f64, f64)> {
     let near_s = (stamps_s.last()? - stamps_s.first()?) / (stamps_s.len() - 1) as f64;
     // at least as many as have one stamp, for the first of them to be among each block

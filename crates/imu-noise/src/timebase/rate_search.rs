@@ -109,8 +109,7 @@ impl RateSearch {
         Some(self.found().ok_or(mean_hz))
     }
 
-    /// The rate if the latest second of samples arrived singly and evenly; most of [`RUN`] samples are
-    /// enough.
+    /// The rate if most of the latest second of samples arrived singly and evenly.
     fn even(&self) -> Option<f64> {
         let last_s = self.pending_s.last()?;
         let since = self.pending_s.partition_point(|at_s| last_s - at_s > EVEN_S);

@@ -6,14 +6,11 @@ use super::whole_steps::{single_step, whole_steps};
 
 /// Judges the counters of the samples of a stream, in bounded memory.
 ///
-/// A sensor counts events of its own, a fixed number per sample: the step. The step is the mean of
-/// the increments among the first 31 that are within half of the smallest one; it is correct if
-/// there are two consecutive samples among them. An increment of n steps means n - 1 missing
-/// samples. Any other increment, one of more than 2^32 steps, and a counter that decreases is a new
-/// start: [`GapEvent::UnknownGap`]. Counters may wrap at 2^32.
-///
-/// A counter that does not change between two of the first samples counts slower events: it is
-/// ignored, and [`GapEvent::CounterInUse`] is never reported.
+/// A sensor counts events of its own, a fixed number per sample: the step, the mean of the increments
+/// among the first 31 that are within half of the smallest one. An increment of n steps means n - 1
+/// missing samples. Any other increment, one of more than 2^32 steps, and a counter that decreases is a
+/// new start: [`GapEvent::UnknownGap`]. Counters may wrap at 2^32. One that does not change between two
+/// of the first samples counts slower events: it is ignored.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SampleCounter {
     last: Option<u64>,

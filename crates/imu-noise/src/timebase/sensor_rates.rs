@@ -17,8 +17,7 @@ pub(super) const TOO_FAST: f64 = 1.25;
 const HIGHER: f64 = 1.1;
 const LOWER: f64 = 0.9;
 
-/// After this many early samples their rate counts even if the sensor does not have it: no backlog
-/// is so long. Chosen.
+/// Early samples after which their rate counts, listed or not: no backlog is so long. Chosen.
 const MANY_EARLY: usize = 16 * RUN;
 
 /// The rates of a sensor in Hz; empty for any sensor.
@@ -58,9 +57,8 @@ impl SensorRates {
         mean_hz(stamps_s).filter(|hz| !is_backlog && *hz > TOO_FAST * self.fastest())
     }
 
-    /// The lower rate in Hz at which late samples arrive, if they arrive evenly: a rate of the
-    /// sensor, or any rate if the present one is not confirmed yet. Samples that are missing at
-    /// random leave no even intervals.
+    /// The lower rate in Hz at which late samples arrive evenly: a rate of the sensor, or any rate if the
+    /// present one is not confirmed yet. Samples missing at random leave no even intervals.
     pub(super) fn lower(self, stamps_s: &[f64], period_s: f64, is_unconfirmed: bool) -> Option<f64> {
         let hz = mean_hz(stamps_s).filter(|hz| hz * period_s < LOWER)?;
         let listed_hz = self.nearest(hz, LISTED_TOLERANCE);

@@ -1,12 +1,10 @@
 //! Whole steps between samples, in what a sensor counts: events of its own, or nanoseconds.
 
-/// The fraction of a step by which an interval may differ from whole steps. Chosen: at 800 Hz the
-/// intervals of real sensors differ by a fortieth, and those of counters by one event in four or
-/// more.
+/// The fraction of a step by which an interval may differ from whole steps. Chosen: real intervals at
+/// 800 Hz differ by a fortieth, and counters by one event in four or more.
 pub(super) const TOLERANCE: f64 = 0.25;
 
-/// An interval of more steps belongs to another counter or clock, and is no gap: at 800 Hz such a
-/// gap would last two months.
+/// An interval of more steps is no gap: it would last two months at 800 Hz.
 const MAX_STEPS: f64 = 4_294_967_296.0;
 
 /// The number of steps in the interval, at least one; `None` if it is not a whole number.

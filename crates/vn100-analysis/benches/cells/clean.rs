@@ -87,14 +87,10 @@ fn disturbed(counts: &[i32], rate_hz: f64, plan: &SpectrumPlan, search: &LevelSe
     signal.push(counts);
     histogram.push(counts);
     let interval_s = 1.0 / rate_hz;
-    let noise = signal.noise_changes(&histogram, interval_s);
     Stationarity {
         lines: signal.narrow_bands(1.0, interval_s).iter().filter_map(|band| band.line).collect(),
         disturbances: signal.disturbances(interval_s),
-        noise_change: noise.change,
-        bursts: noise.bursts,
-        frozen: noise.frozen,
-        spikes: noise.spikes,
+        noise: signal.noise_changes(&histogram, interval_s),
         level_change: search.find(&signal, interval_s, 0).change,
         ..Stationarity::default()
     }
@@ -111,10 +107,10 @@ pub(crate) fn names(disturbed: &Stationarity) -> Vec<&'static str> {
     let all = [
         named(!disturbed.lines.is_empty(), "line"),
         named(!disturbed.disturbances.is_empty(), "disturbance"),
-        named(disturbed.noise_change.is_some(), "noise change"),
-        named(disturbed.bursts.is_some(), "bursts"),
-        named(disturbed.frozen.is_some(), "frozen"),
-        named(disturbed.spikes.is_some(), "spikes"),
+        named(disturbed.noise.change.is_some(), "noise change"),
+        named(disturbed.noise.bursts.is_some(), "bursts"),
+        named(disturbed.noise.frozen.is_some(), "frozen"),
+        named(disturbed.noise.spikes.is_some(), "spikes"),
         level,
     ];
     all.into_iter().flatten().collect()

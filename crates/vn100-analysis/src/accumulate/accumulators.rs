@@ -200,8 +200,7 @@ impl Accumulators {
         }
     }
 
-    /// Gives the channels whose rows are repeated until the sensor has measured them again a rate
-    /// of their own.
+    /// Gives the channels that the sensor measures less often a rate of their own.
     fn set_strides(&mut self, rate_hz: f64) {
         let channels = self.layout.iter().flat_map(|layout| layout.channels.iter());
         for (state, channel) in self.channels.iter_mut().zip(channels) {

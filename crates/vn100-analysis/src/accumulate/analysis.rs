@@ -32,8 +32,7 @@ pub struct Analysis {
     port_shared_with: Option<String>,
     /// Whether the link was lost and no row has arrived since.
     is_interrupted: bool,
-    /// Once the stream has ended, while pending rows are still to be taken: whether they were too few
-    /// for a certain rate.
+    /// While pending rows of an ended stream are taken: whether they were too few for a rate.
     finishing: Option<bool>,
     last_row_ns: Option<i64>,
 }
@@ -61,17 +60,15 @@ impl Analysis {
         while self.continue_to_second() {}
     }
 
-    /// Takes a batch like [`absorb`](Self::absorb), but of the rows that were pending only those up
-    /// to the next whole second of data time. Returns whether rows are left, for
-    /// [`continue_to_second`](Self::continue_to_second).
+    /// Takes a batch like [`absorb`](Self::absorb), but of the pending rows only those up to the next whole
+    /// second of data time. Returns whether rows are left for [`continue_to_second`](Self::continue_to_second).
     #[must_use]
     pub fn absorb_to_second(&mut self, batch: &Batch) -> bool {
         self.push(batch);
         self.continue_to_second()
     }
 
-    /// Takes the rows that [`absorb_to_second`](Self::absorb_to_second) has left, up to the next
-    /// whole second of data time. Returns whether rows are left.
+    /// Takes rows that are left, up to the next whole second. Returns whether rows are left.
     #[must_use]
     pub fn continue_to_second(&mut self) -> bool {
         let next = self.seconds() + 1;
@@ -137,9 +134,8 @@ impl Analysis {
         }
     }
 
-    /// After an outage: unless the clock of the sensor has kept running, the number of samples
-    /// missing before this batch is unknown. Then no window spans the outage, and the arrival times
-    /// and device times start anew.
+    /// After an outage, unless the clock of the sensor has kept running: no window spans the outage, and
+    /// arrival times and device times start anew.
     fn judge_outage(&mut self, batch: &Batch) {
         self.is_interrupted = false;
         let device_ns = batch.device_ns.first().copied();
@@ -168,9 +164,8 @@ impl Analysis {
         }
     }
 
-    /// Adds a gap that the reader of the stream knows of, such as one between two files: this many
-    /// samples are missing here, `None` for an unknown number. Rows that are pending are decided
-    /// first.
+    /// Adds a gap that the reader of the stream knows of, such as one between two files; `None` for an
+    /// unknown number of samples. Rows that are pending are decided first.
     pub fn gap(&mut self, missing: Option<u64>) {
         self.finish();
         self.record.push_known_gap(missing);
@@ -181,8 +176,7 @@ impl Analysis {
         while self.finish_to_second() {}
     }
 
-    /// As [`finish`](Self::finish), in steps up to the next whole second of data time each. Returns
-    /// whether rows are left.
+    /// As [`finish`](Self::finish), up to the next whole second. Returns whether rows are left.
     #[must_use]
     pub fn finish_to_second(&mut self) -> bool {
         if let (Some(pending), None) = (&mut self.pending, self.finishing) {
@@ -216,9 +210,8 @@ impl Analysis {
         self.record.timing()
     }
 
-    /// Whether the data time asked for has passed: by the samples, or, where rows are pending
-    /// because their rate is not known, by their stamps and half a second later. For these
-    /// [`finish`](Self::finish) decides.
+    /// Whether the data time asked for has passed: by the samples or, if their rate is not known, by their
+    /// stamps and half a second later, for [`finish`](Self::finish) to decide.
     pub fn is_complete(&self) -> bool {
         let pending = self.pending.as_ref().map_or(Duration::ZERO, PendingRows::certain_duration);
         let passed = pending.saturating_sub(LATEST_ARRIVAL);
@@ -235,17 +228,15 @@ impl Analysis {
         self.record.span.seconds(self.record.rate.hz())
     }
 
-    /// Excludes all data so far as warm-up, as [`skip`](Settings::skip) does. Returns the data time
-    /// excluded.
+    /// Excludes all data so far as warm-up. Returns the data time excluded.
     pub fn end_warm_up(&mut self) -> Duration {
         let so_far = self.data_time();
         self.record.end_warm_up();
         so_far
     }
 
-    /// Starts the measurement over: data time, and the duration asked for, count from here, and the
-    /// samples so far are excluded. The counts of the link are kept. Returns the data time that had
-    /// passed.
+    /// Starts the measurement over: data time, and the duration asked for, count from here. The counts
+    /// of the link are kept. Returns the data time that had passed, which is excluded.
     pub fn start_over(&mut self) -> Duration {
         let so_far = self.data_time();
         self.record.start_over();

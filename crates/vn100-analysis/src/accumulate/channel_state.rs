@@ -36,8 +36,7 @@ impl ChannelState {
         }
     }
 
-    /// Takes one sample of this channel from every `stride` rows: the rows whose index is a
-    /// multiple of the stride. To be called before the first row.
+    /// Takes the sample of rows whose index is a multiple of `stride` alone; before the first row.
     pub(crate) fn set_stride(&mut self, stride: u64) {
         self.stride = stride;
         if stride > 1 {
@@ -55,8 +54,7 @@ impl ChannelState {
         }
     }
 
-    /// Adds the counts of the rows of a stretch; unwraps angles in place. `plans` are for all
-    /// channels of the rows.
+    /// Adds the counts of a stretch; unwraps angles in place. `plans` are for all channels.
     pub(crate) fn push(&mut self, counts: &mut [i32], rows: &Stretch, plans: &mut WindowPlans) {
         if self.stride == 1 {
             self.place += rows.places() as u64;
@@ -122,8 +120,7 @@ impl ChannelState {
     }
 }
 
-/// Counts of a full turn of an angle. `None` for other channels, and where a turn exceeds the range
-/// of a count, so that no angle can wrap.
+/// Counts of a full turn of an angle; `None` for other channels, and if no count holds a turn.
 fn turn_counts(channel: &Channel) -> Option<i32> {
     let counts = (360.0 / channel.scale * 10_f64.powi(channel.decimals.into())).round();
     (channel.quantity == Quantity::Angle && counts < f64::from(i32::MAX)).then_some(counts as i32)

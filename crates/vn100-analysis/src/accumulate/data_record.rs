@@ -185,8 +185,7 @@ impl DataRecord {
         }
     }
 
-    /// The stream has ended; `arrivals` summarises it. Of a record whose rate has changed, the
-    /// longest stretch is the result.
+    /// The stream has ended. Of a record whose rate has changed, the longest stretch is the result.
     pub(crate) fn end(&mut self, arrivals: Option<TimebaseSummary>) {
         let (Some(longest), Some(arrivals)) = (self.longest.take(), arrivals) else { return };
         let all = self.span.samples + self.span.excluded;
@@ -199,8 +198,7 @@ impl DataRecord {
         self.rate.measured = Some(arrivals);
     }
 
-    /// Takes a reply. `now` summarises the arrival times of the present connection. The effect of a
-    /// reported rate is to be passed to [`apply`](Self::apply).
+    /// Takes a reply; the effect of a reported rate is to be passed to [`apply`](Self::apply).
     pub(crate) fn push_reply(
         &mut self,
         reply: &RegisterContents,
@@ -243,8 +241,7 @@ impl DataRecord {
         }
     }
 
-    /// Ends a connection: after an outage nothing that was known before is certain. `ended`
-    /// summarises the arrival times before the outage.
+    /// Ends a connection: after an outage nothing that was known before is certain.
     pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>, has_restarted: bool) {
         self.gaps.restarts += u64::from(has_restarted);
         self.rate.end_connection(ended);
@@ -306,8 +303,7 @@ impl DataRecord {
         self.break_segment(None);
     }
 
-    /// Breaks the segment: no window of a statistic spans this place. `missing` is `None` for an
-    /// unknown number of samples.
+    /// Breaks the segment: no window spans this place. `None`: an unknown number is missing.
     fn break_segment(&mut self, missing: Option<u64>) {
         if self.span.has_begun() {
             self.span.break_segment();

@@ -1,8 +1,6 @@
 //! Which rows a record holds, by a sample of their hashes. By this two records of the same samples
 //! are distinguished from two records of the same sensor.
 
-use serde::Serialize;
-
 /// The most hashes that are kept.
 const MOST: usize = 4096;
 
@@ -18,16 +16,6 @@ pub struct Fingerprint {
     hashes: Vec<u64>,
 }
 
-/// How much of two records is the same.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct SharedRows {
-    /// Share of the rows of the first record that are also in the second, 0 to 1, known to a few
-    /// percent.
-    pub of_first: f64,
-    /// Share of the rows of the second record that are also in the first, in the same way.
-    pub of_second: f64,
-}
-
 impl Fingerprint {
     /// Adds a row by its hash, all 64 bits of which depend on the whole row.
     pub(crate) fn push(&mut self, hash: u64) {
@@ -41,10 +29,10 @@ impl Fingerprint {
         }
     }
 
-    /// The rows that both records hold, in the same order; `None` where these are no more than by
-    /// chance. Rows that occur more than once, as of a sensor that hangs, do not count. Common
+    /// The shares of the rows of either record that the other holds, in the same order; `None` where
+    /// these are no more than by chance. Rows that occur more than once, as of a sensor that hangs, do not count. Common
     /// stretches are detected that are longer than a five hundredth of the longer record.
-    pub(crate) fn shared_with(&self, other: &Self) -> Option<SharedRows> {
+    pub(crate) fn shared_with(&self, other: &Self) -> Option<[f64; 2]> {
         let zeros = self.zeros.max(other.zeros);
         let [first, second] = [self, other].map(|one| one.places(zeros));
         // places in the second record, in the order of the first
@@ -55,7 +43,7 @@ impl Fingerprint {
         // of rows that are equal by chance half of the neighbours are in order
         let is_same = shared.len() >= LEAST_SHARED && 10 * in_order >= 9 * (shared.len() - 1);
         let part = |of: usize| shared.len() as f64 / of as f64;
-        is_same.then(|| SharedRows { of_first: part(first.len()), of_second: part(second.len()) })
+        is_same.then(|| [first.len(), second.len()].map(part))
     }
 
     /// The hashes that occur once, in rising order, with their places.
@@ -95,7 +83,7 @@ mod tests {
     fn the_same_rows_are_recognised_and_others_are_not() {
         let whole = of(0..100_000);
         assert!(whole.hashes.len() <= MOST && whole.hashes.len() > MOST / 3);
-        assert_eq!(whole.shared_with(&of(0..100_000)), Some(SharedRows { of_first: 1.0, of_second: 1.0 }));
+        assert_eq!(whole.shared_with(&of(0..100_000)), Some([1.0, 1.0]));
         assert_eq!(whole.shared_with(&of(100_000..200_000)), None);
         assert_eq!(whole.shared_with(&of(0..0)), None);
         assert_eq!(of(0..7).shared_with(&of(0..7)), None, "too few to compare");
@@ -106,9 +94,9 @@ mod tests {
     fn a_part_and_an_overlap_are_known_by_their_share() {
         let whole = of(0..720_000);
         let part = whole.shared_with(&of(300_000..324_000)).unwrap();
-        assert!((part.of_first / (24.0 / 720.0) - 1.0).abs() < 0.3 && part.of_second == 1.0, "{part:?}");
+        assert!((part[0] / (24.0 / 720.0) - 1.0).abs() < 0.3 && part[1] == 1.0, "{part:?}");
         let overlap = of(0..40_000).shared_with(&of(30_000..60_000)).unwrap();
-        assert!((overlap.of_first - 0.25).abs() < 0.05 && (overlap.of_second - 1.0 / 3.0).abs() < 0.05, "{overlap:?}");
+        assert!((overlap[0] - 0.25).abs() < 0.05 && (overlap[1] - 1.0 / 3.0).abs() < 0.05, "{overlap:?}");
     }
 
     #[test]

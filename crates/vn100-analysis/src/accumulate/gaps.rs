@@ -54,8 +54,7 @@ impl Gaps {
         self.detector_decides = true;
     }
 
-    /// Notes that arrival times were refused. They are not the evidence of the record where rows
-    /// are `excluded`.
+    /// Notes that arrival times were refused; among `excluded` rows they are no evidence.
     pub(crate) fn refuse_arrivals(&mut self, excluded: bool) {
         self.detector_decides = self.from.is_exact();
         if !self.detector_decides && !excluded {
@@ -71,8 +70,7 @@ impl Gaps {
         (self.missing, self.gaps, self.by_rejected) = (0, 0, 0);
     }
 
-    /// The evidence that counted most of the missing samples; the present one where several counted
-    /// as many.
+    /// The evidence that counted most of the missing samples; of equal ones the present one.
     pub(crate) fn missing_from(&self) -> MissingFrom {
         let by_detector = self.missing - self.by_rejected;
         match (self.from, by_detector.cmp(&self.by_rejected)) {

@@ -19,8 +19,7 @@ pub(crate) struct MeasuredSpan {
 }
 
 impl MeasuredSpan {
-    /// A span without samples, which will exclude `skip` at the start and everything after
-    /// `duration`.
+    /// A span without samples, without `skip` at the start and what follows `duration`.
     pub(crate) const fn new(skip: Duration, duration: Option<Duration>) -> Self {
         Self { skip, duration, index: 0, samples: 0, excluded: 0, segments: 0, in_segment: false }
     }
@@ -34,8 +33,7 @@ impl MeasuredSpan {
         self.samples > 0
     }
 
-    /// Adds rows. Returns those that count and the index of the first; `None` if none counts, as
-    /// with `exclude`.
+    /// Adds rows. Returns those that count, if any do, and the index of the first.
     pub(crate) fn push(&mut self, rows: usize, rate_hz: f64, exclude: bool) -> Option<(Range<usize>, u64)> {
         let rows_until = |index: u64| rows.min(usize::try_from(index.saturating_sub(self.index)).unwrap_or(usize::MAX));
         let end = if exclude { 0 } else { rows_until(self.end(rate_hz)) };
@@ -54,8 +52,7 @@ impl MeasuredSpan {
         Some((skipped..end, first))
     }
 
-    /// Adds missing samples. Returns how many of them count: none before the first sample that
-    /// counts, after the end, or with `exclude`.
+    /// Adds missing samples. Returns how many of them count.
     pub(crate) fn gap(&mut self, missing: u64, rate_hz: f64, exclude: bool) -> u64 {
         if !self.has_rows() {
             return 0;

@@ -171,15 +171,13 @@ impl PendingRows {
         last.min(before_last.saturating_mul(2))
     }
 
-    /// The same, but without a stall that has ended just now: until half a second has passed behind
-    /// it, rows that it has delayed may still arrive.
+    /// The same, but without a stall that has ended just now, whose rows may still arrive.
     pub(crate) fn certain_duration(&self) -> Duration {
         let before = self.stalls.recent().map_or(Duration::MAX, |from| from.saturating_sub(FIRST));
         self.pending_duration().min(before)
     }
 
-    /// The time since an origin long before the first stamp. Whether stamps may go back is for the
-    /// detector to decide.
+    /// The time since an origin long before the first stamp; it may go back.
     fn since_origin(&mut self, at_ns: i64) -> Duration {
         let first_ns = *self.first_ns.get_or_insert(at_ns);
         let since_first = i128::from(at_ns) - i128::from(first_ns);

@@ -11,8 +11,7 @@ pub(crate) struct Printed {
 }
 
 impl Printed {
-    /// Adds a format. Returns whether the format changes: values of different resolutions are not
-    /// comparable in their last digits.
+    /// Adds a format. Returns whether it changes, and the resolution with it.
     pub(crate) fn push(&mut self, format: PrintFormat) -> bool {
         if format != PrintFormat::Current {
             self.coarsest = format;

@@ -4,14 +4,9 @@ use imu_noise::timebase::{GapDetector, NominalRate, Refusal, TimebaseSummary};
 use vn100_protocol::{BINARY, Layout};
 
 use super::{measured_span::MeasuredSpan, sensor_rates::rates_hz};
-use crate::{
-    rate_change::{FalseRate, FalseReport, RateChange},
-    settings::DEFAULT_RATE_HZ,
-    snapshot::RateFrom,
-};
+use crate::{rate_change::RateChange, settings::DEFAULT_RATE_HZ, snapshot::RateFrom, warning::Finding};
 
-/// Clock offset above which a measured rate does not confirm the nominal one: no quartz is off by
-/// that much.
+/// Clock offset above which a measured rate does not confirm the nominal one.
 const CLOCK_PPM: f64 = 1000.0;
 
 /// The source of the sample rate of a record, when it was wrong, and when it changed. The sources
@@ -24,15 +19,14 @@ pub(crate) struct RateAuthority {
     rates_hz: &'static [f64],
     pub(super) rate: Rate,
     change: Option<DatedChange>,
-    /// Summary of the connections that have ended and whose rate was found: the longest at the latest
-    /// rate.
+    /// Summary of the most telling connection that has ended and whose rate was found.
     confirmed: Option<TimebaseSummary>,
     /// The rate that the sensor reported last, in hertz.
     reported_hz: Option<f64>,
     /// The first refusal of arrival stamps in a connection that has ended.
     pub(super) refused_before: Option<Refusal>,
-    pub(super) false_rate: Option<FalseRate>,
-    pub(super) false_report: Option<FalseReport>,
+    pub(super) false_rate: Option<Finding>,
+    pub(super) false_report: Option<Finding>,
     /// Summary of the stretch that is the result, if it is not the last one.
     pub(super) measured: Option<TimebaseSummary>,
     /// Samples excluded at another rate before the stream returned to the rate of the record.
@@ -144,8 +138,7 @@ impl RateAuthority {
         detector
     }
 
-    /// Takes the nominal rate of the gap detector; `device_hz` is the rate that the sensor
-    /// reported.
+    /// Takes the nominal rate of the detector; `device_hz` is that reported by the sensor.
     pub(crate) fn take_nominal(
         &mut self,
         nominal: NominalRate,
@@ -177,7 +170,7 @@ impl RateAuthority {
         }
         self.set(arrival_hz, RateFrom::Arrival);
         self.false_rate = None;
-        self.false_report = Some(FalseReport { reported_hz: from_hz, arrival_hz });
+        self.false_report = Some(Finding::FalseReport { reported_hz: from_hz, arrival_hz });
         RateEffect::Discard { from_hz, to_hz: arrival_hz }
     }
 
@@ -192,8 +185,7 @@ impl RateAuthority {
         if is_same { RateEffect::None } else { RateEffect::Discard { from_hz: hz, to_hz: device_hz } }
     }
 
-    /// A connection has ended after so few samples that their rate is not certain: it is used until
-    /// a later connection decides.
+    /// A connection has ended after so few samples that a later one decides on their rate.
     pub(crate) fn doubt(&mut self) {
         self.rate.is_by_few = self.rate.from == RateFrom::Arrival;
     }
@@ -228,9 +220,8 @@ impl RateAuthority {
         }
     }
 
-    /// Takes a rate that the sensor reports, in hertz; `now` summarises the present connection. A
-    /// report that differs from the one before is a change of the setting; a first report that the
-    /// arrival times contradict is false.
+    /// Takes a rate that the sensor reports; `now` summarises the present connection. Another one than
+    /// before is a change of the setting; a first one that the arrival times contradict is false.
     pub(crate) fn take_device_rate(
         &mut self,
         device_hz: f64,
@@ -254,7 +245,7 @@ impl RateAuthority {
                 if !is_confirmed && self.false_report.is_none() {
                     return RateEffect::Replace(device_hz);
                 }
-                self.false_report = Some(FalseReport { reported_hz: device_hz, arrival_hz: self.rate.hz });
+                self.false_report = Some(Finding::FalseReport { reported_hz: device_hz, arrival_hz: self.rate.hz });
                 RateEffect::None
             }
             _ => {
@@ -267,7 +258,7 @@ impl RateAuthority {
     /// Replaces a false rate, by which this many `samples` were placed.
     pub(crate) fn replace(&mut self, device_hz: f64, samples: u64) {
         self.refused_before = None;
-        self.false_rate = (samples > 0).then_some(FalseRate { samples, arrival_hz: self.rate.hz, device_hz });
+        self.false_rate = (samples > 0).then_some(Finding::FalseRate { samples, arrival_hz: self.rate.hz, device_hz });
         self.set(device_hz, RateFrom::Device);
     }
 
@@ -276,7 +267,7 @@ impl RateAuthority {
         if !self.is_excluding() {
             self.refused_before = self.refused_before.or_else(|| ended?.refusal);
             let found = ended.filter(|ended| ended.nominal.is_some());
-            self.confirmed = longer(found, self.confirmed);
+            self.confirmed = telling(found, self.confirmed);
         }
     }
 
@@ -289,11 +280,10 @@ impl RateAuthority {
         self.change.map(|change| change.change)
     }
 
-    /// What arrival times show of the samples that count; `now` gives the summary of the present
-    /// connection, in place of which stands a longer one before it.
+    /// What arrival times show of the samples that count; `now`: of the present connection.
     pub(crate) fn arrivals(&self, now: impl FnOnce() -> Option<TimebaseSummary>) -> Option<TimebaseSummary> {
-        let longest = || longer(now(), self.confirmed);
-        self.measured.or_else(|| self.change.map_or_else(longest, |change| change.until))
+        let of_connections = || telling(now(), self.confirmed);
+        self.measured.or_else(|| self.change.map_or_else(of_connections, |change| change.until))
     }
 
     fn set(&mut self, hz: f64, from: RateFrom) {
@@ -313,15 +303,12 @@ impl RateAuthority {
     }
 }
 
-/// The connection that shows more of the rate: the latest one, unless the one before was longer. The
-/// latest one counts in any case if it is at another rate or its stamps were refused.
-fn longer(latest: Option<TimebaseSummary>, before: Option<TimebaseSummary>) -> Option<TimebaseSummary> {
-    let is_shorter = |latest: &TimebaseSummary| {
-        let has_other_rate = latest.nominal.is_some() && latest.nominal != before.and_then(|before| before.nominal);
-        let samples = before.map_or(0, |before| before.samples);
-        latest.refusal.is_none() && !has_other_rate && latest.samples < samples
-    };
-    latest.filter(|latest| !is_shorter(latest)).or(before)
+/// The latest connection that shows something of the rate. A shorter one that shows nothing else than
+/// the one before, neither another rate nor stamps that were refused, does not take its place.
+fn telling(latest: Option<TimebaseSummary>, before: Option<TimebaseSummary>) -> Option<TimebaseSummary> {
+    let (Some(now), Some(then)) = (latest, before) else { return latest.or(before) };
+    let is_other = now.refusal.is_some() || now.nominal.is_some() && now.nominal != then.nominal;
+    if is_other || now.samples >= then.samples { latest } else { before }
 }
 
 /// Whether arrival times confirm the rate: a sensor that then reports another rate was configured

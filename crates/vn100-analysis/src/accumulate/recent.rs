@@ -22,9 +22,8 @@ pub struct Slot {
     pub count: u32,
 }
 
-/// The latest samples in bounded memory. Slots begin at multiples of their length, counted in
-/// samples from the first, missing ones included. A slot without samples, as in a gap of known
-/// length, is `None` in every channel.
+/// The latest samples in bounded memory. Slots begin at multiples of their length, missing samples
+/// included; one without samples is `None` in every channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recent {
     pub(crate) rate_hz: f64,
@@ -43,8 +42,7 @@ impl Recent {
         Self { rate_hz, samples_per_slot, end: 0, channels, slots: VecDeque::new() }
     }
 
-    /// Whether this is the rate of the slots, or one that differs from it by less than the error of
-    /// a rate that is still measured.
+    /// Whether this is the rate of the slots, to the error of a rate that is still measured.
     pub(crate) fn is_at(&self, rate_hz: f64) -> bool {
         (rate_hz / self.rate_hz - 1.0).abs() < SAME_RATE
     }

@@ -12,11 +12,10 @@ const MOST_KEPT: usize = 1024;
 
 /// Counts repeated rows by their hashes, in bounded memory.
 ///
-/// The record repeats itself if its first rows, sixteen or more of few channels, occur again in order; the rows after them count
-/// until one differs from its place in the first pass, of which up to 1024 rows are kept: all, or every
-/// second, fourth, ... A row that equals the row before it was stored twice, unless that happens by
-/// chance, which is estimated by how often a row equals the second row before it. A live sensor
-/// repeats neither.
+/// The record repeats itself if its first rows, sixteen or more of few channels, occur again in order;
+/// the rows after them count until one differs from its place in the first pass, of which up to 1024
+/// are kept. A row that equals the one before was stored twice, unless that happens by chance: by how
+/// often a row equals the second one before. A live sensor repeats neither.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Repeats {
     channels: usize,
@@ -113,8 +112,7 @@ impl Repeats {
     }
 }
 
-/// The hash of a row. The standard hasher, which resists chosen keys, would take longer than all
-/// sums of the row.
+/// The hash of a row, much faster than by the standard hasher.
 pub(crate) fn hash(counts: &[i32]) -> u64 {
     // no product depends on another one
     let weighted = |sum: u64, counts: &[i32]| {
@@ -136,8 +134,7 @@ const WEIGHTS: [u64; 16] = {
     weights
 };
 
-/// A number all bits of which depend on all bits of this one; different numbers give different
-/// ones.
+/// A number all bits of which depend on all bits of this one, and no other's.
 const fn scattered(number: u64) -> u64 {
     /// The fractional part of the golden ratio, as an odd number.
     const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;

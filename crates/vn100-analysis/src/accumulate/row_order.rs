@@ -28,8 +28,7 @@ pub(crate) struct RowOrder {
     shared_at: Option<u64>,
     /// Rows that were left out because an earlier one has the same stamp and the same values.
     pub(crate) repeated: u64,
-    /// Rows that were moved to the place of their stamps, or stayed at theirs although their stamp is
-    /// later than those of the rows after them.
+    /// Rows that were moved to the place of their stamps, or stayed although theirs is later.
     pub(crate) moved: u64,
 }
 
@@ -74,8 +73,7 @@ impl RowOrder {
         self.give_oldest(take);
     }
 
-    /// The rows that came after the last one are all earlier, and there is a hole before it: its stamp
-    /// is false, and it stays before them.
+    /// The rows after the last one are all earlier, and before it is a hole: its stamp is false.
     fn distrust_last(&mut self, mut rows: WaitingRows<'_>) {
         let last = self.latest.len() - 1;
         // of more rows behind it than are held, the first ones are given already

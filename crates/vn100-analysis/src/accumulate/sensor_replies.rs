@@ -8,7 +8,7 @@ use vn100_protocol::{Channel, Layout, Quantity, Register, RegisterContents, Samp
 
 use crate::{
     rate_change::RateChange,
-    snapshot::{ChannelSnapshot, RegisterChannel},
+    snapshot::ChannelSnapshot,
     warning::{Finding, Warning},
 };
 
@@ -17,11 +17,9 @@ pub(crate) struct SensorReplies {
     pub(super) registers: BTreeMap<u8, String>,
     /// The registers, and the number of samples, when the link was last lost.
     before_break: Option<(BTreeMap<u8, String>, u64)>,
-    /// The first two different serial numbers, in their order, and the number of samples before the
-    /// second.
+    /// The first two different serial numbers, and the number of samples before the second.
     two_serials: Option<(String, String, u64)>,
-    /// Of each channel of register 54. Its readings are too few, and too unevenly spaced, for a
-    /// deviation.
+    /// Of each channel of register 54, whose readings are too few for a deviation.
     imu: Vec<(Moments, Histogram)>,
 }
 
@@ -75,8 +73,7 @@ impl SensorReplies {
         (rate_hz > 0).then_some(rate_hz.into())
     }
 
-    /// `layout` with what register 82 says of increments: whether the bias of the filter is
-    /// subtracted from the rates before they are integrated.
+    /// `layout` with what register 82 says of increments: whether they lack the bias of the filter.
     pub(crate) fn layout_of(&self, layout: &Arc<Layout>) -> Arc<Layout> {
         let is_integral =
             |channel: &Channel| channel.increment_step.is_some() && channel.quantity == Quantity::AngularRate;
@@ -90,8 +87,7 @@ impl SensorReplies {
         }
     }
 
-    /// A warning where two sensors replied; `change` is the change of rate after which samples are
-    /// excluded.
+    /// A warning where two sensors replied; samples after the `change` are excluded.
     pub(crate) fn two_sensors(&self, change: Option<RateChange>) -> Option<Warning> {
         let (before, then, samples) = self.two_serials.as_ref()?;
         let is_excluded = change.is_some_and(|change| change.after_samples == *samples);
@@ -100,27 +96,22 @@ impl SensorReplies {
     }
 
     /// The channels of register 54; none before its first reply.
-    pub(crate) fn imu_channels(&self) -> Vec<RegisterChannel> {
-        (VNIMU.channels.iter().zip(&self.imu))
-            .map(|(channel, (moments, histogram))| RegisterChannel {
-                channel: renamed(channel),
-                results: ChannelSnapshot {
-                    moments: moments.clone(),
-                    histogram: histogram.clone(),
-                    octaves: Vec::new(),
-                    points: Vec::new(),
-                    signal: None,
-                    branch_counts: 0,
-                    stride: 1,
-                    printed_step_counts: 1.0,
-                },
-            })
-            .collect()
+    pub(crate) fn imu_channels(&self) -> Vec<(Channel, ChannelSnapshot)> {
+        let results = |(moments, histogram): &(Moments, Histogram)| ChannelSnapshot {
+            moments: moments.clone(),
+            histogram: histogram.clone(),
+            octaves: Vec::new(),
+            points: Vec::new(),
+            signal: None,
+            branch_counts: 0,
+            stride: 1,
+            printed_step_counts: 1.0,
+        };
+        VNIMU.channels.iter().zip(&self.imu).map(|(channel, sums)| (renamed(channel), results(sums))).collect()
     }
 }
 
-/// Gives a channel of register 54 another name, because the stream may have a channel of the plain
-/// name.
+/// Gives a channel of register 54 a name that none of the stream has.
 fn renamed(channel: &Channel) -> Channel {
     let prefix = match channel.quantity {
         Quantity::Temperature | Quantity::Pressure => "polled",
@@ -198,10 +189,10 @@ mod tests {
         push(&mut replies, 27, first, 0, false);
         let channels = replies.imu_channels();
         assert_eq!(channels.len(), 11);
-        assert_eq!(channels[6].channel.name, "uncompensated_gyro_x");
-        assert_eq!(channels[6].results.moments.mean_counts(), Some(-5683.0));
-        assert_eq!(channels[9].channel.name, "polled_temperature");
-        assert_eq!(channels[9].results.moments.mean_counts(), Some(217.0));
-        assert_eq!(channels[9].results.moments.count(), 2);
+        assert_eq!(channels[6].0.name, "uncompensated_gyro_x");
+        assert_eq!(channels[6].1.moments.mean_counts(), Some(-5683.0));
+        assert_eq!(channels[9].0.name, "polled_temperature");
+        assert_eq!(channels[9].1.moments.mean_counts(), Some(217.0));
+        assert_eq!(channels[9].1.moments.count(), 2);
     }
 }

@@ -17,8 +17,7 @@ pub struct TemperatureRecord {
 }
 
 impl TemperatureRecord {
-    /// By the first channel of the stream that is a temperature; `None` without one, or without an
-    /// axis.
+    /// By the first temperature of the stream; `None` without one, or without an axis.
     pub(crate) fn of_stream(layout: &Layout) -> Option<Self> {
         let place = layout.channels.iter().position(is_temperature)?;
         Self::new(layout, Some(place), &layout.channels[place])
@@ -46,8 +45,7 @@ impl TemperatureRecord {
         }
     }
 
-    /// Adds a reading at the sample with this index; ignored where the stream carries the
-    /// temperature.
+    /// Adds a reading at this sample; ignored where the stream carries the temperature.
     pub(crate) fn push_reading(&mut self, index: u64, counts: i32) {
         if self.is_polled() {
             self.blocks.push_temperature(index, &[counts]);
@@ -68,8 +66,7 @@ impl TemperatureRecord {
         TemperatureSearch::new(&self.blocks, interval_s, self.degrees_per_count)
     }
 
-    /// The number of the axis at this place of the layout; `None` for another channel, and for an
-    /// axis that lacks more than a tenth of its samples.
+    /// The number of the axis at this place; `None` if it lacks more than a tenth of its samples.
     pub(crate) fn axis(&self, place: usize) -> Option<usize> {
         let axis = self.number_of(place)?;
         let (absent, samples) = self.blocks.lacks(axis);

@@ -1,7 +1,6 @@
 //! What is known of an axis and the temperature of the sensor.
 
 use imu_noise::{NoCoefficient, TemperatureCoefficient};
-use thiserror::Error;
 
 /// Share of the temperature in an octave of the level from which on it would be taken for noise.
 const POSES_AS_NOISE: f64 = 0.1;
@@ -16,40 +15,9 @@ pub struct AxisTemperature {
     /// The temperature was asked for between the rows.
     pub is_polled: bool,
     /// In the unit of the channel per °C, or why there is none.
-    pub coefficient: Result<TemperatureCoefficient, WhyNoCoefficient>,
+    pub coefficient: Result<TemperatureCoefficient, NoCoefficient>,
     /// The axes of the record together (Holm) prove that this one follows the temperature.
     pub is_proved: bool,
-}
-
-/// Why an axis has no temperature coefficient.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-pub enum WhyNoCoefficient {
-    /// The sensor was moved.
-    #[error("the sensor was moved")]
-    Moved,
-    /// The stream does not carry the bias of the axis.
-    #[error("the bias is not in the stream")]
-    BiasNotInStream,
-    /// The values do not vary.
-    #[error("the values do not vary")]
-    Constant,
-    /// The record of the temperature does not show one.
-    #[error(transparent)]
-    Temperature(NoCoefficient),
-}
-
-impl WhyNoCoefficient {
-    /// The code of the reason in results.
-    pub const fn code(self) -> &'static str {
-        match self {
-            Self::Moved => "moved",
-            Self::BiasNotInStream => "bias-not-in-stream",
-            Self::Constant => "constant",
-            Self::Temperature(NoCoefficient::TooShort { .. }) => "too-short",
-            Self::Temperature(NoCoefficient::Excursion { .. }) => "excursion",
-            Self::Temperature(NoCoefficient::OneDirection { .. }) => "one-direction",
-        }
-    }
 }
 
 impl AxisTemperature {

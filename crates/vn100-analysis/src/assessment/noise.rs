@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use crate::hypothesis_tests::holm;
 use imu_noise::{
-    BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, Grade, NoiseFit, NoiseModel, Octave, PROVED_P, Parameter,
-    Rival, Sensor, Status, Term, classical_reading, curve_minimum, white_deficit,
+    BoxcarWindow, ChannelCurve, Deviation, Grade, GraphicalReadings, NoiseFit, NoiseModel, Octave, PROVED_P, Parameter,
+    Sensor, Status, Term, Withheld, curve_minimum, white_deficit,
 };
 use vn100_protocol::Channel;
 
@@ -30,19 +30,16 @@ pub struct ChannelNoise {
     /// The fit itself; its parameters hold for the stream, see [`parameter`](Self::parameter).
     pub fit: NoiseFit,
     /// By the graphical method, for comparison with published figures only.
-    pub classical: ClassicalReading,
+    pub classical: GraphicalReadings,
     /// Why bias instability, random walk and ramp are not those of the sensor.
     pub long_taus: LongTauValidity,
     /// What N is uncertain by.
     pub white_budget: WhiteBudget,
-    /// Terms that are those of the rounding, not of the sensor: from sample to sample its noise is
-    /// less than half of a step of the values.
+    /// Terms that are those of the rounding: the noise is less than half of a step of the values.
     pub(super) rounded_away: &'static [Term],
-    /// The level has a step, a cycle or a warm-up, which bias instability, random walk and ramp
-    /// would be fitted to: they are no more than bounded.
+    /// The level has a step, a cycle or a warm-up: the slow terms are no more than bounded.
     pub level_changes: bool,
-    /// How the bias follows the temperature of the sensor; `None` where the record does not have
-    /// it, and for magnetometers.
+    /// How the bias follows the temperature; `None` without one, and for magnetometers.
     pub temperature: Option<AxisTemperature>,
 }
 
@@ -81,29 +78,6 @@ pub enum LongTauValidity {
     Spoiled,
 }
 
-/// Why bias instability, random walk and ramp of an axis are no more than bounded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, JsonSchema, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Withheld {
-    /// A warm-up, a step or a cycle poses as them.
-    LevelChange,
-    /// What follows the temperature poses as them.
-    Temperature,
-    /// A cycle of the level explains the record about as well as they do.
-    #[serde(rename = "perhaps-cycle")]
-    MayBeCycle,
-    /// A level that settles from the start on explains the record about as well as they do.
-    #[serde(rename = "perhaps-warm-up")]
-    MayBeWarmUp,
-    /// Noise that is correlated over a small part of the record explains it about as well as they
-    /// do.
-    #[serde(rename = "perhaps-correlated")]
-    MayBeProcess,
-    /// Noise that switches between two levels explains the record about as well as they do.
-    #[serde(rename = "perhaps-switching")]
-    MayBeSwitching,
-}
-
 impl ChannelNoise {
     /// Why the slow terms are no more than bounded; `None` where the record decides.
     pub fn withheld(&self) -> Option<Withheld> {
@@ -111,17 +85,11 @@ impl ChannelNoise {
             // what follows the temperature is a change of the level too
             () if self.follows_temperature() => Some(Withheld::Temperature),
             () if self.level_changes => Some(Withheld::LevelChange),
-            () => SLOW.into_iter().find_map(|term| self.fit.rival(term)).map(|rival| match rival {
-                Rival::Cycle => Withheld::MayBeCycle,
-                Rival::WarmUp => Withheld::MayBeWarmUp,
-                Rival::Process => Withheld::MayBeProcess,
-                Rival::Switching => Withheld::MayBeSwitching,
-            }),
+            () => SLOW.into_iter().find_map(|term| self.fit.rival(term)),
         }
     }
 
-    /// The parameters of an axis; `None` for what is no axis of a sensor. `evidence`: what is known
-    /// of it beside the curve.
+    /// The parameters of an axis; `evidence`: what is known of it beside the curve.
     pub(super) fn new(
         channel: &Channel,
         curve: &OctaveVariances,
@@ -136,7 +104,7 @@ impl ChannelNoise {
         let model = &models.get(&curve.octaves, window)?.model;
         let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated == Some(true));
         // an octave more than terms to be distinguished
-        let least = 4 + usize::from(snapshot.quantization);
+        let least = 4 + usize::from(snapshot.settings.quantization);
         let evidence = ChannelCurve { variances: &curve.variances, ..*evidence };
         let part = |octaves: usize| model.fit_part(&evidence, octaves.max(least), confidence);
         let before_filter = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) <= BEFORE_FILTER_S).count();
@@ -158,10 +126,10 @@ impl ChannelNoise {
         let classical = match curve.shape.deviation {
             Deviation::Allan => {
                 let duration_s = curve.shape.samples as f64 * curve.shape.interval_s;
-                classical_reading(&tau_s, &deviations, duration_s)
+                GraphicalReadings::of(sensor, &tau_s, &deviations, duration_s)
             }
             // the recipes are for the Allan deviation
-            Deviation::Hadamard => ClassicalReading::NOT_APPLICABLE,
+            Deviation::Hadamard => GraphicalReadings::not_applicable(sensor),
         };
         let white_budget = WhiteBudget::new(fit.parameter(Term::White), snapshot, onboard);
         Some(Self {
@@ -177,9 +145,8 @@ impl ChannelNoise {
     }
 
     /// A parameter of the sensor; `None` for one that was not asked for. What rounding hides is not
-    /// measurable. Where long averaging times
-    /// do not show the sensor, white and quantisation noise alone are its own. The interval of
-    /// white noise holds what is known of the time scale, see [`WhiteBudget`].
+    /// measurable. Where long averaging times do not show the sensor, white and quantisation noise alone
+    /// are its own. The interval of white noise holds what is known of the time scale.
     pub fn parameter(&self, term: Term) -> Option<Parameter> {
         if self.rounded_away.contains(&term) {
             return self.fit.parameter(term).map(|_| Parameter::without_value(Status::NotMeasurable));
@@ -195,14 +162,12 @@ impl ChannelNoise {
         }
     }
 
-    /// N of the sensor itself, without what averaging and decimation on board add; bounded where
-    /// the window is not known. `None` where N was not asked for.
+    /// N of the sensor itself; bounded where the window is not known, `None` without N.
     pub fn unaliased_white(&self) -> Option<Parameter> {
         self.parameter(Term::White).map(|white| self.white_budget.unaliased(white))
     }
 
-    /// The best and the worst grade that the sensor's own N and B leave possible, or why none is
-    /// given; `None` for what is no gyroscope.
+    /// The best and the worst grade that its own N and B leave a gyroscope, or why it has none.
     pub fn grade(&self) -> Option<Result<(Grade, Grade), NoGrade>> {
         if self.sensor != Sensor::Gyroscope {
             return None;
@@ -221,8 +186,7 @@ impl ChannelNoise {
         })
     }
 
-    /// What data sheets call in-run bias stability, see [`curve_minimum`]; `None` where B was not
-    /// asked for.
+    /// What data sheets call in-run bias stability; `None` where B was not asked for.
     pub fn curve_minimum(&self) -> Option<Parameter> {
         let [white, bias, walk] =
             [Term::White, Term::BiasInstability, Term::RateRandomWalk].map(|term| self.parameter(term));
@@ -242,17 +206,16 @@ impl ChannelNoise {
     /// Withholds everything: what the curve shows is no noise.
     pub(super) fn was_spoiled(&mut self) {
         self.fit.withhold(Status::ModelRejected);
-        self.classical = ClassicalReading::NOT_APPLICABLE;
+        self.classical = GraphicalReadings::not_applicable(self.sensor);
         if let LongTauValidity::Sensor | LongTauValidity::LooksCompensated = self.long_taus {
             self.long_taus = LongTauValidity::Spoiled;
         }
     }
 
-    /// Withholds everything that describes the motion. A message that lacks the bias lacks it all
-    /// the same.
+    /// Withholds everything that describes the motion.
     pub(super) fn was_moved(&mut self) {
         self.fit.withhold(Status::Moved);
-        self.classical = ClassicalReading::NOT_APPLICABLE;
+        self.classical = GraphicalReadings::not_applicable(self.sensor);
         self.white_budget.sampling = None;
         self.rounded_away = &[];
         if let LongTauValidity::Sensor | LongTauValidity::LooksCompensated = self.long_taus {
@@ -330,7 +293,7 @@ impl Models {
         for ((channel, results), curve) in axes {
             let window = overlapping_window(Onboard::of(channel, results, snapshot));
             if models.get(&curve.octaves, window).is_none() {
-                let model = NoiseModel::new(&curve.octaves, &curve.shape, window, snapshot.quantization);
+                let model = NoiseModel::new(&curve.octaves, &curve.shape, window, snapshot.settings.quantization);
                 models.made.push(Made { octaves: curve.octaves.clone(), window, model });
             }
         }

@@ -61,8 +61,7 @@ impl Onboard {
         self.window_from != WindowFrom::Default
     }
 
-    /// Whether some averaging window would alias white noise, by half a percent or more: none does
-    /// where the sensor sends every refresh.
+    /// Whether some averaging window would alias white noise, by half a percent or more.
     pub fn aliases(&self) -> bool {
         const NEGLIGIBLE: f64 = 1.005;
         self.window.decimation.max(1.0).sqrt() >= NEGLIGIBLE
@@ -105,7 +104,8 @@ impl Onboard {
         let filter: Option<ImuFilter> = snapshot.register(Register::IMU_FILTER);
         let averaging = filter.unwrap_or_default();
         // a user knows of one window alone
-        let given = snapshot.given_window.filter(|_| filter.is_none() && channel.quantity != Quantity::MagneticField);
+        let given =
+            snapshot.settings.window.filter(|_| filter.is_none() && channel.quantity != Quantity::MagneticField);
         let (refresh_hz, window, mode) = match channel.quantity {
             Quantity::MagneticField => (Self::MAG_REFRESH_HZ, averaging.mag_window, averaging.mag_mode),
             Quantity::Acceleration => (IMU_REFRESH_HZ, averaging.accel_window, averaging.accel_mode),

@@ -13,8 +13,7 @@ use crate::snapshot::ChannelSnapshot;
 /// Samples of the channel, averaging factor and windows, and the kind of noise.
 type OctaveInNoise = (u64, u64, u64, PowerLaw);
 
-/// Degrees of freedom in noise of one kind, of one estimator and deviation: most channels of a record
-/// ask for the same ones.
+/// Degrees of freedom in noise of one kind: most channels of a record ask for the same.
 #[derive(Debug)]
 pub(super) struct KnownEdf {
     pub(super) confidence: f64,

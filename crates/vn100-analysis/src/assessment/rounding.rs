@@ -17,8 +17,7 @@ pub(crate) fn is_rounded_away(deviation: f64, step: f64) -> bool {
     deviation < LEAST_NOISE_STEPS * step
 }
 
-/// The terms whose values would be those of the rounding. A walk or a ramp over several steps is
-/// still detected.
+/// The terms whose values would be those of the rounding.
 pub(super) fn hidden_terms(channel: &Channel, results: &ChannelSnapshot) -> &'static [Term] {
     const WITHIN_A_STEP: [Term; 3] = [Term::Quantization, Term::White, Term::BiasInstability];
     let shortest = results.octaves.first().and_then(OctaveSum::deviation_counts);

@@ -1,8 +1,8 @@
 //! What happened on a channel during the record: disturbances, changes of level and noise.
 
 use imu_noise::{
-    ChannelSignal, Disturbance, Frozen, LevelChange, LevelFindings, LevelSearch, LevelShape, NarrowBand, NoiseChange,
-    NoiseChanges, SpectralLine, Spikes,
+    ChannelSignal, Disturbance, LevelChange, LevelFindings, LevelSearch, LevelShape, NarrowBand, NoiseChanges,
+    SpectralLine,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -24,21 +24,15 @@ pub struct Stationarity {
     pub disturbances: Vec<Disturbance>,
     /// Warm-up, step or cycle of the level; null if none was found.
     pub level_change: Option<LevelChange>,
-    /// Stretch with another noise than the rest; null if none was found.
-    pub noise_change: Option<NoiseChange>,
-    /// Variance of the noise from block to block over that of even noise; null if it is even.
-    pub bursts: Option<f64>,
-    /// Stretch of one value; null if none was found.
-    pub frozen: Option<Frozen>,
-    /// Single samples far out; null if none was found.
-    pub spikes: Option<Spikes>,
+    /// What is not the same throughout in the noise.
+    #[serde(flatten)]
+    pub noise: NoiseChanges,
     /// Whether the record is long enough to show a change of the level.
     pub level_searched: bool,
 }
 
 impl Stationarity {
-    /// Nothing disturbs temperature and pressure, and of a foreign series nothing is known that
-    /// would. `bands` are those of the channel's spectrum.
+    /// Nothing disturbs temperature and pressure. `bands` are those of the channel's spectrum.
     pub(super) fn of(
         channel: &Channel,
         results: &ChannelSnapshot,
@@ -55,7 +49,7 @@ impl Stationarity {
         let is_attitude = channel.quantity.is_attitude();
         let LevelFindings { change, is_searched } = level(channel, signal, (interval_s, skipped_s), bands, search);
         let change = change.or_else(|| strongest(&cycles).filter(|_| !is_attitude));
-        let NoiseChanges { change: noise_change, bursts, frozen, spikes } = match is_attitude {
+        let noise = match is_attitude {
             true => NoiseChanges::default(),
             false => signal.noise_changes(&results.histogram, interval_s),
         };
@@ -63,15 +57,12 @@ impl Stationarity {
             lines,
             disturbances: signal.disturbances(interval_s),
             level_change: change,
-            noise_change,
-            bursts,
-            frozen,
-            spikes,
+            noise,
             level_searched: is_searched,
         };
         let spans = found.disturbances.iter_mut().map(|found| (&mut found.start_s, &mut found.end_s));
-        let spans = spans.chain(found.noise_change.iter_mut().map(|found| (&mut found.start_s, &mut found.end_s)));
-        let spans = spans.chain(found.frozen.iter_mut().map(|found| (&mut found.start_s, &mut found.end_s)));
+        let spans = spans.chain(found.noise.change.iter_mut().map(|found| (&mut found.start_s, &mut found.end_s)));
+        let spans = spans.chain(found.noise.frozen.iter_mut().map(|found| (&mut found.start_s, &mut found.end_s)));
         for (start_s, end_s) in spans {
             *start_s += skipped_s;
             *end_s += skipped_s;
@@ -86,8 +77,8 @@ impl Stationarity {
         const FROZEN_SHARE: f64 = 0.02;
         const OUTLIER_SHARE: f64 = 0.1;
         let duration_s = samples as f64 * interval_s;
-        self.frozen.is_some_and(|frozen| frozen.duration_s > FROZEN_SHARE * duration_s)
-            || self.spikes.is_some_and(|spikes| spikes.sigmas.powi(2) > OUTLIER_SHARE * samples as f64)
+        self.noise.frozen.is_some_and(|frozen| frozen.duration_s > FROZEN_SHARE * duration_s)
+            || self.noise.spikes.is_some_and(|spikes| spikes.sigmas.powi(2) > OUTLIER_SHARE * samples as f64)
     }
 
     /// Bias instability, random walk and ramp would be fitted to a change of level.
@@ -165,6 +156,8 @@ fn is_folded((line, power): (f64, f64), amplitude: f64, block: u64) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use imu_noise::{Frozen, Spikes};
+
     use super::*;
 
     #[test]
@@ -185,11 +178,13 @@ mod tests {
     fn a_frozen_part_or_a_sample_far_out_spoils_a_record() {
         let frozen = |duration_s| {
             let frozen = Some(Frozen { start_s: 3.0, end_s: 3.0 + duration_s, duration_s });
-            Stationarity { frozen, ..Stationarity::default() }.spoils_record(10_000, 0.01)
+            Stationarity { noise: NoiseChanges { frozen, ..NoiseChanges::default() }, ..Stationarity::default() }
+                .spoils_record(10_000, 0.01)
         };
         let outlier = |sigmas| {
             let spikes = Some(Spikes { count: 1, sigmas });
-            Stationarity { spikes, ..Stationarity::default() }.spoils_record(10_000, 0.01)
+            Stationarity { noise: NoiseChanges { spikes, ..NoiseChanges::default() }, ..Stationarity::default() }
+                .spoils_record(10_000, 0.01)
         };
         assert_eq!([frozen(1.0), frozen(3.0), outlier(31.0), outlier(32.0)], [false, true, false, true]);
         assert!(!Stationarity::default().spoils_record(10_000, 0.01));

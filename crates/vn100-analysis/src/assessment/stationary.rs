@@ -1,6 +1,6 @@
 //! Warnings of what is not stationary: spectral peaks, disturbances, changes of noise and level.
 
-use imu_noise::{Disturbance, Frozen, LevelShape, NoiseChange, SpectralLine, Spikes};
+use imu_noise::{Disturbance, LevelShape, NoiseChanges, SpectralLine, Spikes};
 use vn100_protocol::{Channel, Quantity};
 
 use super::{ChannelAssessment, Stationarity, mains::mains_hz};
@@ -31,8 +31,7 @@ fn vibration(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     Warning::of_any(Finding::Peaks(peaks), axes)
 }
 
-/// Frequencies at which else a line may really be, because the samples do not distinguish them; none if
-/// the stream is too fast for any.
+/// Frequencies at which else a line may really be, as the samples do not tell.
 fn aliases_hz(line_hz: f64, rate_hz: f64) -> Vec<f64> {
     let pairs = (1..).flat_map(|n| [f64::from(n) * rate_hz - line_hz, f64::from(n) * rate_hz + line_hz]);
     let others = pairs.take_while(|hz| *hz <= HIGHEST_HZ).filter(|hz| hz - line_hz > 0.05);
@@ -41,6 +40,19 @@ fn aliases_hz(line_hz: f64, rate_hz: f64) -> Vec<f64> {
     others.dedup_by(|a, b| (*a - *b).abs() < 0.05);
     others.truncate(3);
     others
+}
+
+/// Whether two neighbouring lines are one vibration: what turns is never quite steady.
+pub(crate) fn have_one_cause(a: &SpectralLine, b: &SpectralLine) -> bool {
+    const APART: f64 = 1.03;
+    b.frequency_hz < APART * a.frequency_hz
+}
+
+/// The frequency in hertz of lines that are one vibration, and their share in the variance.
+pub(crate) fn frequency_and_share<'a>(lines: impl Iterator<Item = &'a SpectralLine> + Clone) -> (f64, f64) {
+    let share: f64 = lines.clone().map(|line| line.share_of_variance).sum();
+    let weighted: f64 = lines.map(|line| line.share_of_variance * line.frequency_hz).sum();
+    (weighted / share, share)
 }
 
 struct Shake<'a> {
@@ -52,22 +64,16 @@ struct Shake<'a> {
 impl<'a> Shake<'a> {
     /// The strongest first.
     fn all(channels: &[Of<'a>]) -> Vec<Self> {
-        /// Lines nearer to each other than this have one cause: what turns is never quite steady.
-        const APART: f64 = 1.03;
         let mut lines: Vec<(&'a Channel, &'a SpectralLine)> =
             channels.iter().flat_map(|(channel, found)| found.lines.iter().map(move |line| (*channel, line))).collect();
         lines.sort_by(|(_, a), (_, b)| a.frequency_hz.total_cmp(&b.frequency_hz));
-        let near = |(_, a): &(&Channel, &SpectralLine), (_, b): &(&Channel, &SpectralLine)| {
-            b.frequency_hz < APART * a.frequency_hz
-        };
-        let mut shakes: Vec<Self> = lines.chunk_by(near).map(Self::of).collect();
+        let mut shakes: Vec<Self> = lines.chunk_by(|(_, a), (_, b)| have_one_cause(a, b)).map(Self::of).collect();
         shakes.sort_by(|a, b| b.most().1.total_cmp(&a.most().1));
         shakes
     }
 
     fn of(lines: &[(&'a Channel, &'a SpectralLine)]) -> Self {
-        let total: f64 = lines.iter().map(|(_, line)| line.share_of_variance).sum();
-        let weighted: f64 = lines.iter().map(|(_, line)| line.share_of_variance * line.frequency_hz).sum();
+        let (frequency_hz, _) = frequency_and_share(lines.iter().map(|(_, line)| *line));
         let mut axes: Vec<(&'a Channel, f64)> = Vec::new();
         for (channel, line) in lines {
             match axes.iter_mut().find(|(other, _)| other.name == channel.name) {
@@ -76,15 +82,14 @@ impl<'a> Shake<'a> {
             }
         }
         axes.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-        Self { frequency_hz: weighted / total, axes }
+        Self { frequency_hz, axes }
     }
 
     fn most(&self) -> (&'a Channel, f64) {
         self.axes[0]
     }
 
-    /// What moves the sensor shows on gyroscope or accelerometer, and an alternating field on the
-    /// magnetometer alone.
+    /// An alternating field shows on the magnetometer alone.
     fn peak(&self, rows_hz: f64) -> Peak {
         let is_field = |(channel, _): &(&Channel, f64)| channel.quantity == Quantity::MagneticField;
         let rate_hz = rows_hz / self.most().0.stride(rows_hz) as f64;
@@ -127,14 +132,11 @@ fn events(channel: &Channel, found: &Stationarity) -> Vec<Happening> {
         LevelShape::Cycle { period_s, amplitude } => Some(event(None, Event::Cycle(period_s, amplitude, unit()))),
         LevelShape::WarmUp { .. } => None,
     });
-    let change = found
-        .noise_change
-        .map(|NoiseChange { start_s, end_s, factor, .. }| event(Some((start_s, end_s)), Event::NoiseFactor(factor)));
-    let bursts = found.bursts.map(|ratio| event(None, Event::Bursts(ratio)));
-    let frozen = found
-        .frozen
-        .map(|Frozen { start_s, end_s, duration_s }| event(Some((start_s, end_s)), Event::Frozen(duration_s)));
-    let spikes = found.spikes.map(|Spikes { count, sigmas }| event(None, Event::Outliers(count, sigmas)));
+    let NoiseChanges { change, bursts, frozen, spikes } = &found.noise;
+    let change = change.map(|of| event(Some((of.start_s, of.end_s)), Event::NoiseFactor(of.factor)));
+    let bursts = bursts.map(|ratio| event(None, Event::Bursts(ratio)));
+    let frozen = frozen.map(|of| event(Some((of.start_s, of.end_s)), Event::Frozen(of.duration_s)));
+    let spikes = spikes.map(|Spikes { count, sigmas }| event(None, Event::Outliers(count, sigmas)));
     short.chain([level, change, bursts, frozen, spikes].into_iter().flatten()).collect()
 }
 

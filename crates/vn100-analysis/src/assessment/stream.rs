@@ -43,7 +43,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment], was_
 
 /// A window that was given, and that register 85 contradicts or no channel has.
 fn ignored_window(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Option<Warning> {
-    let given = snapshot.given_window?;
+    let given = snapshot.settings.window?;
     let filter = snapshot.register::<ImuFilter>(Register::IMU_FILTER);
     let windows = filter.map(|filter| [filter.accel_window, filter.gyro_window].map(u32::from));
     let is_taken =

@@ -1,13 +1,10 @@
 //! How the bias of each axis follows the temperature of the sensor.
 
 use crate::hypothesis_tests::holm;
-use imu_noise::PROVED_P;
+use imu_noise::{NoCoefficient, PROVED_P};
 use vn100_protocol::Channel;
 
-use super::{
-    ChannelAssessment, LongTauValidity,
-    axis_temperature::{AxisTemperature, WhyNoCoefficient},
-};
+use super::{ChannelAssessment, LongTauValidity, axis_temperature::AxisTemperature};
 use crate::{
     in_parallel::in_parallel,
     snapshot::Snapshot,
@@ -35,12 +32,12 @@ pub(super) fn add(snapshot: &Snapshot, was_moved: bool, confidence: f64, channel
     let coefficient = |(place, channel): (usize, &Channel)| {
         let (axis, noise) = (temperature.axis(place)?, channels.get(place)?.noise.as_ref()?);
         Some(match (noise.long_taus, &search) {
-            _ if was_moved => Err(WhyNoCoefficient::Moved),
+            _ if was_moved => Err(NoCoefficient::Moved),
             (LongTauValidity::Sensor, Ok(search)) => {
-                search.coefficient(axis, channel.in_unit(1.0), confidence).ok_or(WhyNoCoefficient::Constant)
+                search.coefficient(axis, channel.in_unit(1.0), confidence).ok_or(NoCoefficient::Constant)
             }
-            (LongTauValidity::Sensor, Err(why)) => Err(WhyNoCoefficient::Temperature(*why)),
-            _ => Err(WhyNoCoefficient::BiasNotInStream),
+            (LongTauValidity::Sensor, Err(why)) => Err(*why),
+            _ => Err(NoCoefficient::BiasNotInStream),
         })
     };
     let axes = snapshot.layout_channels().iter().enumerate();

@@ -47,10 +47,9 @@ const WHITE_SHARE: f64 = 0.8;
 /// Beyond the range of every inertial sensor: 2000 deg/s.
 const RANGE_RAD_S: f64 = 40.0;
 
-/// Asks whether the units of the columns of a table, or of the fields of a message, are those they
-/// are read in; all of them in one warning, with the map that corrects them. What a sensor that
-/// `was_moved` measures from sample to sample is no noise, unless it is white on every axis. Rates that are
-/// `outlying`, with single samples far out, are not judged by noise and extremes.
+/// Asks whether the units of columns or fields are those they are read in, in one warning with the map
+/// that corrects them. What a sensor that `was_moved` measures is no noise, unless it is white on every
+/// axis. Rates that are `outlying` are not judged by noise and extremes.
 pub(super) fn warning(snapshot: &Snapshot, outlying: &[&Channel], was_moved: bool) -> Option<Warning> {
     let layout = snapshot.layout.as_ref()?;
     // the units of the sensor's own messages are known

@@ -59,8 +59,7 @@ impl Spread {
     }
 }
 
-/// An angle has no bias, and a mean of temperature or pressure is that of the surroundings; the mean
-/// of a sensor that moves is not its bias.
+/// Of channels that have a bias, in records in which the sensor was not moved.
 pub(super) fn means(records: &[SourceResult], confidence: f64) -> Vec<ChannelMeans> {
     let mut found: Vec<ChannelMeans> = Vec::new();
     for (record, result) in records.iter().enumerate().filter(|(_, record)| record.motion.is_none()) {

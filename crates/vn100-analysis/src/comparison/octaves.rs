@@ -92,8 +92,7 @@ fn is_noise(channel: &ChannelResult) -> bool {
     !matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure)
 }
 
-/// Averaging time, deviation and degrees of freedom of the octaves with enough of these; none if the
-/// last printed digit hides the noise.
+/// Averaging time, deviation and degrees of freedom; none if the last digit hides the noise.
 fn points(channel: &ChannelResult) -> Vec<(f64, f64, f64)> {
     let octaves = channel.octaves();
     let shortest = octaves.first().and_then(|point| point.deviation);

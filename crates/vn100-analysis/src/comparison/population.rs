@@ -1,6 +1,6 @@
 //! N, B and K over three recordings or more: what units have, and what the next one will have.
 
-use imu_noise::{Parameter, Sensor, Status, Term, chi_squared, conventions};
+use imu_noise::{Parameter, Sensor, Status, Term, chi_squared, si_unit};
 use serde::Serialize;
 
 use super::{SameSamples, have_same_rate};
@@ -126,9 +126,8 @@ pub(super) fn populations(
 fn copies(same_samples: &[SameSamples]) -> Vec<usize> {
     let copy = |same: &SameSamples| {
         let [first, second] = same.records;
-        let shared = same.shared;
         let is_whole = |part: f64| part >= SameSamples::WHOLE;
-        is_whole(shared.of_second).then_some(second).or(is_whole(shared.of_first).then_some(first))
+        is_whole(same.of_second).then_some(second).or(is_whole(same.of_first).then_some(first))
     };
     same_samples.iter().filter_map(copy).collect()
 }
@@ -187,7 +186,7 @@ fn population(
         channel: channel.to_owned(),
         sensor,
         term,
-        unit: conventions(sensor, term).first().map_or("", |si| si.unit),
+        unit: si_unit(sensor, term),
         median: median(independent).exp(),
         lowest: extreme(f64::min).unwrap_or(f64::NAN),
         highest: extreme(f64::max).unwrap_or(f64::NAN),
@@ -226,7 +225,6 @@ fn next(logs: &[f64], confidence: f64) -> Option<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::SharedRows;
 
     fn of(readings: &[(&str, f64, bool)]) -> Population {
         let readings: Vec<Reading<'_>> = (0..)
@@ -267,7 +265,7 @@ mod tests {
 
     #[test]
     fn a_copy_counts_once() {
-        let same = |records, of_first, of_second| SameSamples { records, shared: SharedRows { of_first, of_second } };
+        let same = |records, of_first, of_second| SameSamples { records, of_first, of_second };
         assert_eq!(copies(&[same([0, 1], 1.0, 1.0), same([2, 3], 1.0, 0.3), same([4, 5], 0.5, 0.5)]), [1, 2]);
     }
 }

@@ -1,6 +1,6 @@
 //! Which record has the least white noise, sensor by sensor.
 
-use imu_noise::{Interval, Sensor, Term, conventions};
+use imu_noise::{Interval, Sensor, Term, si_unit};
 use serde::Serialize;
 use vn100_protocol::Quantity;
 
@@ -18,14 +18,12 @@ pub struct Ranking {
     pub quantity: Quantity,
     /// Unit of N.
     pub unit: &'static str,
-    /// The quietest record first, by [`RankedRecord::own`]; only records whose N is estimated on
-    /// every axis.
+    /// The records whose N is estimated on every axis, the quietest first.
     #[serde(rename = "ranked")]
     pub records: Vec<RankedRecord>,
     /// Whether white noise aliases in the same way in all records, so that N can be compared.
     pub folds_alike: bool,
-    /// The tests of every pair of records, if white noise aliases alike and the samples are not the
-    /// same; corrected for all pairs of all sensors.
+    /// The tests of every pair whose noise aliases alike, corrected for all pairs of all sensors.
     pub tests: Vec<WhiteTest>,
     /// The quietest record, if it is significantly quieter than the next one.
     pub quietest: Option<usize>,
@@ -46,8 +44,7 @@ pub struct RankedRecord {
     pub upper: f64,
     /// N of each axis.
     pub axes: Vec<AxisWhite>,
-    /// Density of the white noise in the stream over that of the sensor itself; `None` if that is
-    /// not known.
+    /// White noise of the stream over that of the sensor itself, if it is known.
     pub white_factor: Option<f64>,
 }
 
@@ -140,7 +137,7 @@ fn ranking(
     Some(Ranking {
         sensor: axes_name(sensor),
         quantity,
-        unit: conventions(sensor, Term::White).first().map_or("", |si| si.unit),
+        unit: si_unit(sensor, Term::White),
         folds_alike: others.is_empty(),
         tests: alike.into_iter().filter_map(test).collect(),
         quietest: None,

@@ -1,7 +1,8 @@
 //! The results of one channel, in its own unit.
 
 use imu_noise::{
-    Block, Deviation, Estimator, Interval, NoiseFit, OctaveSum, Sensor, Sides, SpectralLine, counts_to_unit,
+    Block, ChannelSignal, Deviation, Estimator, HistogramBars, Interval, NoiseFit, OctaveSum, Sensor, Sides,
+    SpectralLine, counts_to_unit,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -10,7 +11,10 @@ use vn100_protocol::{Channel, Quantity};
 use super::{Graded, Inflation, NoiseResult, Parts};
 use crate::{
     accumulate::magnitude::Magnitude,
-    assessment::{Assessment, ChannelAssessment, LongTauValidity, OctaveAssessment, Onboard, Stationarity},
+    assessment::{
+        Assessment, ChannelAssessment, ChannelNoise, LongTauValidity, OctaveAssessment, Onboard, Stationarity,
+        frequency_and_share, have_one_cause,
+    },
     datasheet::FigureVerdict,
     sensor::{axes_name, sensor_of},
     snapshot::{ChannelSnapshot, Snapshot},
@@ -79,17 +83,6 @@ pub struct Statistics {
     pub resolution: f64,
     /// Samples by value; only at the end.
     pub histogram: Option<HistogramBars>,
-}
-
-/// A histogram in bins of one width.
-#[derive(Debug, Clone, PartialEq, JsonSchema, Serialize)]
-pub struct HistogramBars {
-    /// Lower end of the first bin.
-    pub first: f64,
-    /// Width of every bin.
-    pub width: f64,
-    /// Samples in each bin.
-    pub counts: Vec<u64>,
 }
 
 /// The deviation over averaging times.
@@ -197,12 +190,10 @@ pub struct Norm {
 
 /// All channels of a snapshot, in order, followed by those of register 54.
 pub(super) fn of(snapshot: &Snapshot, assessment: &Assessment, parts: Parts) -> Vec<ChannelResult> {
-    let streamed = snapshot.measured().zip(&assessment.channels);
-    let streamed = streamed
-        .map(|((channel, results), assessed)| Maker { channel, results, snapshot, parts }.with(assessed, assessment));
-    let polled = snapshot.register_channels.iter().map(|polled| {
-        Maker { channel: &polled.channel, results: &polled.results, snapshot, parts }.channel(assessment.confidence)
-    });
+    let result = |channel, results, assessed| Maker { channel, results, snapshot, parts }.result(assessed, assessment);
+    let streamed = snapshot.assessed(&assessment.channels);
+    let streamed = streamed.map(|(channel, results, assessed)| result(channel, results, Some(assessed)));
+    let polled = snapshot.register_channels.iter().map(|(channel, results)| result(channel, results, None));
     streamed.chain(polled).collect()
 }
 
@@ -246,17 +237,10 @@ impl ChannelResult {
     }
 
     /// The vibrations of the channel, the strongest first: frequency in hertz, and share of the
-    /// short-term variance, from 0 to 1. Spectral lines within 3 % of their neighbour are one
-    /// vibration, as in the warnings: a turning machine is never quite steady.
+    /// short-term variance, from 0 to 1.
     pub fn vibrations(&self) -> Vec<(f64, f64)> {
-        const APART: f64 = 1.03;
-        let near = |a: &SpectralLine, b: &SpectralLine| b.frequency_hz < APART * a.frequency_hz;
-        let together = |lines: &[SpectralLine]| {
-            let share: f64 = lines.iter().map(|line| line.share_of_variance).sum();
-            let weighted: f64 = lines.iter().map(|line| line.share_of_variance * line.frequency_hz).sum();
-            (weighted / share, share)
-        };
-        let mut vibrations: Vec<(f64, f64)> = self.lines().chunk_by(near).map(together).collect();
+        let together = |lines: &[SpectralLine]| frequency_and_share(lines.iter());
+        let mut vibrations: Vec<(f64, f64)> = self.lines().chunk_by(have_one_cause).map(together).collect();
         vibrations.sort_by(|a, b| b.1.total_cmp(&a.1));
         vibrations
     }
@@ -324,11 +308,20 @@ impl Maker<'_> {
         self.channel.in_unit(counts)
     }
 
-    /// Without what only a channel of the stream has.
-    fn channel(&self, confidence: f64) -> ChannelResult {
-        let Self { channel, results, snapshot, .. } = *self;
+    /// A channel that is not in the stream has no assessment.
+    fn result(&self, assessed: Option<&ChannelAssessment>, assessment: &Assessment) -> ChannelResult {
+        let Self { channel, results, snapshot, parts } = *self;
         let rate_hz = snapshot.rate_of(results);
-        ChannelResult {
+        let noise = assessed.and_then(|assessed| assessed.noise.as_ref());
+        let fit = noise.map(|noise| &noise.fit);
+        let of_octaves = assessed.map_or(&[][..], |assessed| &assessed.octaves);
+        let mut points = self.points(&results.octaves, of_octaves, fit);
+        let octaves = assessed
+            .filter(|_| !results.points.is_empty())
+            .map(|assessed| std::mem::replace(&mut points, self.points(&results.points, &assessed.points, fit)));
+        let signal = results.signal.as_ref().zip(assessed);
+        let whole = signal.filter(|_| parts == Parts::All);
+        let mut found = ChannelResult {
             name: channel.name.to_string(),
             quantity: channel.quantity,
             unit: channel.unit.to_string(),
@@ -336,52 +329,29 @@ impl Maker<'_> {
             rate_hz,
             statistics: self.statistics(),
             allan: Curve {
-                deviation: snapshot.deviation,
-                estimator: snapshot.estimator,
-                confidence,
+                deviation: snapshot.settings.deviation,
+                estimator: snapshot.settings.estimator,
+                confidence: assessment.confidence,
                 data: (channel.quantity == Quantity::Value).then_some("rate"),
-                points: self.points(&results.octaves, &[], None),
+                points,
             },
-            noise: None,
-            onboard: None,
-            stationarity: None,
-            spectrum: None,
+            noise: noise.map(|noise| NoiseResult::of(noise, assessment.samples, rate_hz)),
+            onboard: assessed.and_then(|assessed| assessed.onboard),
+            stationarity: signal.map(|(_, assessed)| assessed.stationarity.clone()),
+            spectrum: whole.map(|(signal, assessed)| self.spectrum(signal, &assessed.stationarity.lines)),
             inflation: None,
-            blocks: None,
+            blocks: whole.map(|(signal, _)| signal.blocks().iter().map(|block| self.block(block)).collect()),
             verdict: None,
-            grade: None,
-            octaves: None,
-        }
-    }
-
-    fn with(&self, assessed: &ChannelAssessment, assessment: &Assessment) -> ChannelResult {
-        let Self { results, snapshot, .. } = *self;
-        let fit = assessed.noise.as_ref().map(|noise| &noise.fit);
-        let mut found = self.channel(assessment.confidence);
-        found.allan.points = self.points(&results.octaves, &assessed.octaves, fit);
-        if !results.points.is_empty() {
-            let asked = self.points(&results.points, &assessed.points, fit);
-            found.octaves = Some(std::mem::replace(&mut found.allan.points, asked));
-        }
-        let noise = assessed.noise.as_ref();
-        found.noise = noise.map(|noise| NoiseResult::of(noise, assessment.samples, found.rate_hz));
-        found.grade = noise.and_then(|noise| noise.grade()).map(Graded::of);
-        found.onboard = assessed.onboard;
-        if let Some(signal) = &results.signal {
-            found.stationarity = Some(assessed.stationarity.clone());
-            if self.parts == Parts::All {
-                found.spectrum = Some(self.spectrum(&assessed.stationarity.lines));
-                let is_sensors = |noise: &&NoiseResult| {
-                    noise.long_taus == LongTauValidity::Sensor && noise.sensor != Sensor::Magnetometer
-                };
-                let noise = found.noise.as_ref().filter(is_sensors).filter(|_| assessment.motion.is_none());
-                let noise = noise.filter(|_| snapshot.deviation == Deviation::Allan);
-                let octaves = found.octaves().iter().map_while(|point| Some((point.tau_s, point.upper?)));
-                let octaves: Vec<(f64, f64)> = octaves.collect();
-                found.inflation = noise.and_then(|noise| Inflation::of(&octaves, noise));
-                found.blocks = Some(signal.blocks().iter().map(|block| self.block(block)).collect());
-            }
-        }
+            grade: noise.and_then(ChannelNoise::grade).map(Graded::of),
+            octaves,
+        };
+        let shows_sensor = assessment.motion.is_none() && snapshot.settings.deviation == Deviation::Allan;
+        let noise = found.noise.as_ref().filter(|noise| {
+            noise.long_taus == LongTauValidity::Sensor && noise.sensor != Sensor::Magnetometer && shows_sensor
+        });
+        let octaves = found.octaves().iter().map_while(|point| Some((point.tau_s, point.upper?)));
+        let octaves: Vec<(f64, f64)> = octaves.collect();
+        found.inflation = noise.filter(|_| whole.is_some()).and_then(|noise| Inflation::of(&octaves, noise));
         found
     }
 
@@ -400,9 +370,9 @@ impl Maker<'_> {
             max: sample(moments.max_counts()),
             resolution: results.step(channel),
             histogram: bars.map(|bars| HistogramBars {
-                first: self.value(bars.first_counts - branch as f64),
-                width: self.value(bars.width_counts),
-                counts: bars.frequencies,
+                first: self.value(bars.first - branch as f64),
+                width: self.value(bars.width),
+                ..bars
             }),
         }
     }
@@ -429,11 +399,10 @@ impl Maker<'_> {
         sums.iter().enumerate().map(point).collect()
     }
 
-    fn spectrum(&self, lines: &[SpectralLine]) -> Spectrum {
+    fn spectrum(&self, signal: &ChannelSignal, lines: &[SpectralLine]) -> Spectrum {
         let Self { channel, results, snapshot, .. } = *self;
         let interval_s = snapshot.shape_of(results).interval_s;
-        let signal = results.signal.as_ref();
-        let density = signal.and_then(|signal| signal.spectrum().density(Sides::One, interval_s, channel.decimals));
+        let density = signal.spectrum().density(Sides::One, interval_s, channel.decimals);
         let points = density.iter().flat_map(|density| &density.points_unit2_hz);
         Spectrum {
             sides: Sides::One,

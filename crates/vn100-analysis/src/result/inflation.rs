@@ -36,8 +36,8 @@ pub struct Inflation {
 }
 
 impl Inflation {
-    /// Of the octaves, each an averaging time in seconds with the upper end of the interval of its
-    /// deviation; `None` if the density has less than two points.
+    /// Of the octaves, each an averaging time in seconds with the upper end of its interval; `None` if the
+    /// density has less than two points.
     pub(super) fn of(octaves: &[(f64, f64)], noise: &NoiseResult) -> Option<Self> {
         let bounds = densities(octaves);
         let lowest_hz = bounds.last().filter(|_| bounds.len() >= 2)?.0;

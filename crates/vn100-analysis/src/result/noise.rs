@@ -1,15 +1,13 @@
 //! The noise parameters of one axis, in SI units (magnetic field in gauss).
 
 use imu_noise::{
-    Convention, FitQuality, Grade, NotRead, Parameter, Sensor, Sides, SlopeLine, SlowNoise, Status, Term, conventions,
-    temperature_conventions,
+    Convention, FitQuality, Grade, GraphicalReadings, NoCoefficient, Parameter, Sensor, Sides, SlowNoise, Status, Term,
+    Withheld, conventions, si_unit, temperature_conventions,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::assessment::{
-    AxisTemperature, ChannelNoise, LongTauValidity, NoGrade, WhiteBudget, WhyNoCoefficient, Withheld,
-};
+use crate::assessment::{AxisTemperature, ChannelNoise, LongTauValidity, NoGrade, WhiteBudget};
 
 /// The noise model of an axis.
 #[derive(Debug, Clone, JsonSchema, Serialize)]
@@ -143,31 +141,7 @@ pub struct TemperatureResult {
     pub largest_share: Option<f64>,
     /// Why there is no coefficient, with the numbers of this record.
     #[serde(skip)]
-    pub why: Option<WhyNoCoefficient>,
-}
-
-/// What the graphical slope method (IEEE Std 952) reads off the curve.
-#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
-pub struct GraphicalReadings {
-    /// N: the line of slope -1/2 at 1 s.
-    pub white: GraphicalReading,
-    /// B: the minimum over 0.664.
-    pub bias_instability: GraphicalReading,
-    /// K: the line of slope +1/2 at 3 s.
-    pub rate_random_walk: GraphicalReading,
-}
-
-/// One reading of the graphical slope method; it has no interval.
-#[derive(Debug, Clone, Copy, PartialEq, JsonSchema, Serialize)]
-pub struct GraphicalReading {
-    /// Value in the SI unit; null if it is not read.
-    pub value: Option<f64>,
-    /// SI unit.
-    pub unit: &'static str,
-    /// Averaging time at which the line touches the curve, in seconds.
-    pub tau_s: Option<f64>,
-    /// Why there is no value; null if there is one.
-    pub not_read: Option<NotRead>,
+    pub why: Option<NoCoefficient>,
 }
 
 /// The grade of a gyroscope.
@@ -198,7 +172,6 @@ impl NoiseResult {
         let withheld = noise.withheld();
         let poses_as_noise = matches!(withheld, Some(Withheld::LevelChange | Withheld::Temperature));
         let minimum = |found| ParameterResult::of(found, conventions(sensor, Term::BiasInstability));
-        let reading = |term, read| GraphicalReading::of(read, conventions(sensor, term));
         Self {
             sensor,
             samples,
@@ -214,11 +187,7 @@ impl NoiseResult {
             withheld,
             long_taus: noise.long_taus,
             temperature: noise.temperature.as_ref().map(|found| TemperatureResult::of(found, sensor)),
-            classical: GraphicalReadings {
-                white: reading(Term::White, noise.classical.white),
-                bias_instability: reading(Term::BiasInstability, noise.classical.bias_instability),
-                rate_random_walk: reading(Term::RateRandomWalk, noise.classical.rate_random_walk),
-            },
+            classical: noise.classical,
         }
     }
 
@@ -268,8 +237,7 @@ impl ParameterResult {
 fn in_other_units(parameter: &Parameter, conventions: &[Convention]) -> Vec<InUnit> {
     let says_something = parameter.value.or(parameter.upper).is_some();
     let in_unit = |convention: &Convention| {
-        let [value, lower, upper] =
-            [parameter.value, parameter.lower, parameter.upper].map(|si| si.map(|si| si * convention.factor));
+        let Parameter { value, lower, upper, .. } = parameter.scaled(convention.factor);
         InUnit { unit: convention.unit, sides: convention.sides, value, lower, upper }
     };
     conventions.iter().skip(1).filter(|_| says_something).map(in_unit).collect()
@@ -282,9 +250,9 @@ impl Discrete {
             Term::RateRandomWalk => 1.0 / rate_hz.sqrt(),
             Term::BiasInstability | Term::RateRamp | Term::Quantization => return None,
         };
-        let [value, lower, upper] = [found.value, found.lower, found.upper].map(|si| si.map(|si| si * factor));
+        let Parameter { value, lower, upper, .. } = found.scaled(factor);
         // B has the unit of a sample
-        let unit = conventions(sensor, Term::BiasInstability).first().map_or("", |si| si.unit);
+        let unit = si_unit(sensor, Term::BiasInstability);
         Some(Self { rate_hz, unit, value, lower, upper })
     }
 }
@@ -294,13 +262,13 @@ impl TemperatureResult {
         let (found, why) = (temperature.coefficient.ok(), temperature.coefficient.err());
         let parameter = match temperature.coefficient {
             Ok(found) => Parameter { p: Some(found.p), ..Parameter::estimated(found.value, found.lower, found.upper) },
-            Err(WhyNoCoefficient::BiasNotInStream) => Parameter::without_value(Status::NotMeasurable),
+            Err(NoCoefficient::BiasNotInStream) => Parameter::without_value(Status::NotMeasurable),
             Err(_) => Parameter::without_value(Status::NotObservable),
         };
         let conventions = temperature_conventions(sensor);
         Self {
             parameter,
-            reason: why.map(WhyNoCoefficient::code),
+            reason: why.map(NoCoefficient::code),
             unit: conventions.first().map_or("", |si| si.unit),
             conventions: in_other_units(&parameter, conventions),
             proved: temperature.is_proved,
@@ -313,34 +281,6 @@ impl TemperatureResult {
             from: if temperature.is_polled { "register" } else { "stream" },
             largest_share: found.filter(|_| temperature.is_proved).map(|found| found.largest_share),
             why,
-        }
-    }
-}
-
-impl GraphicalReadings {
-    /// The reading of a parameter, or why there is none.
-    ///
-    /// # Errors
-    /// [`NotRead`] if the parameter is not read.
-    pub fn of(&self, term: Term) -> Result<SlopeLine, NotRead> {
-        let reading = match term {
-            Term::White => self.white,
-            Term::BiasInstability => self.bias_instability,
-            Term::RateRandomWalk => self.rate_random_walk,
-            Term::Quantization | Term::RateRamp => return Err(NotRead::NotApplicable),
-        };
-        let line = reading.value.zip(reading.tau_s).map(|(value, tau_s)| SlopeLine { value, tau_s });
-        line.ok_or(reading.not_read.unwrap_or(NotRead::NotApplicable))
-    }
-}
-
-impl GraphicalReading {
-    fn of(read: Result<SlopeLine, NotRead>, conventions: &[Convention]) -> Self {
-        Self {
-            value: read.ok().map(|line| line.value),
-            unit: conventions.first().map_or("", |si| si.unit),
-            tau_s: read.ok().map(|line| line.tau_s),
-            not_read: read.err(),
         }
     }
 }

@@ -7,8 +7,7 @@ use crate::{
     warning::{Finding, Severity, Warning},
 };
 
-/// The numbers of a table that the counts of its first rows do not hold, if they are more than single
-/// glitches.
+/// The numbers of a table that the counts of its first rows do not hold, beyond glitches.
 pub(super) fn warnings(facts: &SourceFacts) -> Vec<Warning> {
     let beyond = facts.csv.iter().flat_map(|csv| {
         let is_often = |absent: &&AbsentValues| 1000 * absent.out_of_range > csv.rows;

@@ -6,10 +6,7 @@ use vn100_protocol::stream::{MessageName, RejectedRowCounts};
 use vn100_protocol::{DeviceError, PacketHeader, Quantity};
 
 use super::{Aspect, Severity};
-use crate::{
-    motion::Motion,
-    rate_change::{FalseRate, FalseReport, RateChange},
-};
+use crate::{motion::Motion, rate_change::RateChange};
 
 /// Meaning, code, aspect and usual severity of each kind.
 macro_rules! kinds {
@@ -134,11 +131,17 @@ pub enum Finding {
     /// The output rate changed, and this many samples at another rate are excluded.
     RateChanged(RateChange, u64),
     /// Samples placed by a false rate are excluded.
-    FalseRate(FalseRate),
+    FalseRate {
+        /// How many.
+        samples: u64,
+        /// The rate by arrival times, which the sensor contradicted, in hertz.
+        arrival_hz: f64,
+        /// The sensor's rate, in hertz.
+        device_hz: f64,
+    },
     /// Samples that came in a burst at another rate are excluded.
     BurstExcluded(u64),
-    /// Serial numbers of two sensors in one record, and whether the samples of the second are
-    /// excluded.
+    /// Serial numbers of two sensors, and whether the samples of the second are excluded.
     TwoSensors([String; 2], bool),
     /// How often the number of printed decimals changed.
     DecimalsChanged(u64),
@@ -176,7 +179,12 @@ pub enum Finding {
     /// A register sets one rate for packets, in hertz, and their own times show another.
     RegisterRate(u8, f64, f64),
     /// The sensor reports a rate that its samples do not have.
-    FalseReport(FalseReport),
+    FalseReport {
+        /// The rate that the sensor reports in register 7, in hertz.
+        reported_hz: f64,
+        /// The rate by arrival times, that of the record, in hertz.
+        arrival_hz: f64,
+    },
     /// How often time stamps step backwards.
     Backwards(u64),
     /// Rows out of order or with a false time, which were put in order.
@@ -248,7 +256,7 @@ impl Finding {
             }
             Self::OtherSentences(..) | Self::OtherPackets(..) | Self::SplitPackets(_) => WarningKind::OtherMessages,
             Self::DeviceError(..) | Self::PortShared(_) => WarningKind::LinkErrors,
-            Self::RateChanged(..) | Self::FalseRate(_) | Self::BurstExcluded(_) => WarningKind::StreamChanged,
+            Self::RateChanged(..) | Self::FalseRate { .. } | Self::BurstExcluded(_) => WarningKind::StreamChanged,
             Self::TwoSensors(..) | Self::DecimalsChanged(_) => WarningKind::StreamChanged,
             Self::Dropped { .. } | Self::TimeSteps(_) | Self::Absent(..) | Self::OutOfRange(..) => WarningKind::Gaps,
             Self::Rejected(..) => WarningKind::RejectedLines,
@@ -256,7 +264,7 @@ impl Finding {
             Self::TooShort(_) => WarningKind::TooShort,
             Self::RateAssumed(_) => WarningKind::RateAssumed,
             Self::RateUnsure(..) | Self::RateNotListed(_) | Self::RateOff(..) => WarningKind::RateOffNominal,
-            Self::PacketRate(_) | Self::RegisterRate(..) | Self::FalseReport(_) => WarningKind::RateOffNominal,
+            Self::PacketRate(_) | Self::RegisterRate(..) | Self::FalseReport { .. } => WarningKind::RateOffNominal,
             Self::Backwards(_) | Self::Reordered(_) | Self::Restarts(_) => WarningKind::StampsDoubtful,
             Self::StampsRefused(..) | Self::Together(..) => WarningKind::StampsDoubtful,
             Self::Flushed(_) | Self::Uneven(_) => WarningKind::StampsDoubtful,
@@ -303,8 +311,7 @@ pub enum Rejected {
 pub struct Peak {
     /// Frequency in hertz.
     pub frequency_hz: f64,
-    /// Channels, and the share of the peak in the variance of each from sample to sample, 0 to 1;
-    /// the largest first.
+    /// Channels, and the share of the peak in the variance of each, 0 to 1; the largest first.
     pub axes: Vec<(String, f64)>,
     /// Frequencies in hertz that alias to this one.
     pub aliases_hz: Vec<f64>,

@@ -7,8 +7,7 @@ use imu_noise::timebase::{Arrivals, NominalRate, Refusal};
 use imu_noise::{Deviation, Estimator, Octaves};
 use proptest::prelude::*;
 use vn100_analysis::{
-    Analysis, FalseRate, FalseReport, Finding, MissingFrom, RateFrom, Remedy, Settings, Severity, Snapshot, Timing,
-    Warning, WarningKind,
+    Analysis, Finding, MissingFrom, RateFrom, Remedy, Settings, Severity, Snapshot, Timing, Warning, WarningKind,
 };
 use vn100_protocol::stream::{Arrival, Batch, LinkEvent, LinkEventKind, Mark, MarkKind, StreamCounts};
 use vn100_protocol::{Layout, Register, RegisterContents, RegisterFields, VNYMR};
@@ -228,8 +227,8 @@ fn what_was_placed_by_a_rate_that_the_sensor_denies_is_left_out() {
     let timing = snapshot.timing;
     assert_eq!((timing.rate_hz, timing.rate_from), (40.0, RateFrom::Device));
     assert_eq!((timing.samples, timing.excluded, timing.missing), (400, 1100, 0));
-    let found = FalseRate { samples: 1100, arrival_hz: 37.0, device_hz: 40.0 };
-    assert!(found_in(&snapshot, &Finding::FalseRate(found)), "{:?}", snapshot.warnings);
+    let found = Finding::FalseRate { samples: 1100, arrival_hz: 37.0, device_hz: 40.0 };
+    assert!(found_in(&snapshot, &found), "{:?}", snapshot.warnings);
 }
 
 #[test]
@@ -243,7 +242,7 @@ fn a_rate_that_is_contradicted_has_the_name_of_who_gave_it() {
     absorb(&mut analysis, VNYMR.clone(), &steady(40.0, 0, 150), 64);
     analysis.finish();
     let snapshot = analysis.snapshot();
-    let found = Finding::FalseReport(FalseReport { reported_hz: 100.0, arrival_hz: 40.0 });
+    let found = Finding::FalseReport { reported_hz: 100.0, arrival_hz: 40.0 };
     assert!(found_in(&snapshot, &found), "{:?}", snapshot.warnings);
 }
 
@@ -285,7 +284,7 @@ fn seconds_of_exact_arrivals_outweigh_the_register() {
             "{told_after}: {:?}",
             snapshot.timing
         );
-        let found = Finding::FalseReport(FalseReport { reported_hz: 40.0, arrival_hz: 100.0 });
+        let found = Finding::FalseReport { reported_hz: 40.0, arrival_hz: 100.0 };
         assert!(found_in(&snapshot, &found), "{:?}", snapshot.warnings);
         assert!(!refused(&snapshot) && !warned(&snapshot, WarningKind::StreamChanged));
     }

@@ -52,14 +52,13 @@ struct CaveatDocument<'a> {
 }
 
 impl<'a> ComparisonDocument<'a> {
-    /// The document of a comparison of `all`, in the order in which they were compared; remedies
-    /// are put into `words`.
+    /// The document of a comparison of `all`; remedies are put into `words`.
     pub fn new(all: &'a [SourceResult], comparison: &'a Comparison, words: RemedyWords) -> Self {
-        let disturbances = comparison.disturbances.iter().map(|disturbance| DisturbanceDocument {
-            record: disturbance.record,
-            kind: disturbance.warning.kind.name(),
-            channels: &disturbance.warning.channels,
-            text: in_words(&disturbance.warning, words),
+        let disturbances = comparison.disturbances.iter().map(|(record, warning)| DisturbanceDocument {
+            record: *record,
+            kind: warning.kind.name(),
+            channels: &warning.channels,
+            text: in_words(warning, words),
         });
         let caveats = comparison.caveats.iter();
         Self {

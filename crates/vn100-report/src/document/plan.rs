@@ -14,8 +14,7 @@ pub struct PlanCommands {
     pub configure: Option<String>,
     /// The command that measures.
     pub attach: String,
-    /// The command that restores the factory default; `None` if the measuring command restores
-    /// the settings.
+    /// The command that restores the settings; `None` if the measuring command does.
     pub undo: Option<String>,
 }
 

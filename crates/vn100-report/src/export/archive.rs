@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
-use vn100_analysis::noise::{Claim, Term};
+use vn100_analysis::noise::Term;
 use vn100_analysis::{ChannelResult, Completion, SourceResult};
 
 use super::tables::quoted;
@@ -30,8 +30,7 @@ pub struct ArchiveRow {
 }
 
 impl ArchiveRow {
-    /// The rows of all recordings of a file: the column `rows` gives their number, by which a file
-    /// whose rows were not all written is recognised.
+    /// The rows of all recordings of a file, each with their number in the column `rows`.
     pub fn of_file(file: &ArchivedFile, recordings: &[SourceResult]) -> Vec<Self> {
         let channels = |result: &SourceResult| result.channels.len().max(1);
         let count = recordings.iter().map(channels).sum();
@@ -61,8 +60,7 @@ impl ArchiveRow {
         columns().join(",") + "\n"
     }
 
-    /// The file, the number of its rows and the outcome of the recording, as a line of JSON or of a
-    /// table says; `None` for a line that is no row.
+    /// The file, the number of its rows and its outcome by a line; `None` for one that is no row.
     pub fn file_of_line(line: &str) -> Option<(ArchivedFile, usize, Completion)> {
         let cells: Vec<String> = match serde_json::from_str::<Value>(line) {
             Ok(Value::Object(row)) => {
@@ -145,11 +143,7 @@ fn cells(
     let judged = channel.map_or(&[][..], ChannelResult::verdicts);
     let verdicts = judged.iter().filter_map(|judged| {
         let (figure, verdict) = (&judged.figure, name_of(judged.verdict?));
-        let claim = match figure.claim {
-            Claim::Limit(_) => "limit",
-            Claim::Typical { .. } => "typical",
-        };
-        Some(format!("{} {claim} {verdict}", name_of(figure.term)))
+        Some(format!("{} {} {verdict}", name_of(figure.term), figure.claim.name()))
     });
     cells.push(("verdicts", joined(verdicts)));
     let mut named = BTreeSet::new();

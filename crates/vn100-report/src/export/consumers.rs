@@ -253,8 +253,7 @@ impl Consumer {
         lines
     }
 
-    /// N of gyroscope and accelerometer and K of the two, as the program takes them; `None` for one
-    /// that is not known, or that has no place in it.
+    /// N of gyroscope and accelerometer and K of the two, as far as they are known and have a place.
     pub fn typed_values(&self, noise: &FilterNoise) -> [Option<f64>; 4] {
         let rate_hz = if self.needs_rate { noise.rate_hz } else { noise.rate_hz.or(Some(1.0)) };
         let number = |sensor, term, formula: Option<Formula>| {

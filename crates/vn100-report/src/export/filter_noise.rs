@@ -2,14 +2,14 @@
 //! number for all axes, each with what it is, from a record or from a data sheet.
 
 use thiserror::Error;
-use vn100_analysis::noise::{Claim, Sensor, Status, Term};
+use vn100_analysis::noise::{Claim, Sensor, Status, Term, si_unit};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
     ChannelResult, Datasheet, DatasheetFigure, Inflation, LongTauValidity, Remedy, RemedyWords, Setting, SourceResult,
     WALK_OF_FLICKER, axes_name, letter, sensor_name, uncompensated_message,
 };
 
-use crate::{printable, units::si_unit};
+use crate::printable;
 
 /// The time in seconds over which a filter integrates, where the user does not give one.
 pub const DEFAULT_SPAN_S: f64 = 60.0;
@@ -17,8 +17,7 @@ pub const DEFAULT_SPAN_S: f64 = 60.0;
 const SHEET_WALK: &str =
     "K by a data sheet, which prints none: B/sqrt(T) of its bias instability B, the upper end at T = 60 s";
 
-/// The times in seconds over which a walk has the drift of a data sheet's bias instability: no sheet
-/// prints a walk.
+/// The times in seconds over which a walk drifts as the bias instability of a sheet does.
 const SHEET_WALK_S: (f64, f64) = (60.0, 1000.0);
 
 /// N and K of the two inertial sensors, the rate of their samples, and what the file of a filter needs
@@ -31,20 +30,23 @@ pub struct FilterNoise {
     pub topic: Option<String>,
     /// Error of the scale factor in ppm, which no record at rest shows; `None` if the user gave none.
     pub scale_factor_ppm: Option<f64>,
-    /// What is said at the head of a file.
-    remarks: Vec<String>,
-    /// What is said of K.
-    walk_remarks: Vec<String>,
-    /// The lower bounds of inflation.
-    least: Vec<(Sensor, Term, f64)>,
+    /// What is said at the head of a file that takes a term: with N all that is not of K alone.
+    remarks: Vec<(Term, String)>,
     /// Of the accelerometer and the gyroscope, each N and K.
-    values: Vec<NamedValue>,
+    values: Vec<FilterValue>,
     was_moved: bool,
 }
 
-/// N or K of a sensor, or why it is not known.
-type FilterValue = Result<KnownValue, Missing>;
-type NamedValue = (Sensor, Term, FilterValue);
+/// N or K of a sensor.
+#[derive(Debug, Clone, PartialEq)]
+struct FilterValue {
+    sensor: Sensor,
+    term: Term,
+    /// The value, or why it is not known.
+    found: Result<KnownValue, Missing>,
+    /// The lower bound of inflation; 0 if there is none.
+    least: f64,
+}
 
 /// A value in SI units.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,44 +115,39 @@ impl FilterNoise {
     /// B/√span, the walk that drifts in `span_s` seconds as much as the bias instability. A value
     /// without an estimate is an upper bound; if there is no bound, it is missing.
     pub fn of(record: &SourceResult, span_s: f64) -> Self {
-        let message = record.source.message.as_deref().unwrap_or("no message");
-        let rate = record.timing.rate_hz.map_or_else(|| "an unknown rate".into(), |hz| format!("{hz} Hz"));
         let source = &record.source;
+        let message = source.message.as_deref().unwrap_or("no message");
+        let rate = record.timing.rate_hz.map_or_else(|| "an unknown rate".into(), |hz| format!("{hz} Hz"));
         let started = source.recording.as_ref().and_then(|recording| recording.started());
         let serial = source.device.as_ref().and_then(|device| device.serial_number.as_ref());
         let mut origin = format!("record {}", printable(&source.name));
         origin.extend(started.map(|started| format!(", started {started}")));
         origin.extend(serial.map(|serial| format!(", serial number {}", printable(serial))));
+        let counted = format!(
+            "{} samples of {} at {rate}; upper bounds at a confidence of {}",
+            record.timing.samples,
+            printable(message),
+            record.confidence
+        );
         let mut remarks = vec![
-            origin,
-            format!(
-                "{} samples of {} at {rate}; upper bounds at a confidence of {}",
-                record.timing.samples,
-                printable(message),
-                record.confidence
-            ),
-            "values of the noisiest axis, as measured in this stream at this rate".into(),
+            (Term::White, origin),
+            (Term::White, counted),
+            (Term::White, "values of the noisiest axis, as measured in this stream at this rate".into()),
+            (Term::RateRandomWalk, format!("K: the larger of the random walk and 1.15 B/sqrt({span_s} s)")),
         ];
-        let mut walk_remarks = vec![format!("K: the larger of the random walk and 1.15 B/sqrt({span_s} s)")];
         if record.timing.is_rate_assumed() {
-            remarks.push("the rate is assumed, and the values with it".into());
+            remarks.push((Term::White, "the rate is assumed, and the values with it".into()));
         }
-        if record.source.compensated.is_none() {
-            walk_remarks.push("if the rates are bias-compensated, which is not known, B and K are too small".into());
+        if source.compensated.is_none() {
+            let unknown = "if the rates are bias-compensated, which is not known, B and K are too small";
+            remarks.push((Term::RateRandomWalk, unknown.into()));
         }
         Self {
             rate_hz: record.timing.rate_hz,
             // no filter reads another type
-            topic: record
-                .source
-                .bag
-                .as_ref()
-                .filter(|bag| bag.type_name.ends_with("/Imu"))
-                .map(|bag| bag.topic.clone()),
+            topic: source.bag.as_ref().filter(|bag| bag.type_name.ends_with("/Imu")).map(|bag| bag.topic.clone()),
             scale_factor_ppm: None,
             remarks,
-            walk_remarks,
-            least: QUANTITIES.into_iter().flat_map(|of| least(record, of)).collect(),
             values: QUANTITIES.into_iter().flat_map(|of| measured(record, of, span_s)).collect(),
             was_moved: record.motion.is_some(),
         }
@@ -165,16 +162,17 @@ impl FilterNoise {
             1.0 => "N as printed: nothing aliases".into(),
             factor => format!("N is {factor:.3} times the printed one, by aliasing in a stream of {rate_hz} Hz"),
         };
-        let of_sensor = |(_, sensor)| TERMS.map(|term| (sensor, term, printed(sheet, sensor, term, aliasing)));
-        let mut remarks = vec![format!("from a data sheet: {}", printable(&sheet.name)), aliased];
-        remarks.extend(sheet.note.as_deref().map(|note| format!("the sheet: {}", printable(note))));
+        let of_sensor = |(_, sensor)| {
+            TERMS.map(|term| FilterValue { sensor, term, found: printed(sheet, sensor, term, aliasing), least: 0.0 })
+        };
+        let note = sheet.note.as_deref().map(|note| format!("the sheet: {}", printable(note)));
+        let of_all = [Some(format!("from a data sheet: {}", printable(&sheet.name))), Some(aliased), note];
+        let of_all = of_all.into_iter().flatten().map(|remark| (Term::White, remark));
         Self {
             rate_hz: Some(rate_hz),
             topic: None,
             scale_factor_ppm: None,
-            remarks,
-            walk_remarks: vec![SHEET_WALK.into()],
-            least: Vec::new(),
+            remarks: of_all.chain([(Term::RateRandomWalk, SHEET_WALK.into())]).collect(),
             values: QUANTITIES.into_iter().flat_map(of_sensor).collect(),
             was_moved: false,
         }
@@ -182,24 +180,27 @@ impl FilterNoise {
 
     /// Takes from a data sheet what a record does not show.
     pub fn fill(&mut self, sheet: &Datasheet, aliasing: f64) {
-        for (sensor, term, value) in self.values.iter_mut().filter(|(.., value)| value.is_err()) {
-            if let Ok(known) = printed(sheet, *sensor, *term, aliasing) {
-                let remarks = if *term == Term::White { &mut self.remarks } else { &mut self.walk_remarks };
-                let (name, sheet) = (name_of(*sensor, *term), printable(&sheet.name));
-                remarks.push(format!("not measured, from the data sheet of {sheet}: {name}"));
-                if *term == Term::RateRandomWalk && !remarks.iter().any(|remark| remark == SHEET_WALK) {
-                    remarks.push(SHEET_WALK.into());
+        for value in self.values.iter_mut().filter(|value| value.found.is_err()) {
+            let term = value.term;
+            if let Ok(known) = printed(sheet, value.sensor, term, aliasing) {
+                let (name, sheet) = (name_of(value.sensor, term), printable(&sheet.name));
+                self.remarks.push((term, format!("not measured, from the data sheet of {sheet}: {name}")));
+                if term == Term::RateRandomWalk && !self.remarks.iter().any(|(_, remark)| remark == SHEET_WALK) {
+                    self.remarks.push((term, SHEET_WALK.into()));
                 }
-                *value = Ok(known);
+                value.found = Ok(known);
             }
         }
     }
 
-    /// N or K of a sensor; `None` for one that is not known, for one that is no inertial sensor, and for
-    /// another term.
+    /// N or K of a sensor; `None` for one that is not known, and for any other.
     pub fn value(&self, sensor: Sensor, term: Term) -> Option<f64> {
-        let (.., value) = self.values.iter().find(|(of, named, _)| (*of, *named) == (sensor, term))?;
-        Some(value.as_ref().ok()?.value)
+        let value = self.values.iter().find(|value| (value.sensor, value.term) == (sensor, term))?;
+        Some(value.found.as_ref().ok()?.value)
+    }
+
+    fn of_terms(&self, terms: &[Term]) -> impl Iterator<Item = &FilterValue> {
+        self.values.iter().filter(|value| terms.contains(&value.term))
     }
 
     /// The values of these terms that are missing.
@@ -207,32 +208,29 @@ impl FilterNoise {
         if self.was_moved {
             return Err(NotWritten::Moved);
         }
-        let values = self.values.iter().filter(|(_, term, _)| terms.contains(term));
-        Ok(values.filter_map(|(.., value)| value.as_ref().err().cloned()).collect())
+        Ok(self.of_terms(terms).filter_map(|value| value.found.as_ref().err().cloned()).collect())
     }
 
     /// What is said at the head of a file that takes these terms. A filter with less than the lower
     /// bounds is too sure; where the file has more, they say nothing.
     pub(super) fn remarks(&self, terms: &[Term]) -> Vec<String> {
-        let is_more = |(sensor, term, least): &&(Sensor, Term, f64)| {
-            terms.contains(term) && self.value(*sensor, *term).is_some_and(|value| *least > value)
-        };
-        let more = self.least.iter().filter(is_more).map(|(sensor, term, least)| {
-            format!("{} {least:.3e} {}", name_of(*sensor, *term), si_unit(*sensor, *term))
-        });
+        let of_term = |term| self.remarks.iter().filter(move |(of, _)| of == term).map(|(_, remark)| remark.clone());
+        let is_more = |of: &&FilterValue| of.found.as_ref().is_ok_and(|known| of.least > known.value);
+        let more = self.of_terms(terms).filter(is_more);
+        let more =
+            more.map(|of| format!("{} {:.3e} {}", name_of(of.sensor, of.term), of.least, si_unit(of.sensor, of.term)));
         let more = more.collect::<Vec<_>>().join(", ");
         let more = (!more.is_empty()).then(|| format!("a filter that shall not be too sure takes at least: {more}"));
-        let of_walk = self.walk_remarks.iter().filter(|_| terms.contains(&Term::RateRandomWalk));
-        self.remarks.iter().chain(of_walk).cloned().chain(more).collect()
+        terms.iter().flat_map(of_term).chain(more).collect()
     }
 
     /// Each value of these terms with its SI unit and what it is, as lines.
     pub(crate) fn labels(&self, terms: &[Term]) -> Vec<String> {
-        let label = |(sensor, term, value): &NamedValue| {
-            let KnownValue { value, label } = value.as_ref().ok()?;
+        let label = |FilterValue { sensor, term, found, .. }: &FilterValue| {
+            let KnownValue { value, label } = found.as_ref().ok()?;
             Some(format!("{} = {value:.5e} {}: {label}", name_of(*sensor, *term), si_unit(*sensor, *term)))
         };
-        self.values.iter().filter(|(_, term, _)| terms.contains(term)).filter_map(label).collect()
+        self.of_terms(terms).filter_map(label).collect()
     }
 }
 
@@ -242,7 +240,12 @@ fn name_of(sensor: Sensor, term: Term) -> String {
 }
 
 /// N and K of one sensor of a record.
-fn measured(record: &SourceResult, (quantity, sensor): (Quantity, Sensor), span_s: f64) -> [NamedValue; 2] {
+fn measured(record: &SourceResult, (quantity, sensor): (Quantity, Sensor), span_s: f64) -> [FilterValue; 2] {
+    let largest = |of: fn(&Inflation) -> f64| {
+        record.of(quantity).iter().filter_map(|axis| axis.inflation.as_ref()).map(of).fold(0.0, f64::max)
+    };
+    let white = |found| FilterValue { sensor, term: Term::White, found, least: largest(|bound| bound.white) };
+    let walk = |found| FilterValue { sensor, term: Term::RateRandomWalk, found, least: largest(|bound| bound.walk) };
     let axes: Vec<_> = record.streamed().filter(|channel| channel.quantity == quantity).collect();
     let missing = |term, why: &str, remedies: &[Remedy]| {
         let remedies = remedies.iter().cloned().chain([Remedy::FillFromDatasheet]).collect();
@@ -250,7 +253,8 @@ fn measured(record: &SourceResult, (quantity, sensor): (Quantity, Sensor), span_
     };
     let Some(noise) = axes.first().and_then(|axis| axis.noise.as_ref()) else {
         let why = format!("the capture has no channel {}", axes_name(sensor));
-        return TERMS.map(|term| (sensor, term, missing(term, &why, &[Remedy::MapColumns(None)])));
+        let missing = |term| missing(term, &why, &[Remedy::MapColumns(None)]);
+        return [white(missing(Term::White)), walk(missing(Term::RateRandomWalk))];
     };
     let uncompensated = uncompensated_message(record.source.message.as_deref().unwrap_or_default());
     let another_message = [Remedy::MeasureWith(Setting::Message(uncompensated))];
@@ -267,10 +271,10 @@ fn measured(record: &SourceResult, (quantity, sensor): (Quantity, Sensor), span_
             (Some("B and K are not the sensor's"), &[])
         }
     };
-    let white = noisiest(&axes, density).map_or_else(|| missing(Term::White, too_short, &[Remedy::Plan]), Ok);
-    let walk = noisiest(&axes, |axis| random_walk(axis, span_s)).filter(|_| no_walk.is_none());
-    let walk = walk.map_or_else(|| missing(Term::RateRandomWalk, no_walk.unwrap_or(too_short), cure), Ok);
-    [(sensor, Term::White, white), (sensor, Term::RateRandomWalk, walk)]
+    let density = noisiest(&axes, density).map_or_else(|| missing(Term::White, too_short, &[Remedy::Plan]), Ok);
+    let slow = noisiest(&axes, |axis| random_walk(axis, span_s)).filter(|_| no_walk.is_none());
+    let slow = slow.map_or_else(|| missing(Term::RateRandomWalk, no_walk.unwrap_or(too_short), cure), Ok);
+    [white(density), walk(slow)]
 }
 
 /// The largest value of the axes; an axis without a value is named.
@@ -315,18 +319,8 @@ fn random_walk(axis: &ChannelResult, span_s: f64) -> Option<KnownValue> {
     Some(KnownValue { value, label })
 }
 
-/// The lower bounds of inflation of a sensor, in the SI units of N and K, each the largest of its axes.
-fn least(record: &SourceResult, (quantity, sensor): (Quantity, Sensor)) -> Vec<(Sensor, Term, f64)> {
-    let bounds: Vec<_> = record.of(quantity).into_iter().filter_map(|axis| axis.inflation).collect();
-    let largest = |of: fn(&Inflation) -> f64| bounds.iter().map(of).fold(0.0, f64::max);
-    vec![
-        (sensor, Term::White, largest(|bound| bound.white)),
-        (sensor, Term::RateRandomWalk, largest(|bound| bound.walk)),
-    ]
-}
-
 /// N or K by a data sheet.
-fn printed(sheet: &Datasheet, sensor: Sensor, term: Term, aliasing: f64) -> FilterValue {
+fn printed(sheet: &Datasheet, sensor: Sensor, term: Term, aliasing: f64) -> Result<KnownValue, Missing> {
     let of = |term: &Term| {
         let figure = figure(sheet, sensor, *term)?;
         let (smallest, largest) = figure.claim.ends();

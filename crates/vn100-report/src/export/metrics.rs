@@ -2,35 +2,26 @@
 
 use std::{collections::BTreeSet, fmt::Write, time::Duration};
 
-use vn100_analysis::noise::Term;
+use vn100_analysis::noise::{Term, si_unit};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{ChannelResult, LinkStatus, SourceResult};
 
-use crate::{codes::name_of, health::line_load, names::rejected_kinds, printable::printable, units::si_unit};
-
-/// One source at one moment.
-#[derive(Debug, Clone, Copy)]
-pub struct MeasuredSource<'a> {
-    /// The result so far.
-    pub result: &'a SourceResult,
-    /// Time since the last sample; `None` before the first.
-    pub last_sample_age: Option<Duration>,
-}
+use crate::{codes::name_of, health::line_load, names::rejected_kinds, printable::printable};
 
 /// The media type of the metrics in HTTP: the text format 0.0.4 of Prometheus.
 pub const METRICS_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
 
-/// The metrics of these sources. A metric whose value is not known has no sample; noise parameters
-/// have none if the sensor was moved.
+/// The metrics of these sources, each with the time since its last sample; `None` before the first. A
+/// metric whose value is not known has no sample; noise parameters have none if the sensor was moved.
 ///
 /// # Examples
 /// ```
 /// assert_eq!(vn100_report::metrics_text(&[]), "");
 /// ```
-pub fn metrics_text(sources: &[MeasuredSource<'_>]) -> String {
+pub fn metrics_text(sources: &[(&SourceResult, Option<Duration>)]) -> String {
     let mut families = Families(Vec::new());
-    for source in sources {
-        of_source(&mut families, source);
+    for (result, last_sample_age) in sources {
+        of_source(&mut families, result, *last_sample_age);
     }
     let text = |Family { name, help, kind, samples }: &Family| {
         format!("# HELP {name} {help}\n# TYPE {name} {kind}\n{samples}")
@@ -77,8 +68,7 @@ fn escaped(value: &str) -> String {
     printable(value).replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n")
 }
 
-fn of_source(out: &mut Families, source: &MeasuredSource<'_>) {
-    let MeasuredSource { result, last_sample_age } = *source;
+fn of_source(out: &mut Families, result: &SourceResult, last_sample_age: Option<Duration>) {
     let (facts, timing, link) = (&result.source, &result.timing, &result.link);
     let port = ("port", facts.name.as_str());
     let of_port = &[port];
@@ -163,7 +153,7 @@ mod tests {
     fn text(name: &str) -> String {
         let link = Some(LinkFacts { status: LinkStatus::Connected, baud: Some(115_200), ..LinkFacts::default() });
         let result = result(SourceFacts { link, ..facts(name) }, nothing());
-        metrics_text(&[MeasuredSource { result: &result, last_sample_age: Some(Duration::from_millis(1500)) }])
+        metrics_text(&[(&result, Some(Duration::from_millis(1500)))])
     }
 
     #[test]
@@ -197,7 +187,7 @@ mod tests {
         assert_eq!(latest("warm"), None);
         latest("+22.1");
         let result = result(facts(""), snapshot);
-        let source = MeasuredSource { result: &result, last_sample_age: None };
+        let source = (&result, None);
         let text = metrics_text(&[source]);
         assert!(text.contains("vn100_temperature_celsius{port=\"\"} 22.1\n"), "{text}");
     }

@@ -9,10 +9,9 @@ use vn100_analysis::protocol::{Channel, stream::Batch};
 
 /// Writes samples as rows of CSV.
 ///
-/// The first column is the arrival time in nanoseconds, where the source has it: since 1970 where
-/// the times of the source are dates. Next is the device time, where samples carry it. Values are
-/// in the units of documents, with the decimals that the sensor sends; a value that a row lacks is
-/// empty.
+/// The first column is the arrival time in nanoseconds, where the source has it: since 1970 where the
+/// times are dates. Next is the device time, where samples carry it. Values are in the units of
+/// documents, with the decimals that the sensor sends; a value that a row lacks is empty.
 #[derive(Debug)]
 pub struct SampleTable<W> {
     out: W,

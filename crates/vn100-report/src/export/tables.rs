@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
-use vn100_analysis::noise::{Claim, Parameter, Term, conventions};
+use vn100_analysis::noise::{Parameter, Term, conventions, si_unit};
 use vn100_analysis::{
     Completion, Discrete, InUnit, ParameterResult, Point, RemedyWords, SourceResult, Statistics, TemperatureResult,
 };
 
 use crate::warnings::{details, headline};
-use crate::{codes::name_of, graphical::GRAPHICAL, names::sentence, units::si_unit};
+use crate::{codes::name_of, graphical::GRAPHICAL, names::sentence};
 
 /// A table of a report.
 #[derive(Debug, Clone, Copy)]
@@ -31,8 +31,7 @@ impl CsvTable {
         Self { ending: ".spectrum.csv", header: SPECTRUM, rows: |table, record, _| spectrum(table, record) },
     ];
 
-    /// The table: a header, and a row for each channel and point. Remedies are put into the given
-    /// words.
+    /// The table: a header, and a row for each channel and point.
     pub fn text(&self, record: &SourceResult, words: RemedyWords) -> String {
         let mut table = Table(format!("{}\n", self.header));
         (self.rows)(&mut table, record, words);
@@ -115,25 +114,21 @@ fn parameters(table: &mut Table, record: &SourceResult) {
     for channel in &record.channels {
         let Some(noise) = &channel.noise else { continue };
         for term in Term::ALL {
-            in_units(table, &channel.name, &name_of(term), noise.parameter_in_units(term));
+            noise
+                .parameter_in_units(term)
+                .iter()
+                .for_each(|found| of_parameter(table, &channel.name, &name_of(term), found));
         }
         if let Some(TemperatureResult { parameter, unit, conventions, .. }) = &noise.temperature {
-            let found = ParameterResult {
-                parameter: *parameter,
-                unit,
-                conventions: conventions.clone(),
-                discrete: None,
-                budget: None,
-            };
-            in_units(table, &channel.name, "temperature_coefficient", Some(&found));
+            in_units(table, [&channel.name, "temperature_coefficient"], parameter, unit, conventions);
         }
-        in_units(table, &channel.name, "curve_minimum", noise.curve_minimum.as_ref());
+        noise.curve_minimum.iter().for_each(|found| of_parameter(table, &channel.name, "curve_minimum", found));
         for (term, ..) in GRAPHICAL {
-            let read = noise.classical.of(term);
-            let (name, status) =
-                (format!("graphical_{}", name_of(term)), read.map_or_else(name_of, |_| "graphical".into()));
+            let Some(read) = noise.classical.reading(term) else { continue };
+            let name = format!("graphical_{}", name_of(term));
+            let status = read.not_read.map_or_else(|| "graphical".into(), name_of);
             for (place, convention) in conventions(noise.sensor, term).iter().enumerate() {
-                let value = number(read.ok().map(|line| line.value * convention.factor));
+                let value = number(read.value.map(|value| value * convention.factor));
                 let sides = convention.sides.map_or_else(String::new, name_of);
                 let is_si = if place == 0 { "true" } else { "false" };
                 table.row(&[&channel.name, &name, &status, &value, "", "", convention.unit, "", &sides, is_si]);
@@ -142,22 +137,24 @@ fn parameters(table: &mut Table, record: &SourceResult) {
     }
 }
 
-/// A row for each unit of a parameter, and one for its discrete form at the rate of the record; none
-/// without the parameter.
-fn in_units(table: &mut Table, channel: &str, name: &str, found: Option<&ParameterResult>) {
-    let Some(ParameterResult { parameter, unit, conventions, discrete, .. }) = found else { return };
+/// A row for each unit of a parameter, and one for its discrete form at the rate of the record.
+fn of_parameter(table: &mut Table, channel: &str, name: &str, found: &ParameterResult) {
+    let ParameterResult { parameter, unit, conventions, discrete, .. } = found;
+    in_units(table, [channel, name], parameter, unit, conventions);
+    if let Some(Discrete { unit, value, lower, upper, .. }) = *discrete {
+        let sample = Parameter { status: parameter.status, value, lower, upper, p: None };
+        in_units(table, [channel, &format!("{name}_discrete")], &sample, unit, &[]);
+    }
+}
+
+fn in_units(table: &mut Table, [channel, name]: [&str; 2], parameter: &Parameter, unit: &'static str, more: &[InUnit]) {
     let Parameter { status, value, lower, upper, p } = *parameter;
     let si = InUnit { unit, sides: None, value, lower, upper };
-    for (place, InUnit { unit, sides, value, lower, upper }) in [&si].into_iter().chain(conventions).enumerate() {
+    for (place, InUnit { unit, sides, value, lower, upper }) in [&si].into_iter().chain(more).enumerate() {
         let [value, lower, upper, p] = [*value, *lower, *upper, p].map(number);
         let sides = sides.map_or_else(String::new, name_of);
         let is_si = if place == 0 { "true" } else { "false" };
         table.row(&[channel, name, &name_of(status), &value, &lower, &upper, unit, &p, &sides, is_si]);
-    }
-    if let Some(Discrete { unit, value, lower, upper, .. }) = *discrete {
-        let [value, lower, upper] = [value, lower, upper].map(number);
-        let name = format!("{name}_discrete");
-        table.row(&[channel, &name, &name_of(status), &value, &lower, &upper, unit, "", "", "true"]);
     }
 }
 
@@ -169,17 +166,13 @@ fn verdicts(table: &mut Table, record: &SourceResult) {
             let Parameter { value, lower, upper, .. } = verdict.measured;
             let (low, high) = verdict.expected;
             let [value, lower, upper, low, high] = [value, lower, upper, Some(low), Some(high)].map(number);
-            let claim = match verdict.figure.claim {
-                Claim::Limit(_) => "limit",
-                Claim::Typical { .. } => "typical",
-            };
             table.row(&[
                 &channel.name,
                 &name_of(verdict.figure.term),
                 &verdict.verdict.map_or_else(String::new, name_of),
                 datasheet,
                 &verdict.figure.printed,
-                claim,
+                verdict.figure.claim.name(),
                 &value,
                 &lower,
                 &upper,

@@ -10,9 +10,7 @@ use vn100_analysis::{ChannelResult, FigureVerdict, Point};
 
 use super::{
     Colour, Dash, Figure, LegendSample, PlotAxis, PlottedSeries, PlottedValue, Primitive, Shape, SlopedLine, Stroke,
-    axes::Scale,
-    fitted_model::{FLAT, FittedModel},
-    solid,
+    axes::Scale, fitted_model::FittedModel, plot::FLAT, solid,
 };
 use crate::{names::deviation_name, shortened, units::pretty_unit};
 
@@ -82,49 +80,40 @@ pub(crate) fn allan_of_axes(
     let (unit, factor) = curve_units(first.quantity).first().copied().unwrap_or((&first.unit, 1.0));
     let axes: Vec<ChannelResult> = axes.iter().map(|channel| channel.in_unit(unit, factor)).collect();
     let named: Vec<_> = axes.iter().map(|channel| (channel.name.clone(), channel)).collect();
-    let sheet: Vec<SheetLine> = (verdicts.iter().filter(|_| deviation == Deviation::Allan))
-        .flat_map(|verdict| SheetLine::of(verdict, factor))
-        .collect();
+    let of_allan = verdicts.iter().filter(|_| deviation == Deviation::Allan);
+    let sheet: Vec<(SlopedLine, String)> = of_allan.flat_map(|verdict| sheet_lines(verdict, factor)).collect();
     together(format!("allan-{id}"), title, &named, deviation, Some((&sheet, factor)))
 }
 
-/// A figure of the data sheet, as it shows in this stream.
-struct SheetLine {
-    line: SlopedLine,
-    text: String,
-}
-
-impl SheetLine {
-    /// White noise falls with the root of the averaging time; what most sheets call bias
-    /// instability is the minimum of the curve. Of a density of unknown sides both readings; none
-    /// of a figure that this stream cannot show.
-    fn of(verdict: &FigureVerdict, factor: f64) -> Vec<Self> {
-        let figure = &verdict.figure;
-        let (kind, is_limit) = match figure.claim {
-            Claim::Limit(_) => ("max", true),
-            Claim::Typical { .. } => ("typ", false),
-        };
-        let (slope, name, level) = match figure.term {
-            White => (-0.5, "N", 1.0),
-            BiasInstability if figure.is_curve_minimum() => (0.0, "B", 1.0),
-            BiasInstability => (0.0, "B", FLAT),
-            Quantization | RateRandomWalk | RateRamp => return Vec::new(),
-        };
-        if verdict.verdict == Some(Verdict::NotComparable) {
-            return Vec::new();
-        }
-        // what aliasing is known to is no wider than this; of a figure with several readings both ends
-        const ONE: f64 = 1.5;
-        let (low, high) = verdict.expected;
-        let line = |end: f64, which: &str| Self {
-            line: SlopedLine { tau_s: 1.0, deviation: end * level * factor, slope, dash: Dash::Mixed },
-            text: format!("data sheet {name} {kind}{which}"),
-        };
-        match (is_limit, high > ONE * low) {
-            (true, _) => vec![line(low, "")],
-            (false, false) => vec![line(f64::midpoint(low, high), "")],
-            (false, true) => vec![line(low, ", least"), line(high, ", most")],
-        }
+/// A figure of the data sheet as it shows in this stream, with its text: white noise falls with the root
+/// of the averaging time, and what most sheets call bias instability is the minimum of the curve. Of a
+/// density of unknown sides both readings; none of a figure that this stream cannot show.
+fn sheet_lines(verdict: &FigureVerdict, factor: f64) -> Vec<(SlopedLine, String)> {
+    let figure = &verdict.figure;
+    let (kind, is_limit) = match figure.claim {
+        Claim::Limit(_) => ("max", true),
+        Claim::Typical { .. } => ("typ", false),
+    };
+    let (slope, name, level) = match figure.term {
+        White => (-0.5, "N", 1.0),
+        BiasInstability if figure.is_curve_minimum() => (0.0, "B", 1.0),
+        BiasInstability => (0.0, "B", FLAT),
+        Quantization | RateRandomWalk | RateRamp => return Vec::new(),
+    };
+    if verdict.verdict == Some(Verdict::NotComparable) {
+        return Vec::new();
+    }
+    // what aliasing is known to is no wider than this; of a figure with several readings both ends
+    const ONE: f64 = 1.5;
+    let (low, high) = verdict.expected;
+    let line = |end: f64, which: &str| {
+        let line = SlopedLine { tau_s: 1.0, deviation: end * level * factor, slope, dash: Dash::Mixed };
+        (line, format!("data sheet {name} {kind}{which}"))
+    };
+    match (is_limit, high > ONE * low) {
+        (true, _) => vec![line(low, "")],
+        (false, false) => vec![line(f64::midpoint(low, high), "")],
+        (false, true) => vec![line(low, ", least"), line(high, ", most")],
     }
 }
 
@@ -153,7 +142,7 @@ fn together(
     title: &str,
     curves: &[(String, &ChannelResult)],
     deviation: Deviation,
-    of_sensor: Option<(&[SheetLine], f64)>,
+    of_sensor: Option<(&[(SlopedLine, String)], f64)>,
 ) -> Option<Figure> {
     let curves: Vec<_> = curves.iter().filter(|(_, channel)| !channel.allan.points.is_empty()).collect();
     let channels: Vec<_> = curves.iter().map(|(_, channel)| *channel).collect();
@@ -174,7 +163,7 @@ fn together(
         .collect();
     let title = format!("{title}: {}", deviation_name(deviation));
     let mut plot = Figure::with_square_decades(id, title, x, y, &legend);
-    plot.draw(channels.len(), sheet.iter().map(|sheet| sheet.line.drawn(&plot, Colour::Quiet, 1.0)).collect());
+    plot.draw(channels.len(), sheet.iter().map(|(line, _)| line.drawn(&plot, Colour::Quiet, 1.0)).collect());
     for (index, channel) in channels.iter().enumerate() {
         plot.draw(index, curve(&plot, index, &channel.allan.points));
     }
@@ -184,8 +173,8 @@ fn together(
         }
     }
     // level ones first, which have room at the left alone
-    let (level, sloped): (Vec<_>, Vec<_>) = sheet.iter().partition(|sheet| sheet.line.slope == 0.0);
-    for SheetLine { line, text } in level.into_iter().chain(sloped) {
+    let (level, sloped): (Vec<_>, Vec<_>) = sheet.iter().partition(|(line, _)| line.slope == 0.0);
+    for (line, text) in level.into_iter().chain(sloped) {
         plot.label(channels.len(), &line.along(&plot), text);
     }
     let series = curves.iter().map(|(name, channel)| series(name.clone(), &channel.allan.points)).collect();

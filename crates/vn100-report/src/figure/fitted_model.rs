@@ -6,14 +6,16 @@ use vn100_analysis::noise::{
 };
 use vn100_analysis::{ChannelResult, NoiseResult, Point, letter};
 
-use super::{Colour, Dash, Figure, LegendSample, Marker, Primitive, Shape, SlopedLine, Stroke, axes::Scale, quiet};
+use super::{
+    Colour, Dash, Figure, LegendSample, Primitive, Shape, SlopedLine, Stroke,
+    axes::Scale,
+    plot::{FLAT, read_line},
+    quiet,
+};
 use crate::{
     numbers::digits,
     units::{parameter_unit, pretty_unit},
 };
-
-/// √(2 ln 2/π): the flat part of a curve over its B.
-pub(crate) const FLAT: f64 = 0.664_28;
 
 /// The noise that was fitted, as lines; its parameters `factor` times as large.
 pub(super) struct FittedModel<'a> {
@@ -43,7 +45,8 @@ impl<'a> FittedModel<'a> {
         fitted.chain([Quantization, White, RateRandomWalk].into_iter().filter_map(|term| self.value(term))).collect()
     }
 
-    fn lines(&self, plot: &Figure) -> Vec<Reference> {
+    /// The line of each term, through the deviation at the averaging time where its letter is read.
+    fn lines(&self, plot: &Figure) -> Vec<(Term, &'static str, SlopedLine)> {
         let Scale { from, to, .. } = plot.x.scale;
         // the middle of the flat part: from where white noise falls below it, to where the random walk or the record ends it
         let flat = |flicker: f64| {
@@ -53,7 +56,7 @@ impl<'a> FittedModel<'a> {
             (begins * ends.max(begins)).sqrt()
         };
         let at = |term, letter, tau_s, deviation, slope| {
-            Some(Reference { term, letter, line: SlopedLine { tau_s, deviation, slope, dash: dash(term)? } })
+            Some((term, letter, SlopedLine { tau_s, deviation, slope, dash: dash(term)? }))
         };
         let flat_part = |flicker| at(BiasInstability, "0.664 B", flat(flicker), FLAT * flicker, 0.0);
         [
@@ -71,7 +74,8 @@ impl<'a> FittedModel<'a> {
         if self.noise.fit.is_some() {
             legend.push((LegendSample::Line(MODEL), "fitted model".into()));
         }
-        if [White, BiasInstability, RateRandomWalk].iter().any(|term| self.noise.classical.of(*term).is_ok()) {
+        let is_read = |term: &Term| self.noise.classical.reading(*term).is_some_and(|read| read.value.is_some());
+        if Term::ALL.iter().any(is_read) {
             legend.push((LegendSample::Symbol(Shape::Disc.hollow(), Colour::Ink), "graphical method".into()));
         }
         legend.extend(Term::ALL.into_iter().filter_map(|term| {
@@ -83,7 +87,7 @@ impl<'a> FittedModel<'a> {
     }
 
     pub(super) fn below(&self, plot: &Figure) -> Vec<Primitive> {
-        self.lines(plot).iter().map(|Reference { line, .. }| line.drawn(plot, Colour::Quiet, 1.1)).collect()
+        self.lines(plot).iter().map(|(.., line)| line.drawn(plot, Colour::Quiet, 1.1)).collect()
     }
 
     /// Its curve, where its terms are read, and what the graphical rules read.
@@ -97,23 +101,16 @@ impl<'a> FittedModel<'a> {
             marks.push(plot.line(fitted, MODEL));
         }
         let lines = self.lines(plot);
-        marks.extend(lines.iter().map(|line| line.symbol(plot, Shape::Diamond.filled())));
-        let classical = &self.noise.classical;
-        let read = [
-            (Shape::Disc.hollow(), 1.0, classical.of(White)),
-            (Shape::Triangle.hollow(), 3.0, classical.of(RateRandomWalk)),
-        ];
-        marks.extend((read.into_iter()).filter_map(|(shape, tau_s, value)| {
-            Some(plot.symbol(tau_s, value.ok()?.value * self.factor, shape, Colour::Ink))
+        marks.extend(lines.iter().map(|(.., line)| line.symbol(plot, Shape::Diamond.filled())));
+        let read = [(White, Shape::Disc), (RateRandomWalk, Shape::Triangle), (BiasInstability, Shape::Square)];
+        marks.extend(read.into_iter().filter_map(|(term, shape)| {
+            Some(read_line(term, self.noise.classical.reading(term)?, self.factor)?.symbol(plot, shape.hollow()))
         }));
-        if let Ok(flat) = classical.of(BiasInstability) {
-            marks.push(plot.symbol(flat.tau_s, FLAT * flat.value * self.factor, Shape::Square.hollow(), Colour::Ink));
-        }
         plot.draw(1, marks);
-        for line in &lines {
-            let value = self.noise.parameter(line.term).and_then(|parameter| parameter.value);
-            let value = value.map_or_else(String::new, |value| format!(": {}", self.number(line.term, value)));
-            line.line.label(plot, 1, &format!("{}{value}", line.letter));
+        for (term, letter, line) in &lines {
+            let value = self.noise.parameter(*term).and_then(|parameter| parameter.value);
+            let value = value.map_or_else(String::new, |value| format!(": {}", self.number(*term, value)));
+            line.label(plot, 1, &format!("{letter}{value}"));
         }
     }
 
@@ -121,14 +118,14 @@ impl<'a> FittedModel<'a> {
     /// and random walk, in the colour of `series`; each with its letter.
     pub(super) fn draw_among(&self, plot: &mut Figure, series: usize, name: &str) {
         let lines = self.lines(plot);
-        let mark = |line: &Reference| match line.term {
+        let mark = |(term, _, line): &(Term, &str, SlopedLine)| match term {
             White => line.symbol(plot, Shape::Diamond.hollow()),
-            _ => line.line.drawn(plot, Colour::Series(series), 0.8),
+            _ => line.drawn(plot, Colour::Series(series), 0.8),
         };
         let marks = lines.iter().map(mark).collect();
         plot.draw(series, marks);
-        for line in lines.iter().filter(|line| line.term != White) {
-            plot.label(series, &line.line.along(plot), &format!("{} {name}", line.letter));
+        for (_, letter, line) in lines.iter().filter(|(term, ..)| *term != White) {
+            plot.label(series, &line.along(plot), &format!("{letter} {name}"));
         }
     }
 
@@ -152,19 +149,6 @@ fn dash(term: Term) -> Option<Dash> {
         White => Some(Dash::Dashed),
         RateRandomWalk => Some(Dash::Mixed),
         RateRamp => None,
-    }
-}
-
-/// The line of one term, through the deviation at the averaging time where its letter is read.
-struct Reference {
-    term: Term,
-    letter: &'static str,
-    line: SlopedLine,
-}
-
-impl Reference {
-    fn symbol(&self, plot: &Figure, shape: Marker) -> Primitive {
-        plot.symbol(self.line.tau_s, self.line.deviation, shape, Colour::Ink)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The histogram, and the normal curve of the same mean, deviation and area.
 
 use std::f64::consts::TAU;
-use vn100_analysis::{ChannelResult, HistogramBars};
+use vn100_analysis::{ChannelResult, noise::HistogramBars};
 
 use super::{
     Colour, Figure, LegendSample, PlotAxis, PlottedSeries, PlottedValue, Primitive, allan::id_of, axes::Scale, solid,

@@ -6,7 +6,7 @@ use super::{
     axes::Scale, solid,
 };
 use crate::units::pretty_unit;
-use vn100_analysis::{BlockValues, ChannelResult, History, HistoryColumn};
+use vn100_analysis::{BlockValues, ChannelResult, History};
 
 /// A channel over the time of its record. `None` without blocks.
 pub(crate) fn envelope(channel: &ChannelResult) -> Option<Figure> {
@@ -20,14 +20,7 @@ pub(crate) fn envelope(channel: &ChannelResult) -> Option<Figure> {
 /// The range and the mean of the recent samples of the channel `name`, in its `unit`, over the time
 /// until the last one. `None` without a sample in these minutes.
 pub fn last_minutes(name: &str, unit: &str, history: &History) -> Option<Figure> {
-    let duration_s = history.column_s;
-    let length_s = history.columns.len() as f64 * duration_s;
-    let block = |(place, column): (usize, &Option<HistoryColumn>)| {
-        let HistoryColumn { min, max, mean } = (*column)?;
-        let start_s = place as f64 * duration_s - length_s;
-        Some(BlockValues { start_s, duration_s, count: 1, mean, std: None, min, max })
-    };
-    let blocks: Vec<BlockValues> = history.columns.iter().enumerate().filter_map(block).collect();
+    let blocks: Vec<BlockValues> = history.columns.iter().copied().flatten().collect();
     let (id, title) = (format!("signal-{}", id_of(name)), format!("{name}: the last minutes"));
     let along = ("time until the last sample", ("s", 1.0));
     (!blocks.is_empty()).then(|| bands(id, title, along, (name, unit), &blocks))

@@ -1,5 +1,7 @@
 //! A figure while it is drawn: its frame and legend, and what every plot places in it.
 
+use vn100_analysis::noise::{GraphicalReading, GraphicalReadings, Term};
+
 use super::{
     Figure, PlotAxis,
     axes::{Scale, frame, square_decades},
@@ -25,8 +27,7 @@ const AREA_HEIGHT: f64 = HEIGHT - 26.0 - 44.0;
 const AREA_RIGHT: f64 = WIDTH - 18.0;
 
 impl Figure {
-    /// With decades as high as they are wide, so that a slope of −½ looks like one: the shorter
-    /// side is continued.
+    /// With decades as high as they are wide: the shorter side is continued.
     pub(super) fn with_square_decades(
         id: String,
         title: String,
@@ -119,6 +120,9 @@ impl Figure {
     }
 }
 
+/// √(2 ln 2/π): the flat part of a curve over its B.
+pub(super) const FLAT: f64 = 0.664_28;
+
 /// A straight line on logarithmic scales, through the deviation at an averaging time.
 pub(super) struct SlopedLine {
     pub(super) tau_s: f64,
@@ -138,6 +142,11 @@ impl SlopedLine {
         plot.line([from, to].map(|tau_s| (tau_s, self.at(tau_s))), Stroke { colour, width, dash: self.dash })
     }
 
+    /// A symbol at the deviation that it goes through.
+    pub(super) fn symbol(&self, plot: &Figure, shape: Marker) -> Primitive {
+        plot.symbol(self.tau_s, self.deviation, shape, Colour::Ink)
+    }
+
     /// Places along it that lie in the plot, from its left end.
     pub(super) fn along(&self, plot: &Figure) -> Vec<(f64, f64)> {
         const PLACES: usize = 48;
@@ -153,6 +162,16 @@ impl SlopedLine {
     }
 }
 
+/// The line through the place of a reading, in a plot of `factor` times the SI unit.
+pub(super) fn read_line(term: Term, read: &GraphicalReading, factor: f64) -> Option<SlopedLine> {
+    let (tau_s, level, slope, dash) = match term {
+        Term::BiasInstability => (read.tau_s?, FLAT, 0.0, Dash::Dotted),
+        Term::RateRandomWalk => (GraphicalReadings::RANDOM_WALK_TAU_S, 1.0, 0.5, Dash::Mixed),
+        Term::White | Term::Quantization | Term::RateRamp => (GraphicalReadings::WHITE_TAU_S, 1.0, -0.5, Dash::Dashed),
+    };
+    Some(SlopedLine { tau_s, deviation: read.value? * level * factor, slope, dash })
+}
+
 /// Where a plot begins beside the numbers of its upright axis.
 fn left_of(y: &PlotAxis) -> f64 {
     let labels = y.scale.ticks();
@@ -160,8 +179,7 @@ fn left_of(y: &PlotAxis) -> f64 {
     widths.fold(0.0, f64::max) + LETTERS + 16.0
 }
 
-/// The width of a letter over its height: that of most letters of DejaVu Sans, the font that an SVG
-/// names first.
+/// The width of a letter over its height: that of most letters of DejaVu Sans.
 const PER_LETTER: f64 = 0.64;
 
 /// Of a text in letters of the usual size.

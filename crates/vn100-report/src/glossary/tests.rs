@@ -2,9 +2,9 @@
 
 use std::collections::HashSet;
 
+use vn100_analysis::WarningKind;
 use vn100_analysis::noise::NoCoefficient;
 use vn100_analysis::protocol::{MESSAGES, PACKET_MESSAGES};
-use vn100_analysis::{WarningKind, WhyNoCoefficient};
 
 use super::*;
 use crate::{codes::all_codes, remedies::remedy_words};
@@ -12,14 +12,14 @@ use crate::{codes::all_codes, remedies::remedy_words};
 #[test]
 fn every_code_warning_and_parameter_is_explained() {
     let no_coefficient = [
-        WhyNoCoefficient::Moved,
-        WhyNoCoefficient::BiasNotInStream,
-        WhyNoCoefficient::Constant,
-        WhyNoCoefficient::Temperature(NoCoefficient::TooShort { blocks: 0 }),
-        WhyNoCoefficient::Temperature(NoCoefficient::Excursion { excursion_c: 0.0 }),
-        WhyNoCoefficient::Temperature(NoCoefficient::OneDirection { correlation: 1.0 }),
+        NoCoefficient::Moved,
+        NoCoefficient::BiasNotInStream,
+        NoCoefficient::Constant,
+        NoCoefficient::TooShort { blocks: 0 },
+        NoCoefficient::Excursion { excursion_c: 0.0 },
+        NoCoefficient::OneDirection { correlation: 1.0 },
     ];
-    let words = WarningKind::ALL.map(WarningKind::name).into_iter().chain(no_coefficient.map(WhyNoCoefficient::code));
+    let words = WarningKind::ALL.map(WarningKind::name).into_iter().chain(no_coefficient.map(NoCoefficient::code));
     let words = words
         .chain(["N", "B", "K", "R", "Q", "ARW", "VRW", "BI", "RRW", "RR", "QN", "edf", "aliasing", "tau"])
         .chain(["CHECK", "PROBLEM", "limited", "MOVED", "untested", "ok"]);

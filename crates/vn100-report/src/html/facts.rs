@@ -220,7 +220,7 @@ pub(crate) fn method(record: &SourceResult, asked: &str) -> Vec<Row> {
     vec![
         fact(
             "Deviation",
-            match record.deviation() {
+            match record.settings().deviation {
                 Deviation::Allan => "Allan, over octaves τ = 1, 2, 4, … sample intervals [1, 2]",
                 Deviation::Hadamard => "Hadamard, over octaves τ = 1, 2, 4, … sample intervals [2]",
             },
@@ -234,7 +234,7 @@ pub(crate) fn method(record: &SourceResult, asked: &str) -> Vec<Row> {
         ),
         fact(
             "Estimator",
-            match record.estimator() {
+            match record.settings().estimator {
                 Estimator::Strided => {
                     "windows at stride τ/16: all overlaps up to τ = 16 samples, within 1 % of the information of all overlaps beyond"
                 }

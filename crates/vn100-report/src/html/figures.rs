@@ -21,7 +21,7 @@ pub(crate) fn together(record: &SourceResult, figures: &Figures, captions: &Capt
         @if !others.is_empty() { (grid(others, captions)) }
         p {
             "Bars are pointwise " (level) " % confidence intervals; hollow grey points without a bar have fewer than two equivalent degrees of freedom and show no trend."
-            @if record.deviation() == Deviation::Allan && record.motion.is_none() {
+            @if record.settings().deviation == Deviation::Allan && record.motion.is_none() {
                 " Diamonds: N, read at 1 s. Lines in the colour of an axis: its flicker floor 0.664 B and its random walk K, where they are estimated; upper bounds stand in the legend with ≤."
             }
         }
@@ -32,7 +32,7 @@ pub(crate) fn together(record: &SourceResult, figures: &Figures, captions: &Capt
 pub(crate) fn axes(record: &SourceResult, figures: &Figures, captions: &Captions) -> Markup {
     html! {
         p {
-            @if record.deviation() == Deviation::Allan {
+            @if record.settings().deviation == Deviation::Allan {
                 "Thick line: the fitted model with all its terms. Thin lines: its white noise (dashed), flicker floor 0.664 B (dotted) and random walk (dash-dotted), where they are estimated, each with its value where it is read: N at 1 s, K at 3 s. \
                  Upper bounds stand in the legend with ≤. Hollow marks in the colour of the text: the graphical slope method, a ring for N, a square for the minimum, a triangle for K."
             } @else {

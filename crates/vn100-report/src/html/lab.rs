@@ -1,6 +1,5 @@
-//! What a laboratory's report has of a noise measurement: the Allan deviation of one axis of each
-//! sensor with the lines of the graphical slope method and what is read off them, and the grade of the
-//! gyroscope.
+//! What a laboratory's report has of a noise measurement: the Allan deviation of one axis of each sensor
+//! with the readings of the graphical slope method, and the grade of the gyroscope.
 
 use crate::{
     figure::Figures,
@@ -27,7 +26,7 @@ pub(crate) fn lab(record: &SourceResult, figures: &Figures, captions: &Captions)
         .filter_map(|channel| Some((channel, channel.noise.as_ref()?)))
         .filter(|(_, noise)| laboratory_unit(noise.sensor, Term::White).is_some())
         .collect();
-    if axes.is_empty() || record.deviation() != Deviation::Allan {
+    if axes.is_empty() || record.settings().deviation != Deviation::Allan {
         return html! { p.absent { "The graphical slope method reads the Allan deviation of gyroscopes and accelerometers, which this result has not." } };
     }
     if record.motion.is_some() {
@@ -80,8 +79,7 @@ fn deciding(noise: &NoiseResult) -> String {
     format!("{bias}, {}", of("the sensor's own N", Term::White, noise.unaliased_white()))
 }
 
-/// What the parameters and terms of a report mean, from the glossary; for another sensor than a VN-100 without
-/// what concerns its settings.
+/// What the terms of a report mean; only for a VN-100 with what concerns its settings.
 pub(crate) fn background(words: RemedyWords, is_of_vn100: bool) -> Markup {
     const OF_VN100: &str = "aliasing";
     let entry = |code: &str| explain(code).into_iter().next();

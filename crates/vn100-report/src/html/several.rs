@@ -122,8 +122,8 @@ fn disturbances(comparison: &Comparison, words: RemedyWords) -> Markup {
     html! {
         @if !comparison.disturbances.is_empty() {
             h3 { "Disturbed records" }
-            @for disturbance in &comparison.disturbances {
-                p.warning { b { (run_name(disturbance.record)) ", " (disturbance.warning.kind.name()) } ": " (in_words(&disturbance.warning, words).trim_end_matches('.')) "." }
+            @for (record, warning) in &comparison.disturbances {
+                p.warning { b { (run_name(*record)) ", " (warning.kind.name()) } ": " (in_words(warning, words).trim_end_matches('.')) "." }
             }
         }
     }

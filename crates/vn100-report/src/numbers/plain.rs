@@ -11,11 +11,6 @@ pub fn short(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
-/// The value to four significant digits, in the form of [`digits`].
-pub fn four_digits(value: f64) -> String {
-    digits(value, 4)
-}
-
 /// `count` significant digits, with a power of ten below a hundredth and from a hundred thousand on:
 /// `0.0353`, `12.5`, `3.53e-4`.
 pub fn digits(value: f64, count: usize) -> String {
@@ -131,7 +126,7 @@ mod tests {
             assert_eq!(digits(value, 3), text);
         }
         for (value, text) in [(0.0, "0"), (0.012_345, "0.01235"), (9.99996, "10.00"), (123_450.0, "1.234e5")] {
-            assert_eq!(four_digits(value), text);
+            assert_eq!(digits(value, 4), text);
         }
         assert_eq!([grouped(0), grouped(999), grouped(1_234_567)], ["0", "999", "1 234 567"]);
         assert_eq!(

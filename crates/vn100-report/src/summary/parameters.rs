@@ -81,8 +81,7 @@ fn table(axes: &[Axis<'_>], notes: &mut Notes) -> Option<SensorTable> {
     })
 }
 
-/// What would decide the first open verdict: one note, since the head of the table has room for two
-/// marks.
+/// What would decide the first open verdict; there is room for one note.
 fn undecided_note(axes: &[Axis<'_>], notes: &mut Notes) -> Option<usize> {
     let is_open = |found: &&FigureVerdict| found.decided_by.is_some();
     let (axis, open) = axes.iter().find_map(|axis| Some((axis, axis.channel.verdicts().iter().find(is_open)?)))?;
@@ -159,9 +158,9 @@ fn parameter_rows(sensor: Sensor, term: Term, axes: &[Axis<'_>]) -> Vec<Paramete
     }
     if let Some((_, rule, short_rule)) = GRAPHICAL.iter().find(|(graphical, ..)| *graphical == term) {
         let is_of_sensor = |axis: &Axis<'_>| term == Term::White || axis.noise.long_taus == LongTauValidity::Sensor;
-        let read = |axis: &Axis<'_>| axis.noise.classical.of(term).ok().filter(|_| is_of_sensor(axis));
+        let read = |axis: &Axis<'_>| axis.noise.classical.reading(term)?.value.filter(|_| is_of_sensor(axis));
         if axes.iter().any(|axis| read(axis).is_some()) {
-            let cell = |axis: &Axis<'_>| read(axis).map_or("-".into(), |line| number(line.value * factor));
+            let cell = |axis: &Axis<'_>| read(axis).map_or("-".into(), |value| number(value * factor));
             rows.push(detail(&format!("graphical: {rule}"), short_rule, axes.iter().map(cell).collect()));
         }
     }
@@ -210,8 +209,7 @@ fn number(value: f64) -> String {
     }
 }
 
-/// The figures of the data sheet for a term: in its unit, as a sensor at the figure shows in this
-/// stream, with the worst verdict of the axes.
+/// The figures of the data sheet for a term, as they show in this stream, with the worst verdict.
 fn figures(term: Term, axes: &[Axis<'_>], factor: f64) -> Vec<(String, VerdictWord)> {
     let of = |axis: &Axis<'_>| axis.channel.verdicts().iter().filter(|verdict| verdict.figure.term == term).count();
     let count = axes.iter().map(of).max().unwrap_or(0);
@@ -266,8 +264,7 @@ fn range(low: f64, high: f64) -> String {
     format!("{from}-{to}")
 }
 
-/// The worst verdict, with the letters of its axes if others are better; of a typical figure the
-/// largest ratio.
+/// The worst verdict, with the letters of its axes; of a typical figure the largest ratio.
 fn word(verdicts: &[(usize, &FigureVerdict)], axes: &[Axis<'_>]) -> VerdictWord {
     let rank = |verdict: Verdict| Verdict::ALL.iter().position(|other| *other == verdict).unwrap_or(usize::MAX);
     let judged = verdicts.iter().filter_map(|(_, judged)| judged.verdict);

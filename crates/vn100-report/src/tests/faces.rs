@@ -11,7 +11,7 @@ use vn100_analysis::{
 use super::fixture::measured;
 use crate::remedies::page_words;
 use crate::{
-    ArchiveRow, ArchivedFile, Consumer, CsvTable, Document, Ended, FilterNoise, MeasuredSource,
+    ArchiveRow, ArchivedFile, Consumer, CsvTable, Document, Ended, FilterNoise,
     figure::ReportFigures,
     html::{PageOptions, Program, report_page, result_parts},
     metrics_text,
@@ -126,7 +126,7 @@ fn numbers_of_tables_and_metrics_are_those_of_the_document() {
     for (name, result) in all {
         let document = document(result);
         let known = numbers_of(&document);
-        let metrics = metrics_text(&[MeasuredSource { result, last_sample_age: None }]);
+        let metrics = metrics_text(&[(result, None)]);
         let own =
             ["vn100_info", "vn100_link_up", "vn100_warning", "vn100_rate_offset", "vn100_link_load", "vn100_temp"];
         for line in
@@ -160,7 +160,7 @@ fn what_is_withheld_stands_in_no_face() {
     let mut withheld = BTreeSet::new();
     for (name, result) in kinds() {
         let document = document(result);
-        let metrics = metrics_text(&[MeasuredSource { result, last_sample_age: None }]);
+        let metrics = metrics_text(&[(result, None)]);
         let summary = Summary::new(result, page_words);
         let tables: String = CsvTable::ALL.iter().map(|table| table.text(result, page_words)).collect();
         for channel in document["channels"].as_array().unwrap() {
@@ -261,7 +261,7 @@ fn the_pages_have_the_warnings_and_statuses_of_the_document_and_tables_its_codes
         }
         let warnings =
             CsvTable::ALL.iter().find(|table| table.ending == ".warnings.csv").unwrap().text(result, page_words);
-        let metrics = metrics_text(&[MeasuredSource { result, last_sample_age: None }]);
+        let metrics = metrics_text(&[(result, None)]);
         for warning in document["warnings"].as_array().unwrap() {
             let kind = warning["kind"].as_str().unwrap();
             assert!(page.contains(kind) && live.contains(kind), "{name} {kind}");

@@ -6,14 +6,14 @@ use std::{
 };
 
 use vn100_analysis::{
-    Analysis, Assessment, End, Parts, Settings, Snapshot, SourceFacts, SourceResult, UnmetGoal,
+    Analysis, Assessment, End, Goal, Parts, Settings, Snapshot, SourceFacts, SourceResult,
     protocol::{
         Layout, VNIMU, VNYMR,
         stream::{Arrival, Batch},
     },
 };
 
-use crate::{Asked, Ended, Evaluation, remedies::page_words};
+use crate::{Ended, Evaluation, remedies::page_words};
 
 /// Near normal: the sum of four uniform numbers.
 fn noise(state: &mut u64) -> f64 {
@@ -42,7 +42,7 @@ pub(crate) fn result(facts: SourceFacts, snapshot: Snapshot) -> SourceResult {
 }
 
 /// The result of a capture that was read to its end.
-pub(crate) fn ended(facts: SourceFacts, snapshot: Snapshot, unmet: &[UnmetGoal]) -> SourceResult {
+pub(crate) fn ended(facts: SourceFacts, snapshot: Snapshot, unmet: &[Goal]) -> SourceResult {
     Ended { end: &End::SourceEnded, shortfall: None, unmet, is_live: false, words: page_words }
         .complete(result(facts, snapshot))
 }
@@ -69,7 +69,7 @@ pub(crate) fn measured(
     let mut batch = Batch { layout: Some(Arc::new(layout.clone())), counts, arrivals, ..Batch::default() };
     batch.link.tally.samples = samples;
     analysis.absorb(&batch);
-    let evaluation = Evaluation::new(None, Asked::default()).unwrap();
+    let evaluation = Evaluation::new(None, Vec::new(), false).unwrap();
     evaluation.complete(ended(facts("rest.csv"), analysis.snapshot(), &[]))
 }
 

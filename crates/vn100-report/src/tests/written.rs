@@ -5,7 +5,7 @@ use vn100_analysis::{Completion, SourceResult, protocol::stream::BagReport};
 
 use super::fixture::{at_rest, long_at_rest};
 use crate::remedies::page_words;
-use crate::{Asked, Consumer, Document, Evaluation, FilterNoise, MeasuredSource, metrics_text, summary::Summary};
+use crate::{Consumer, Document, Evaluation, FilterNoise, metrics_text, summary::Summary};
 
 fn document(result: &SourceResult) -> Value {
     serde_json::to_value(Document::new(result, page_words)).unwrap()
@@ -71,7 +71,7 @@ fn a_file_for_a_filter_names_its_record_and_asks_for_more_only_than_it_has() {
 #[test]
 fn metrics_have_the_parameters_of_a_sensor_at_rest_alone() {
     let metrics = |vibrations: &[(f64, f64)]| {
-        let source = MeasuredSource { result: &at_rest(4096, vibrations), last_sample_age: None };
+        let source = (&at_rest(4096, vibrations), None);
         metrics_text(&[source])
     };
     let (rest, moved) = (metrics(&[]), metrics(&[(1.0, 5000.0)]));
@@ -96,8 +96,8 @@ fn the_counts_of_a_bag_stand_under_their_names() {
 #[test]
 fn a_parameter_that_must_pass_and_does_is_not_reported() {
     for (figure, unmet) in [("gyro B", 0), ("accel B", 1)] {
-        let asked = Asked { fail_on: vec![figure.parse().unwrap()], typical_is_limit: false };
-        let complete = Evaluation::new(None, asked).unwrap().complete(long_at_rest().clone());
+        let fail_on = vec![figure.parse().unwrap()];
+        let complete = Evaluation::new(None, fail_on, false).unwrap().complete(long_at_rest().clone());
         assert_eq!(complete.unmet.len(), unmet, "{:?}", complete.unmet);
         let expected = if unmet == 0 { Completion::Complete } else { Completion::NotMet };
         assert_eq!(complete.completion, expected);

@@ -4,7 +4,7 @@ use std::{collections::VecDeque, io, sync::Arc, time::Duration};
 
 use tokio::{sync::mpsc, time};
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::{End, Finding, Settings, Severity, SourceFacts, WarningKind, WhyUnmet};
+use vn100_analysis::{End, Finding, Settings, Severity, SourceFacts, WarningKind};
 use vn100_capture::{Event, Source, read_samples};
 use vn100_protocol::{
     DeviceError, VNYMR,
@@ -127,7 +127,7 @@ async fn a_goal_that_the_message_cannot_show_ends_it_at_once() {
         let result = session.result.await.unwrap();
         assert_eq!(matches!(*result.end, End::GoalsDecided), ends, "{goal}");
         let [unmet] = &result.unmet[..] else { panic!("{:?}", result.unmet) };
-        assert_eq!(matches!(unmet.why, WhyUnmet::OutOfReach(_)), ends, "{goal}");
+        assert_eq!(result.measured.out_of_reach(unmet).is_some(), ends, "{goal}");
     }
 }
 

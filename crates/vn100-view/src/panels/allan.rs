@@ -35,7 +35,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, alone: b
     let Some(first) = channels.first() else { return };
     let unit = ShownUnit::of(first);
     let name = names_of(group.quantity).short;
-    let title = format!("{} σ(τ) of the {name}, {}", deviation_name(source.result.deviation()), unit.name);
+    let title = format!("{} σ(τ) of the {name}, {}", deviation_name(source.result.settings().deviation), unit.name);
     let inner = framed(frame, area, scene, Panel::Allan, theme.spelled(title));
     let mut read_out = read_out(scene, &axes, &channels, &unit, inner.width);
     if alone {
@@ -53,7 +53,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, alone: b
         return;
     };
     let earlier = |(series, channel): (usize, &&ChannelResult)| {
-        let points = source.reference.as_ref()?.curve(channel, source.result.deviation())?;
+        let points = source.reference.as_ref()?.curve(channel, source.result.settings().deviation)?;
         let at = |(tau_s, deviation): (f64, f64)| figure.place(tau_s, deviation * unit.factor);
         Some((series, points.into_iter().map(at).collect()))
     };
@@ -83,7 +83,7 @@ fn legend(scene: Scene<'_>, axes: &[usize], channels: &[&ChannelResult], whole: 
         let name = channel.name.rsplit('_').next().filter(|_| !whole).unwrap_or(&channel.name);
         spans.push(Span::styled(format!(" {sign} {name} "), theme.axis(*axis)));
     }
-    let deviation = source.result.deviation();
+    let deviation = source.result.settings().deviation;
     let has_curve = |channel: &&ChannelResult| {
         source.reference.as_ref().is_some_and(|earlier| earlier.curve(channel, deviation).is_some())
     };

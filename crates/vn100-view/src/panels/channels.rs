@@ -7,7 +7,7 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Paragraph, Row, Table},
 };
-use vn100_analysis::HistoryColumn;
+use vn100_analysis::BlockValues;
 use vn100_protocol::Quantity;
 use vn100_report::{
     figure::last_minutes,
@@ -95,7 +95,7 @@ pub(crate) fn draw_signal(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let inner = framed(frame, area, scene, Panel::Signal, title);
     let [above, chart] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(inner);
     let Some(mut history) = source.result.history(place, usize::from(chart.width), MOST_SLOTS) else { return };
-    for HistoryColumn { min, max, mean } in history.columns.iter_mut().flatten() {
+    for BlockValues { min, max, mean, .. } in history.columns.iter_mut().flatten() {
         [*min, *max, *mean] = [*min * factor, *max * factor, *mean * factor];
     }
     let Some(figure) = last_minutes(&channel.name, name, &history) else { return };
@@ -120,7 +120,7 @@ impl SourceView {
         let means = history.columns.iter().flatten().map(|column| column.mean);
         let (low, high) =
             means.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), mean| (low.min(mean), high.max(mean)));
-        let bar = |column: &Option<HistoryColumn>| {
+        let bar = |column: &Option<BlockValues>| {
             column.map_or(' ', |column| {
                 let height = (column.mean - low) / (high - low);
                 BARS[if height.is_finite() { (height * 7.0).round() as usize } else { 3 }.min(7)]

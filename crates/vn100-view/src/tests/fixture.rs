@@ -12,7 +12,7 @@ use vn100_analysis::{
 };
 use vn100_protocol::stream::{Batch, Mark, MarkKind, StreamCounts};
 use vn100_protocol::{Layout, Register, RegisterContents, RegisterFields, VNIMU, VNYMR};
-use vn100_report::{Asked, Evaluation};
+use vn100_report::Evaluation;
 
 use crate::source::{SourcePhase, SourceView};
 
@@ -122,7 +122,7 @@ fn source(mut snapshot: Snapshot) -> SourceView {
     let link = Some(link(LinkStatus::Connected));
     let facts = SourceFacts { link, recorder, ..source.result.source.clone() };
     let mut result = result(facts, snapshot, 0.95);
-    Evaluation::new(None, Asked::default()).unwrap().judge(&mut result);
+    Evaluation::new(None, Vec::new(), false).unwrap().judge(&mut result);
     source.show(result);
     SourceView { phase: SourcePhase::Measuring, elapsed: Duration::from_secs(503), ..source }
 }

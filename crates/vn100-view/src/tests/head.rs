@@ -207,7 +207,7 @@ async fn the_elapsed_time_begins_anew_with_the_measurement() {
     let mut monitor = SourceMonitor::of(&session, Goals::default());
     let mut state = session.state.clone();
     state.wait_for(|state| matches!(state.stage, vn100_session::Stage::Measuring)).await.unwrap();
-    let evaluation = vn100_report::Evaluation::new(None, vn100_report::Asked::default()).unwrap();
+    let evaluation = vn100_report::Evaluation::new(None, Vec::new(), false).unwrap();
     let elapsed_s = |monitor: &mut SourceMonitor, now_s| {
         monitor.look(Duration::from_secs(now_s), &evaluation);
         monitor.shown.elapsed.as_secs()

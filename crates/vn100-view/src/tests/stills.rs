@@ -13,7 +13,7 @@ use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Settings, SourceFacts};
 use vn100_capture::{Capture, CaptureOptions};
 use vn100_protocol::stream::ReadOptions;
-use vn100_report::{Asked, Evaluation};
+use vn100_report::Evaluation;
 use vn100_session::{Playback, Session, Speed};
 use vn100_sim::{Generator, Message, Profile, capture::write_next};
 
@@ -71,7 +71,7 @@ fn replayed(capture: Vec<u8>, samples: u64) -> SourceView {
     });
     assert_eq!(measured.timing.samples, samples);
     let mut result = measured.exact();
-    Evaluation::new(None, Asked::default()).unwrap().judge(&mut result);
+    Evaluation::new(None, Vec::new(), false).unwrap().judge(&mut result);
     let (total, speed) = (Some(SAMPLES), Speed::Times(10.0));
     let mut source = nothing();
     source.show(result);

@@ -16,7 +16,7 @@ use vn100_report::{
     ComparisonDocument,
     caveats::caveat_in_words,
     names::{folding, names_of},
-    numbers::plain::{counted, four_digits, short},
+    numbers::plain::{counted, digits, short},
     printable,
     remedies::remedy_words,
     run_name,
@@ -101,7 +101,7 @@ fn write_ranking(out: &mut String, ranking: &Ranking) -> fmt::Result {
     let sensor = sensor_of(ranking.quantity);
     let parameter = sensor.map_or("N".into(), |sensor| parameter_name(sensor, Term::White));
     let (unit, factor) = sensor.map_or((ranking.unit, 1.0), |sensor| parameter_unit(sensor, Term::White));
-    let number = |white: f64| four_digits(white * factor);
+    let number = |white: f64| digits(white * factor, 4);
     let head = format!("{}: {parameter} in {unit}, quietest first", names_of(ranking.quantity).title);
     writeln!(out, "\n{}", fill(&head, "", "  "))?;
     for ranked in &ranking.records {
@@ -180,16 +180,15 @@ fn write_disturbances(out: &mut String, comparison: &Comparison) -> fmt::Result 
     }
     writeln!(out, "\nDisturbances")?;
     let mut explained = Vec::new();
-    for disturbance in &comparison.disturbances {
-        let channels = match &disturbance.warning.channels[..] {
+    for (record, warning) in &comparison.disturbances {
+        let channels = match &warning.channels[..] {
             [] => "all channels".into(),
             channels => channels.join(", "),
         };
-        let warning = &disturbance.warning;
         // what a kind means and what to do is said once
         let said = if explained.contains(&warning.kind) { headline(warning) } else { in_words(warning, remedy_words) };
         explained.push(warning.kind);
-        let text = format!("{}  {channels}: {said}", run_name(disturbance.record));
+        let text = format!("{}  {channels}: {said}", run_name(*record));
         writeln!(out, "{}", fill(&text, "  ", "         "))?;
     }
     Ok(())
@@ -206,13 +205,14 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
     for channel in &comparison.means {
         let group = if channel.bias_removed { ", bias removed by the sensor" } else { "" };
         writeln!(out, "{} ({}{group})", channel.name, channel.unit)?;
-        let means = channel.means.iter().map(|mean| format!("{} {}", run_name(mean.record), four_digits(mean.mean)));
+        let means = channel.means.iter().map(|mean| format!("{} {}", run_name(mean.record), digits(mean.mean, 4)));
         writeln!(out, "{}", fill(&means.collect::<Vec<_>>().join("; "), "  ", "  "))?;
         if let Some(spread) = channel.spread {
-            let interval = spread.lower.zip(spread.upper).map_or_else(String::new, |(lower, upper)| {
-                format!(" ({} to {})", four_digits(lower), four_digits(upper))
-            });
-            writeln!(out, "  spread {}{interval}", four_digits(spread.deviation))?;
+            let interval = spread
+                .lower
+                .zip(spread.upper)
+                .map_or_else(String::new, |(lower, upper)| format!(" ({} to {})", digits(lower, 4), digits(upper, 4)));
+            writeln!(out, "  spread {}{interval}", digits(spread.deviation, 4))?;
         }
     }
     if comparison.means.iter().any(|channel| channel.bias_removed) {
@@ -226,7 +226,7 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
 fn larger_over_smaller(records: [usize; 2], deviations: [f64; 2]) -> String {
     let larger = usize::from(deviations[1] > deviations[0]);
     let [of, over] = [records[larger], records[1 - larger]].map(run_name);
-    format!("{of} is {} times {over}", four_digits(deviations[larger] / deviations[1 - larger]))
+    format!("{of} is {} times {over}", digits(deviations[larger] / deviations[1 - larger], 4))
 }
 
 fn chance(chance: Chance) -> String {

@@ -14,7 +14,7 @@ use axum::body::Bytes;
 use tokio::{sync::watch, time::Instant};
 use vn100_analysis::{Assessment, Parts, SourceFacts, SourceResult};
 use vn100_report::{
-    DEFAULT_SPAN_S, Document, Evaluation, MeasuredSource,
+    DEFAULT_SPAN_S, Document, Evaluation,
     figure::ReportFigures,
     goals::Goals,
     html::{
@@ -212,8 +212,8 @@ impl Drawer {
         self.kept("metrics", now, KEPT, |drawer| {
             let result = |source: &SourceDrawer| result_of(&source.state.borrow().clone(), Parts::WithoutSignals);
             let results: Vec<SourceResult> = drawer.sources.iter().map(result).collect();
-            let sources: Vec<MeasuredSource<'_>> = (results.iter().zip(&drawer.sources))
-                .map(|(result, source)| MeasuredSource { result, last_sample_age: source.last_sample_age(now) })
+            let sources: Vec<_> = (results.iter().zip(&drawer.sources))
+                .map(|(result, source)| (result, source.last_sample_age(now)))
                 .collect();
             metrics_text(&sources)
         })

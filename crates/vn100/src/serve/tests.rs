@@ -6,7 +6,7 @@ use std::{
 };
 
 use vn100_analysis::{Settings, SourceFacts};
-use vn100_report::{Asked, Evaluation};
+use vn100_report::Evaluation;
 use vn100_session::Stage;
 
 use super::*;
@@ -21,7 +21,7 @@ struct Served {
 }
 
 fn drawer_of(sources: Vec<ServedSource>) -> Drawer {
-    let evaluation = Arc::new(Evaluation::new(None, Asked::default()).unwrap());
+    let evaluation = Arc::new(Evaluation::new(None, Vec::new(), false).unwrap());
     Drawer::new(sources, evaluation, String::new(), 0.95, Instant::now())
 }
 

@@ -7,7 +7,7 @@ use imu_noise::Term;
 use vn100_analysis::Population;
 use vn100_report::{
     names::no_prediction,
-    numbers::plain::{four_digits, short},
+    numbers::plain::{digits, short},
     printable,
     units::parameter_unit,
 };
@@ -62,7 +62,7 @@ fn write_axes(out: &mut String, axes: &[&Population], factor: f64) -> fmt::Resul
             unit.map_or("-".into(), |unit| value(unit.is_bound, unit.value * factor))
         })?;
     }
-    let next = |end: Option<f64>| end.map_or("-".into(), |end| four_digits(end * factor));
+    let next = |end: Option<f64>| end.map_or("-".into(), |end| digits(end * factor, 4));
     let of_all = |axis: &Population, all| value(axis.units.iter().any(|unit| unit.is_bound), all * factor);
     row(out, "  median", axes, |axis| of_all(axis, axis.median))?;
     row(out, "    lowest", axes, |axis| of_all(axis, axis.lowest))?;
@@ -82,7 +82,7 @@ fn write_axes(out: &mut String, axes: &[&Population], factor: f64) -> fmt::Resul
 }
 
 fn value(is_bound: bool, value: f64) -> String {
-    format!("{}{}", if is_bound { "<= " } else { "" }, four_digits(value))
+    format!("{}{}", if is_bound { "<= " } else { "" }, digits(value, 4))
 }
 
 /// A row of a table with an axis in each column.

@@ -86,7 +86,7 @@ pub(crate) fn summary(result: &SourceResult, is_coloured: bool) -> String {
     write_drift(&mut drift, &summary.drift);
     let notes: usize = summary.notes.iter().map(|note| wrapped(&printable(note), WIDTH - 4).len()).sum();
     let with_drift = trust.len() + statistics.lines.len() + drift.lines.len();
-    let has_drift = result.are_coasts_chosen() || with_drift + notes <= room;
+    let has_drift = !result.settings().coasts.is_empty() || with_drift + notes <= room;
     if !has_drift {
         drift.lines.clear();
     }

@@ -10,13 +10,10 @@ const SHARE_BITS: u32 = 32;
 
 /// Sums over the windows of an octave that miss samples and have at least half of each cluster.
 ///
-/// With n_i of m samples present in cluster i, and w_i = -1, 1 (Allan) or 1, -2, 1 (Hadamard), the
-/// difference of block sums is z = m Σ w_i S_i/n_i, and white noise makes it larger than in a whole
-/// window: by 1/c, c = Σ w_i² / (m Σ w_i²/n_i), for Allan the harmonic mean of the present shares.
-/// So c z² is summed, which is unbiased for white noise with any missing samples.
-///
-/// Each window is rounded once, to a multiple of 2^-16 counts² (its c to one of 2^-32), so the sums
-/// are integers, the same in any order.
+/// With n_i of m samples present in cluster i, and w_i = -1, 1 (Allan) or 1, -2, 1 (Hadamard), white
+/// noise makes the difference z = m Σ w_i S_i/n_i larger by 1/c than in a whole window, with
+/// c = Σ w_i² / (m Σ w_i²/n_i). So c z² is summed, each rounded once to a multiple of 2^-16 counts²
+/// (its c to one of 2^-32): integers, the same in any order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Gapped {
     pub(super) windows: u64,
@@ -108,8 +105,7 @@ impl Gapped {
     }
 }
 
-/// The sum of squares, each with an exact numerator: 61 bits of a sum, twice 30 of the numbers of
-/// present samples.
+/// The sum of squares, each with an exact numerator of 121 bits.
 #[cold]
 #[inline(never)]
 fn in_128_bits<const P: usize>(windows: &[GappedWindow], weights: [i64; 3], clusters: [&[i64]; P]) -> Option<u128> {

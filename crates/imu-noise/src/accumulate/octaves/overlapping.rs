@@ -5,15 +5,13 @@ use multiversion::multiversion;
 use super::{squares::SquareSum, window_plan::MAX_LEVEL};
 use crate::accumulate::record::Deviation;
 
-/// Samples of a block, which every octave reads at two more places of the record: long enough for
-/// sequential memory access.
+/// Samples of a block, long enough for sequential memory access by every octave.
 const BLOCK: usize = 1024;
 
 #[derive(Clone, Debug)]
 pub(super) struct Overlapping {
     deviation: Deviation,
-    /// Prefix sums of each run, from 0 on, the present run last. They may wrap, but their
-    /// differences do not.
+    /// Prefix sums of each run, the present one last. They may wrap: their differences do not.
     runs: Vec<Vec<i64>>,
     squares: Vec<SquareSum>,
 }
@@ -75,8 +73,7 @@ impl Overlapping {
     }
 }
 
-/// Adds the windows at averaging factor `m` that end at `first_end` or later in a run of `prefix`
-/// sums.
+/// Adds the windows at averaging factor `m` that end at `first_end` or later in a run.
 #[multiversion(targets("x86_64+avx2"))]
 fn add_windows(deviation: Deviation, prefix: &[i64], first_end: usize, m: usize, squares: &mut SquareSum) {
     let len = prefix.len() - first_end;

@@ -12,8 +12,7 @@ pub(super) struct SquareSum {
 impl SquareSum {
     pub(super) const EMPTY: Self = Self { terms: 0, sum: Some(0) };
 
-    /// Adds this many windows: the squares of `z` at each place of the slices of `points`, which
-    /// are equally long.
+    /// Adds the squares of `z` at each place of the slices of `points`, which are equally long.
     #[inline(always)]
     pub(super) fn add<const P: usize>(&mut self, windows: u64, points: [&[i64]; P], z: impl Fn([i64; P]) -> i64) {
         self.terms += windows;

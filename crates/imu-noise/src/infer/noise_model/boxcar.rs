@@ -76,9 +76,8 @@ const CORRELATION: f64 = 0.5;
 ///
 /// The probability of each variance under χ² becomes a normal deviate; a run's deviate is their sum
 /// over its standard deviation (Stouffer, 1949) with correlated neighbours. One of 6000 seeded
-/// records of white noise came to 3.7, and none of as many with flicker noise or a walk. A `window`
-/// longer than the interval depresses the short octaves itself: the expected white noise follows
-/// it, and octaves too short for independent neighbours have no part.
+/// records of white noise came to 3.7. A `window` longer than the interval depresses the short octaves
+/// itself: the expected white noise follows it.
 pub fn white_deficit(
     octaves: &[Octave],
     variances: &[f64],

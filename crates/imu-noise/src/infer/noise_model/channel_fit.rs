@@ -1,7 +1,7 @@
 //! From the structures of one channel to what is said of it.
 
 use super::{
-    ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, Parameter, Rival, SlowNoise, Status, Term,
+    ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit, NoiseModel, Parameter, SlowNoise, Status, Term, Withheld,
     density::{FLICKER, WALK, WHITE, variance_of_process},
     search::{Candidate, Found, Search},
     spectral_rows::{ChannelData, GridOctave},
@@ -14,33 +14,26 @@ use crate::accumulate::record::Deviation;
 use crate::infer::chi_squared;
 
 impl NoiseModel {
-    /// Fits the model to one channel.
+    /// Fits the model to one channel, by one penalised likelihood of segments of the spectrum, the cosine
+    /// coefficients of the level, and of the octaves what neither holds.
     ///
-    /// One penalised likelihood of the density: segments of the spectrum, the cosine coefficients of the
-    /// level, and of the octaves what neither holds. Components are white noise behind any filter that
-    /// forgets within forty samples, of whose stop band the record says nothing, flicker noise, a random
-    /// walk, Gauss-Markov processes with correlation times of a thirty-second of the record over powers
-    /// of four down to ten samples, shorter ones in the place of the filter, and lines; the mean may have
-    /// a ramp, a warm-up or a cycle. The order of the filter is not chosen: intervals hold with every
-    /// structure that the record does not decide against.
+    /// Components are white noise behind any filter that forgets within forty samples, flicker noise, a
+    /// random walk, Gauss-Markov processes and lines; the mean may have a ramp, a warm-up or a cycle.
+    /// Intervals hold with every structure that the record does not decide against.
     ///
     /// A parameter is [`Status::Estimated`] where the likelihood excludes its absence by more than 1.96
-    /// standard deviations (a ramp by 2.25) beside every warm-up, cycle, process and noise that switches
-    /// between two levels; else it is bounded from above, and [`NoiseFit::rival`] says what explains as
-    /// much. Limits are where the likelihood has fallen by what the level `confidence` (0 < p < 1)
-    /// allows, all other parameters fitted anew; the bound is the upper end of the two-sided interval, so
-    /// that the level holds whichever comes out. Where density and octaves deviate from the model more
-    /// than by chance, limits are wider by as much; beyond six times the expected squares the model is
-    /// rejected, and N is bounded by the curve. It is bounded by the fit where lines cover more than half
-    /// of the frequencies. N lies below what the octaves longer than any possible filter leave, and these alone
-    /// bound it where it is not estimated.
+    /// standard deviations (a ramp by 2.25) beside every other explanation; else it is bounded from above,
+    /// and [`NoiseFit::rival`] says what explains as much. Limits are where the likelihood has fallen by
+    /// what the level `confidence` (0 < p < 1) allows, all other parameters fitted anew, and are wider
+    /// where the channel deviates from the model by more than chance. Beyond six times the expected
+    /// squares the model is rejected. N that is not estimated is bounded by the octaves longer than any
+    /// possible filter, and by the fit where lines cover more than half of the frequencies.
     pub fn fit(&self, curve: &ChannelCurve<'_>, confidence: f64) -> NoiseFit {
         self.fit_octaves(curve, self.grid.octaves.len(), confidence)
     }
 
-    /// As [`fit`](Self::fit), without a ramp, to the averaging times of the first `octaves` alone:
-    /// for streams whose long averaging times show something else, such as a filter that takes slow
-    /// changes out.
+    /// As [`fit`](Self::fit), without a ramp, to the averaging times of the first `octaves` alone: for
+    /// streams whose long averaging times show something else.
     pub fn fit_part(&self, curve: &ChannelCurve<'_>, octaves: usize, confidence: f64) -> NoiseFit {
         let octaves = self.grid.octaves.partition_point(|of| of.place < octaves);
         let mut fit = self.fit_octaves(&ChannelCurve { has_ramp: false, ..*curve }, octaves, confidence);
@@ -166,7 +159,7 @@ impl<'a> ReadOut<'a> {
             found.evidence = 0.0;
         }
         if term == Term::BiasInstability && search.rise_by_processes() > PROCESSES_INSTEAD && found.evidence > PRESENT {
-            found = Found { evidence: 0.0, rival: Some(Rival::Process), ..found };
+            found = Found { evidence: 0.0, rival: Some(Withheld::MayBeProcess), ..found };
         }
         found
     }
@@ -241,7 +234,7 @@ impl<'a> ReadOut<'a> {
         Parameter { p, ..parameter }.scaled(term.per_second(self.model.shape.interval_s))
     }
 
-    fn ramp(&self) -> (Parameter, Option<Rival>) {
+    fn ramp(&self) -> (Parameter, Option<Withheld>) {
         let (data, interval_s) = (self.search.data, self.model.shape.interval_s);
         let Some((level, found)) = data.level.as_ref().zip(self.search.slope()) else {
             return (Parameter::without_value(Status::NotObservable), None);

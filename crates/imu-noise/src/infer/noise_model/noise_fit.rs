@@ -1,6 +1,6 @@
 //! What the fit of one channel says: parameters, quality, and what stands beside them.
 
-use super::{Parameter, Rival, Status, Term};
+use super::{Parameter, Status, Term, Withheld};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -13,8 +13,7 @@ pub struct NoiseFit {
     pub(super) parameters: [Option<Parameter>; Term::ALL.len()],
     /// The likeliest noise beside the white one.
     pub likeliest: SlowNoise,
-    /// Whether the record shows the processes beyond doubt. Otherwise they keep the interval of N from
-    /// being too narrow, and may as well be absent.
+    /// Whether the record shows the processes beyond doubt.
     pub is_process_proved: bool,
     /// Lines cover more than half of the frequencies: what looks white between them may be their
     /// tails, and N is bounded only.
@@ -24,7 +23,7 @@ pub struct NoiseFit {
     /// counted; above 1.
     pub correlation_samples: Option<f64>,
     /// What explains the record about as well as B, K and R, which are bounded for it, by term.
-    pub(super) rivals: [Option<Rival>; Term::ALL.len()],
+    pub(super) rivals: [Option<Withheld>; Term::ALL.len()],
     /// Averaging factor and edf of each octave from the shortest in use on.
     pub(super) edf: Vec<(u64, f64)>,
     /// Averaging factor and expected variance of each octave in use, in the unit squared.
@@ -82,20 +81,18 @@ impl NoiseFit {
     }
 
     /// What explains the record about as well as `term`, where it is bounded for that.
-    pub fn rival(&self, term: Term) -> Option<Rival> {
+    pub fn rival(&self, term: Term) -> Option<Withheld> {
         self.rivals[term as usize]
     }
 
-    /// The fit where `term` is known to be no more than bounded, as other channels of the record
-    /// were tested too.
+    /// The fit where `term` is no more than bounded, as other channels were tested too.
     pub fn not_proved(&mut self, term: Term) {
         if let Some(parameter) = &mut self.parameters[term as usize] {
             *parameter = parameter.not_proved();
         }
     }
 
-    /// Takes all parameters and the model behind them back: each has this status, and no value. The
-    /// degrees of freedom of the octaves stay.
+    /// Takes the model back: each parameter has this status. The degrees of freedom stay.
     pub fn withhold(&mut self, status: Status) {
         let parameters = self.parameters.map(|known| known.map(|_| Parameter::without_value(status)));
         let edf = std::mem::take(&mut self.edf);
@@ -108,9 +105,8 @@ impl NoiseFit {
         self.edf.iter().find(|(octave, _)| *octave == m).map(|(_, edf)| *edf)
     }
 
-    /// Deviation of the whole solution at averaging factor `m`, in the unit of the channel: all
-    /// terms at their best values, those that are bounded only too, the ramp, lines and
-    /// Gauss-Markov noise. `None` for octaves that have no part in the fit.
+    /// Deviation of the whole solution at averaging factor `m`, in the unit of the channel: all terms at
+    /// their best values, bounded ones too. `None` for octaves that have no part in the fit.
     pub fn deviation(&self, m: u64) -> Option<f64> {
         self.expected.iter().find(|(octave, _)| *octave == m).map(|(_, variance)| variance.sqrt())
     }

@@ -3,8 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Probability, corrected for all slow terms and axes of a record together, up to which one of them
-/// is proved.
+/// Probability, corrected for all slow terms and axes, up to which one of them is proved.
 pub const PROVED_P: f64 = 0.03;
 
 /// What is known of a noise parameter; `NotMeasurable` and `Moved` are set by the caller.
@@ -71,7 +70,8 @@ impl Parameter {
         self.value.filter(|value| *value != 0.0).map(|value| (half_width / value).abs())
     }
 
-    pub(super) fn scaled(self, factor: f64) -> Self {
+    /// The same in a unit of which the present one is `factor`.
+    pub fn scaled(self, factor: f64) -> Self {
         let scaled = |value: Option<f64>| value.map(|value| value * factor);
         Self { value: scaled(self.value), lower: scaled(self.lower), upper: scaled(self.upper), ..self }
     }

@@ -101,16 +101,14 @@ pub struct Wanted<'a> {
     pub truth: &'a [(Term, f64)],
     /// The share of records that may miss it, for one axis; above 0 and below 1.
     pub missed: f64,
-    /// How many slow terms on how many axes are tested in one record: each must be significant
-    /// beside the others.
+    /// How many slow terms on how many axes are tested in one record.
     pub tests: usize,
 }
 
 impl Wanted<'_> {
-    /// Length in seconds of the shortest record sampled every `interval_s` that shows it, rounded
-    /// up by 2 % at most, with strided windows of the Allan deviation and intervals at the level
-    /// `confidence`; `None` where 100 days do not. By the covariance of the octaves, not by
-    /// simulation.
+    /// Length in seconds of the shortest record sampled every `interval_s` that shows it, rounded up by
+    /// 2 % at most, with strided windows of the Allan deviation and intervals at the level `confidence`;
+    /// `None` where 100 days do not. By the covariance of the octaves, not by simulation.
     pub fn record_s(&self, interval_s: f64, confidence: f64) -> Option<f64> {
         // doubled lengths have as many blocks
         let shapes = Arc::default();

@@ -31,8 +31,7 @@ pub(in crate::infer) struct Rows {
     /// By column and row.
     pub(in crate::infer) columns: Vec<Vec<f64>>,
     pub(in crate::infer) power: Vec<f64>,
-    /// Half of the degrees of freedom: what the row says beside its neighbours, which may be less
-    /// than it says alone.
+    /// Half of the degrees of freedom: what the row says beside its neighbours.
     pub(in crate::infer) weight: Vec<f64>,
     /// The same of the row alone.
     pub(in crate::infer) alone: Vec<f64>,

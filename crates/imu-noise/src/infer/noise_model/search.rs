@@ -1,11 +1,13 @@
 //! The structures that explain a record about as well, and what they say of each parameter together.
 //!
 //! One penalised log-likelihood compares all of them: memories of the short filter, with and without
-//! Gauss-Markov processes, with a warm-up or a cycle of the mean. A
-//! limit of a parameter is where the best of all structures has fallen by what the level of
-//! confidence allows; a term is there if the best structure without it is that much worse.
+//! Gauss-Markov processes, with a warm-up or a cycle of the mean. A limit of a parameter is where the
+//! best of all has fallen by what the level allows; a term is there if the best without it is that
+//! much worse.
 
 use core::{cell::OnceCell, f64::consts::PI, ops::Range};
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::sync::Arc;
 
 use super::{
@@ -51,17 +53,27 @@ pub(super) struct Candidate {
     pub(super) variances: Vec<f64>,
 }
 
-/// What else explains the record about as well as a term does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rival {
-    /// A level that relaxes from the start of the record on.
-    WarmUp,
-    /// One cycle of the level.
-    Cycle,
-    /// Noise with a correlation time that is short beside the record.
-    Process,
-    /// Noise that switches between two levels.
-    Switching,
+/// Why bias instability, random walk and ramp of an axis are no more than bounded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Withheld {
+    /// A warm-up, a step or a cycle poses as them.
+    LevelChange,
+    /// What follows the temperature poses as them.
+    Temperature,
+    /// A cycle of the level explains the record about as well as they do.
+    #[serde(rename = "perhaps-cycle")]
+    MayBeCycle,
+    /// A level that settles from the start on explains the record about as well as they do.
+    #[serde(rename = "perhaps-warm-up")]
+    MayBeWarmUp,
+    /// Noise that is correlated over a small part of the record explains it about as well as they
+    /// do.
+    #[serde(rename = "perhaps-correlated")]
+    MayBeProcess,
+    /// Noise that switches between two levels explains the record about as well as they do.
+    #[serde(rename = "perhaps-switching")]
+    MayBeSwitching,
 }
 
 /// What the record says of one parameter.
@@ -73,7 +85,7 @@ pub(super) struct Found {
     /// Standard deviations by which zero is excluded.
     pub(super) evidence: f64,
     /// Why it is not there, though it would be if nothing else were possible.
-    pub(super) rival: Option<Rival>,
+    pub(super) rival: Option<Withheld>,
 }
 
 pub(super) struct Search<'a> {
@@ -100,7 +112,7 @@ pub(super) struct Search<'a> {
 struct Nuisance {
     coefficients: Vec<Vec<f64>>,
     penalty: f64,
-    rival: Rival,
+    rival: Withheld,
 }
 
 impl<'a> Search<'a> {
@@ -135,8 +147,7 @@ impl<'a> Search<'a> {
         self.searched()
     }
 
-    /// The same in what is expected on average, which is the level of no one record: it has no shape beyond
-    /// doubt, and does not switch.
+    /// The same in what is expected on average, which has no definite shape and does not switch.
     pub(super) fn of_expectation(self) -> Option<Self> {
         Self { switching: OnceCell::from(f64::NEG_INFINITY), ..self }.searched()
     }
@@ -305,8 +316,7 @@ impl<'a> Search<'a> {
         0.5 * self.z * self.z * self.dispersion
     }
 
-    /// N²: its value and its limits are those of all structures, each with the weight of its
-    /// likelihood.
+    /// N² by all structures, each with the weight of its likelihood.
     pub(super) fn white(&self) -> Found {
         let of_value = |candidate: &Candidate| {
             let is_filtered = candidate.filter > 0;
@@ -396,7 +406,7 @@ impl<'a> Search<'a> {
         };
         let mut bare = (f64::NEG_INFINITY, None);
         for (candidate, plain) in explained.iter().zip(&plain) {
-            let process = candidate.has_processes.then_some(Rival::Process);
+            let process = candidate.has_processes.then_some(Withheld::MayBeProcess);
             let beside = nuisances.iter().filter_map(|of| {
                 let (score, _) = self.without(column, candidate, &of.coefficients)?;
                 Some((score - of.penalty, Some(of.rival)))
@@ -409,7 +419,7 @@ impl<'a> Search<'a> {
         let blocks = (self.rows.level.len() + 1) as f64;
         let switching = || self.best().score + self.switching_rise() - SWITCHING_PARAMETERS * 0.5 * blocks.ln();
         if evidence > PRESENT && switching() > likeliest.score - 0.5 * PRESENT * PRESENT {
-            (evidence, rival) = (0.0, Some(Rival::Switching));
+            (evidence, rival) = (0.0, Some(Withheld::MayBeSwitching));
         }
         let value = likeliest.scored.parameters[column];
         let (lower, upper) = self.limits_of(column, &explained, evidence > PRESENT);
@@ -513,7 +523,10 @@ impl<'a> Search<'a> {
             let found = shapes.likeliest(level, variances, known, |of| is_of(of, is_cycle), LEAST_RISE)?;
             (found.rise > LEAST_RISE).then_some(Nuisance { coefficients: found.coefficients, penalty, rival })
         };
-        [(false, RELAXATION, Rival::WarmUp), (true, CYCLE, Rival::Cycle)].into_iter().filter_map(find).collect()
+        [(false, RELAXATION, Withheld::MayBeWarmUp), (true, CYCLE, Withheld::MayBeCycle)]
+            .into_iter()
+            .filter_map(find)
+            .collect()
     }
 }
 

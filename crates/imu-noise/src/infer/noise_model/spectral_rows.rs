@@ -336,8 +336,7 @@ impl<'a> ChannelData<'a> {
         })
     }
 
-    /// What a record is expected to show of components with these squares, in whole blocks and without
-    /// segments.
+    /// What a record in whole blocks and without segments shows of components of these squares.
     pub(super) fn expecting(grid: &'a Grid, squares: &[f64]) -> Self {
         let sum = |columns: &mut dyn Iterator<Item = f64>| columns.zip(squares).map(|(a, b)| a * b).sum::<f64>();
         let variances: Vec<f64> = grid.columns.iter().map(|columns| sum(&mut columns.iter().copied())).collect();

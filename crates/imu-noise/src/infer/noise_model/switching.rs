@@ -1,8 +1,7 @@
 //! Noise that switches between two levels (popcorn noise).
 //!
-//! Its spectrum is that of a Gauss-Markov process, so that no spectrum distinguishes the two; the values
-//! do. A hidden Markov model of two levels (Baum and others, 1970) with white noise about each; a
-//! block in which the level switches lies anywhere between.
+//! Its spectrum is that of a Gauss-Markov process; the values tell: by a hidden Markov model of two
+//! levels (Baum and others, 1970), with white noise about each.
 
 use core::f64::consts::TAU;
 

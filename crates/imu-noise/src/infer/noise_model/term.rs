@@ -27,10 +27,9 @@ impl Term {
     pub const ALL: [Self; 5] =
         [Self::Quantization, Self::White, Self::BiasInstability, Self::RateRandomWalk, Self::RateRamp];
 
-    /// The Allan or Hadamard variance, in the unit of the channel squared, that this component
-    /// alone, at `amplitude` in its own unit, has at averaging factor `m` >= 1 of a record of this
-    /// shape. Exact at every m, as [`PowerLaw::variance`], but for averaging on board. A ramp has
-    /// no Hadamard variance.
+    /// The Allan or Hadamard variance, in the unit of the channel squared, of this component alone, at
+    /// `amplitude` in its own unit, at averaging factor `m` >= 1 of a record of this shape, but for
+    /// averaging on board. A ramp has no Hadamard variance.
     pub fn variance(self, amplitude: f64, m: u64, shape: &RecordShape) -> f64 {
         let amplitude = amplitude / self.per_second(shape.interval_s);
         let of = |law: PowerLaw| law.variance(shape.deviation, m);

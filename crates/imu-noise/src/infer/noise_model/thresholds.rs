@@ -18,8 +18,7 @@ pub(super) const BESIDE_KNOWN_AVERAGING: f64 = 5.0;
 pub(super) const FILTER_IN_VALUE: f64 = 4.0;
 pub(super) const PROCESSES_IN_VALUE: f64 = 4.0;
 
-/// For Gauss-Markov processes, whatever their number: one and its correlation time are two
-/// parameters.
+/// For Gauss-Markov processes: one and its correlation time are two parameters.
 pub(super) const PROCESSES: f64 = 3.0;
 
 /// For a warm-up, which has an amplitude and a time constant, and for a cycle, which has a phase too:
@@ -27,9 +26,8 @@ pub(super) const PROCESSES: f64 = 3.0;
 pub(super) const RELAXATION: f64 = 3.0;
 pub(super) const CYCLE: f64 = 5.0;
 
-/// More parameters of two levels between which the noise switches than of one term: a second level, a
-/// rate of switching from each, a share of blocks between. Each costs half the logarithm of the number
-/// of blocks (Schwarz, 1978): with less, flicker noise that is there would look like it too often.
+/// More parameters of two levels between which the noise switches than of one term. Each costs half the
+/// logarithm of the number of blocks (Schwarz, 1978): with less, flicker noise would look like it.
 pub(super) const SWITCHING_PARAMETERS: f64 = 4.0;
 
 /// Less for a warm-up or a cycle in place of a ramp: a warm-up as slow as the record has as many parameters as

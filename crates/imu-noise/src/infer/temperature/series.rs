@@ -60,9 +60,8 @@ impl BlockSeries {
         product(&times, &temperatures) / squares.sqrt()
     }
 
-    /// The block means of the temperature behind a first-order lag, which it is taken not to have
-    /// changed before: exact for a temperature that is constant within each block, with the same
-    /// delay for any that changes slowly.
+    /// The block means of the temperature behind a first-order lag, which it is taken not to have changed
+    /// before: exact for a temperature that is constant within each block.
     pub(super) fn lagged_c(&self, lag_s: f64) -> Vec<f64> {
         let blocks = self.block_s / lag_s;
         let (left, mean_left) =
@@ -92,8 +91,7 @@ fn longest_run(blocks: &TemperatureBlocks) -> Range<usize> {
     longest
 }
 
-/// What is missing is taken to lie on the line between its neighbours, at the ends to be equal to
-/// the next.
+/// What is missing lies on the line between its neighbours, at the ends it is the next value.
 fn interpolated(values: &[Option<f64>]) -> Vec<f64> {
     let known: Vec<(usize, f64)> = values.iter().enumerate().filter_map(|(i, value)| Some((i, (*value)?))).collect();
     let at = |i: usize| {

@@ -9,8 +9,7 @@ use crate::{
 };
 
 impl Analysis {
-    /// Adds the rows that wait for others of their block, so that snapshots need no copy of all sums with
-    /// them. No result depends on it.
+    /// Adds the rows that wait for others of their block, so that snapshots copy no sums.
     pub fn settle(&mut self) {
         self.record.accumulators.settle();
     }
@@ -29,8 +28,8 @@ impl Analysis {
             repeated_rows: self.order().map_or(0, |order| order.repeated),
             moved_rows: self.order().map_or(0, |order| order.moved),
             pending_rows: self.pending.as_ref().map_or(0, PendingRows::pending),
-            false_rate: rate.false_rate,
-            false_report: rate.false_report,
+            false_rate: rate.false_rate.clone(),
+            false_report: rate.false_report.clone(),
             other_rate_samples: rate.other_rate_samples,
             registers: replies.registers.clone(),
             link: self.link,
@@ -41,12 +40,8 @@ impl Analysis {
             restarts: self.record.gaps.restarts,
             time_steps: self.record.gaps.time_steps,
             false_times: self.record.gaps.false_times,
-            estimator: settings.estimator,
-            deviation: settings.deviation,
-            quantization: settings.quantization,
-            given_window: settings.window,
+            settings: settings.clone(),
             skipped: span.skip,
-            coasts: settings.coasts.clone(),
             missing_times: Vec::new(),
             channels: Vec::new(),
             magnitudes: accumulators.magnitudes.clone(),

@@ -143,13 +143,13 @@ fn a_sensor_that_reports_another_rate_was_set_anew_if_the_stamps_confirmed_the_o
 
 #[test]
 fn arrivals_outweigh_a_report_that_they_contradict() {
-    let report = |reported_hz| Some(FalseReport { reported_hz, arrival_hz: 100.0 });
+    let report = |reported_hz| Some(Finding::FalseReport { reported_hz, arrival_hz: 100.0 });
     let arrivals = NominalRate::Snapped(100.0);
     for samples in [0, 600] {
         let mut rate = by_device(40.0);
         let expected = RateEffect::Discard { from_hz: 40.0, to_hz: 100.0 };
         assert_eq!(rate.take_nominal(arrivals, Some(40.0), &span(samples, 0)), expected);
-        assert_eq!((rate.hz(), rate.rate.from, rate.false_report), (100.0, RateFrom::Arrival, report(40.0)));
+        assert_eq!((rate.hz(), rate.rate.from, rate.false_report.clone()), (100.0, RateFrom::Arrival, report(40.0)));
         let now = || Some(snapped(100.0));
         assert_eq!(rate.take_device_rate(40.0, now, &span(700, 0)), RateEffect::None, "the same again");
         rate.end_connection(now());
@@ -164,21 +164,23 @@ fn arrivals_outweigh_a_report_that_they_contradict() {
 
     let mut late = by_arrival(100.0);
     assert_eq!(late.take_device_rate(40.0, || Some(snapped(100.0)), &span(600, 0)), RateEffect::None);
-    assert_eq!((late.hz(), late.false_report), (100.0, report(40.0)));
+    assert_eq!((late.hz(), late.false_report.clone()), (100.0, report(40.0)));
     assert_eq!(late.take_change(100.0, 40.0, None, &span(900, 0)), RateEffect::Exclude);
     assert_eq!(late.false_report, None, "the arrivals followed it");
 }
 
 #[test]
 fn a_false_rate_is_replaced_and_named_where_samples_were_judged_by_it() {
-    for (samples, expected) in [(0, None), (7, Some(FalseRate { samples: 7, arrival_hz: 37.0, device_hz: 40.0 }))] {
+    for (samples, expected) in
+        [(0, None), (7, Some(Finding::FalseRate { samples: 7, arrival_hz: 37.0, device_hz: 40.0 }))]
+    {
         let mut rate = by_arrival(37.0);
         rate.end_connection(Some(TimebaseSummary {
             refusal: Some(Refusal::NoTimePasses { samples: 2 }),
             ..snapped(1.0)
         }));
         rate.replace(40.0, samples);
-        assert_eq!((rate.false_rate, rate.refused_before), (expected, None));
+        assert_eq!((rate.false_rate.clone(), rate.refused_before), (expected, None));
         assert_eq!((rate.hz(), rate.rate.from), (40.0, RateFrom::Device));
         rate.start_over();
         assert_eq!(rate.false_rate, None);

@@ -11,16 +11,14 @@ use crate::{
     warning::{Finding, Severity, Warning},
 };
 
-/// The least number of samples. Three terms need four octaves, and with this many samples the last
-/// octave has ten degrees of freedom in white noise, enough for intervals with their stated
-/// coverage.
+/// The least number of samples: three terms need four octaves, the last of which then has ten degrees
+/// of freedom in white noise, enough for intervals with their stated coverage.
 const LEAST_SAMPLES: u64 = 66;
 
 pub(super) fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
     let timing = &snapshot.timing;
     let mut warnings = changes(snapshot);
-    let false_report = snapshot.false_report.map(Finding::FalseReport);
-    warnings.extend(false_report.map(Warning::new));
+    warnings.extend(snapshot.false_report.clone().map(Warning::new));
     warnings.extend(refused_stamps(snapshot));
     if let Some(arrivals) = &snapshot.arrivals {
         warnings.extend(on_arrivals(arrivals, rates_hz(snapshot.layout.as_deref()), timing));
@@ -48,7 +46,7 @@ fn changes(snapshot: &Snapshot) -> Vec<Warning> {
     let mut warnings = Vec::new();
     warnings.extend(snapshot.rate_change.map(|change| changed(change).cured_by(Remedy::Skip(None))));
     warnings.extend(snapshot.parted.map(changed));
-    warnings.extend(snapshot.false_rate.map(|found| Warning::new(Finding::FalseRate(found))));
+    warnings.extend(snapshot.false_rate.clone().map(Warning::new));
     let burst = snapshot.other_rate_samples;
     warnings.extend((burst > 0).then(|| Warning::new(Finding::BurstExcluded(burst))));
     warnings

@@ -1,6 +1,6 @@
 //! The temperature of the sensor, in the stream or asked for between the rows.
 
-use vn100_analysis::{AxisTemperature, WhyNoCoefficient};
+use vn100_analysis::{AxisTemperature, noise::NoCoefficient};
 
 use super::*;
 
@@ -89,7 +89,7 @@ fn readings_between_the_rows_are_as_good_however_the_stream_is_cut() {
     assert!(found.is_polled && found.is_proved);
     assert!(coefficient.lower < 3e-3 && 3e-3 < coefficient.upper, "{coefficient:?}");
     // the attitude filter of this message takes the bias out
-    assert_eq!(of(&measured, "gyro_x").coefficient, Err(WhyNoCoefficient::BiasNotInStream));
+    assert_eq!(of(&measured, "gyro_x").coefficient, Err(NoCoefficient::BiasNotInStream));
 
     let mut analysis = Analysis::new(settings());
     let width = VNYMR.channels.len();

@@ -94,15 +94,15 @@ fn records_of_the_same_samples_are_told_so_and_not_tested() {
     assert_eq!((same.channels.len(), same.caveats[0].records.clone()), (0, vec![0, 1]));
     assert!(same.rankings.iter().all(|ranking| ranking.tests.is_empty() && ranking.lead().is_none()));
     let shared = same.same_samples[0];
-    assert_eq!((shared.records, shared.shared.of_first, shared.shared.of_second), ([0, 1], 1.0, 1.0));
+    assert_eq!((shared.records, shared.of_first, shared.of_second), ([0, 1], 1.0, 1.0));
     // the second half of the first
     let part = compared(&[record(8000, 0), record(8000, 100)]);
-    let shared = part.same_samples[0].shared;
+    let shared = part.same_samples[0];
     assert!(shared.of_first < 0.6 && shared.of_second == 1.0, "{shared:?}");
     let overlapping = Simulated { samples: 8000, settings: record_end(150), ..Simulated::default() }.record();
     let overlap = compared(&[overlapping, record(8000, 100)]);
     // by a sample of the rows
-    let shared = overlap.same_samples[0].shared;
+    let shared = overlap.same_samples[0];
     let is_near = |part: f64, expected: f64| (part - expected).abs() < 0.03;
     assert!(is_near(shared.of_first, 1.0 / 3.0) && is_near(shared.of_second, 0.5), "{shared:?}");
     let others = compared(&[record(8000, 0), Simulated { samples: 8000, seed: 2, ..Simulated::default() }.record()]);
@@ -146,7 +146,7 @@ fn what_stands_between_two_records_is_a_caveat() {
     let moved = compared(&[short().record(), Simulated { level: moving, ..short() }.record()]);
     assert_eq!((kinds(&moved), moved.caveats[0].records.clone()), (vec![CaveatKind::Moved], vec![1]));
     assert!(moved.means.iter().all(|means| means.means.len() == 1), "a mean of a moved sensor is no bias");
-    assert!(moved.disturbances.iter().any(|event| event.record == 1 && event.warning.channels.len() == 3));
+    assert!(moved.disturbances.iter().any(|(record, warning)| *record == 1 && warning.channels.len() == 3));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use imu_noise::{Claim, Grade, Parameter, Sensor, Status, Term, Verdict};
 use vn100_analysis::{
     Assessment, Datasheet, DatasheetFigure, DecidedBy, Finding, Goal, NoGrade, Parts, Settings, SheetOnboard, Snapshot,
-    SourceFacts, SourceResult, UnmetGoal, WindowFrom,
+    SourceFacts, SourceResult, WindowFrom,
 };
 use vn100_protocol::{Channel, Layout, VNIMU, VNYMR};
 
@@ -241,7 +241,7 @@ fn nothing_is_judged_in_motion() {
         assert!(noise.fit.quality.is_none() && noise.white_budget.sampling.is_none());
     }
     let goals: Vec<Goal> = ["gyro N ±99%", "accel_x N ±99%"].map(|goal| goal.parse().unwrap()).into();
-    assert_eq!(UnmetGoal::of(&goals, &snapshot, &assessment).len(), 2);
+    assert_eq!(Goal::unmet(&goals, &snapshot, &assessment).len(), 2);
 }
 
 #[test]

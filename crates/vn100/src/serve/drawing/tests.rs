@@ -10,7 +10,6 @@ use vn100_analysis::{
     Analysis, Settings,
     protocol::{VNIMU, stream::Batch},
 };
-use vn100_report::Asked;
 
 use super::*;
 use crate::serve::events::EventReader;
@@ -58,7 +57,7 @@ fn hour(state: &mut u64) -> Batch {
 }
 
 fn drawer_of(sources: Vec<ServedSource>, begin: Instant) -> Drawer {
-    let evaluation = Evaluation::new(None, Asked::default()).unwrap();
+    let evaluation = Evaluation::new(None, Vec::new(), false).unwrap();
     Drawer::new(sources, Arc::new(evaluation), String::new(), 0.95, begin)
 }
 
