@@ -11,14 +11,6 @@ use super::{
 };
 use crate::{message::MESSAGES, onboard::AveragingWindow, profile::Profile, sensor::Processing};
 
-#[derive(Debug, Clone, PartialEq)]
-enum Value {
-    Text(String),
-    Whole(u32),
-    Real(f32),
-    Rate(f32),
-}
-
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct PortSettings {
     pub(crate) baud: u32,
@@ -31,7 +23,8 @@ pub(crate) struct PortSettings {
 pub(crate) struct Registers {
     pub(crate) firmware: Firmware,
     serial: u32,
-    values: BTreeMap<u16, Vec<Value>>,
+    /// The fields of the registers of the table, as they are printed.
+    values: BTreeMap<u16, Vec<String>>,
     pub(crate) ports: [PortSettings; 2],
     pub(crate) binary: [PacketOutput; 3],
 }
@@ -44,7 +37,7 @@ impl Registers {
                 _ => row.default,
             };
             let default: Vec<&str> = default.split(',').collect();
-            (row.number, parse_values(row.fields, &default).unwrap_or_default())
+            (row.number, printed_values(row.fields, &default).unwrap_or_default())
         });
         Self {
             firmware,
@@ -70,7 +63,7 @@ impl Registers {
             if let AveragingWindow::Boxcar { samples, .. } = profile.channels[channel].window
                 && let Some(value) = self.values.get_mut(&85).and_then(|values| values.get_mut(field))
             {
-                *value = Value::Whole(samples);
+                *value = samples.to_string();
             }
         }
     }
@@ -87,7 +80,7 @@ impl Registers {
             6 => port.message.to_string(),
             7 => port.rate_hz.to_string(),
             75..=77 => self.binary[usize::from(number - 75)].print(self.firmware),
-            _ => print_values(self.values.get(&number)?),
+            _ => self.values.get(&number)?.join(","),
         })
     }
 
@@ -109,7 +102,7 @@ impl Registers {
                 if row.read_only {
                     return Err(DeviceError::Unauthorized);
                 }
-                new.values.insert(number, parse_values(row.fields, parameters)?);
+                new.values.insert(number, printed_values(row.fields, parameters)?);
                 true
             }
         };
@@ -151,15 +144,13 @@ impl Registers {
     }
 
     pub(crate) fn set_start_up_bias(&mut self, bias_rad_s: [f64; 3]) {
-        self.values.insert(43, bias_rad_s.map(|bias| Value::Rate(bias as f32)).to_vec());
+        self.values.insert(43, bias_rad_s.map(|bias| printed_rate(bias as f32)).to_vec());
     }
 
     /// An integer of a register, by the index of its field; 0 if there is none.
     pub(crate) fn whole(&self, number: u16, field: usize) -> u32 {
-        match self.values.get(&number).and_then(|values| values.get(field)) {
-            Some(Value::Whole(value)) => *value,
-            _ => 0,
-        }
+        let value = self.values.get(&number).and_then(|values| values.get(field)?.parse().ok());
+        value.unwrap_or_default()
     }
 
     pub(crate) fn processing(&self) -> Processing {
@@ -172,33 +163,30 @@ impl Registers {
     }
 }
 
-fn parse_values(fields: &[Field], parameters: &[&str]) -> Result<Vec<Value>, DeviceError> {
+fn printed_values(fields: &[Field], parameters: &[&str]) -> Result<Vec<String>, DeviceError> {
     check_count(parameters, fields.len())?;
     fields
         .iter()
         .zip(parameters)
-        .map(|(field, text)| parse_value(*field, text).ok_or(DeviceError::InvalidParameter))
+        .map(|(field, text)| printed(*field, text).ok_or(DeviceError::InvalidParameter))
         .collect()
 }
 
-fn parse_value(field: Field, text: &str) -> Option<Value> {
+/// A setting as it is printed; `None` if it is not allowed.
+fn printed(field: Field, text: &str) -> Option<String> {
     let whole = || text.parse::<u32>().ok();
     let real = || text.parse::<f32>().ok().filter(|value| value.is_finite());
     match field {
-        Field::Text(longest) => (text.len() <= longest).then(|| Value::Text(text.to_owned())),
-        Field::Whole(least, most) => whole().filter(|value| (least..=most).contains(value)).map(Value::Whole),
-        Field::OneOf(allowed) => whole().filter(|value| allowed.contains(value)).map(Value::Whole),
-        Field::Real(most) => real().filter(|value| value.abs() <= most).map(Value::Real),
-        Field::Rate => real().map(Value::Rate),
+        Field::Text(longest) => (text.len() <= longest).then(|| text.to_owned()),
+        Field::Whole(least, most) => {
+            whole().filter(|value| (least..=most).contains(value)).map(|value| value.to_string())
+        }
+        Field::OneOf(allowed) => whole().filter(|value| allowed.contains(value)).map(|value| value.to_string()),
+        Field::Real(most) => real().filter(|value| value.abs() <= most).map(|value| value.to_string()),
+        Field::Rate => real().map(printed_rate),
     }
 }
 
-fn print_values(values: &[Value]) -> String {
-    let print = |value: &Value| match value {
-        Value::Text(value) => value.clone(),
-        Value::Whole(value) => value.to_string(),
-        Value::Real(value) => value.to_string(),
-        Value::Rate(value) => format!("{value:+010.6}"),
-    };
-    values.iter().map(print).collect::<Vec<_>>().join(",")
+fn printed_rate(value: f32) -> String {
+    format!("{value:+010.6}")
 }

@@ -82,27 +82,22 @@ man: 2
   a page for each command | man -o man1
 ";
 
-/// What is said of a command beside its options.
-pub(crate) struct CommandHelp {
-    pub(crate) examples: Vec<(&'static str, &'static str)>,
-    statuses: usize,
-}
-
-/// That of the command of this name; of the program, if none has it.
-pub(crate) fn help_of(command: &str) -> CommandHelp {
+/// The examples of the command of this name, and the number of its exit statuses; those of the program,
+/// if no command has the name.
+pub(crate) fn help_of(command: &str) -> (Vec<(&'static str, &'static str)>, usize) {
     let head = |line: &'static str| line.split_once(": ").filter(|_| !line.starts_with(' '));
     let is_other = |line: &&'static str| head(line).is_none_or(|(name, _)| name != command);
     let mut lines = COMMANDS.lines().skip_while(is_other).chain(COMMANDS.lines());
     let (_, highest) = lines.next().and_then(head).unwrap_or_default();
     let examples = lines.map_while(|line| line.strip_prefix("  ")?.split_once(" | ")).collect();
-    CommandHelp { examples, statuses: highest.parse::<usize>().map_or(0, |highest| highest + 1) }
+    (examples, highest.parse::<usize>().map_or(0, |highest| highest + 1))
 }
 
 pub(crate) fn after(command: &str) -> String {
-    let help = help_of(command);
+    let (examples, statuses) = help_of(command);
     let example = |(what, words): &(&str, &str)| format!("  vn100 {words}\n      {what}\n");
-    let examples: String = help.examples.iter().map(example).collect();
-    let statuses = STATUSES.iter().take(help.statuses).enumerate();
+    let examples: String = examples.iter().map(example).collect();
+    let statuses = STATUSES.iter().take(statuses).enumerate();
     let statuses: Vec<_> = statuses.map(|(status, meaning)| format!("  {status}  {meaning}")).collect();
     format!("Examples:\n{examples}\nExit status:\n{}", statuses.join("\n"))
 }

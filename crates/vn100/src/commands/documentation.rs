@@ -76,10 +76,7 @@ mod tests {
             assert!(help.contains("Examples:\n  vn100 ") && help.contains("Exit status:\n  0  success"), "{help}");
             assert!(page.contains(".SH EXTRA\nExamples:") && !page.contains("default: ]"), "{page}");
             let name = command.get_name();
-            assert!(
-                name == "vn100" || help_of(name).examples.iter().all(|(_, words)| words.starts_with(name)),
-                "{name}"
-            );
+            assert!(name == "vn100" || help_of(name).0.iter().all(|(_, words)| words.starts_with(name)), "{name}");
         }
     }
 
@@ -88,7 +85,7 @@ mod tests {
         let mut vn100 = Args::command();
         vn100.build();
         let names = vn100.get_subcommands().map(Command::get_name).chain(["vn100"]).filter(|name| *name != "help");
-        for (_, words) in names.flat_map(|name| help_of(name).examples) {
+        for (_, words) in names.flat_map(|name| help_of(name).0) {
             // a part between quotes is one word
             let parts = words.split('\'').enumerate();
             let line = parts.flat_map(|(place, part)| match place % 2 {
