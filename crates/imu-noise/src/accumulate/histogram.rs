@@ -78,7 +78,8 @@ impl Histogram {
 
     /// The actual step between neighbouring values in counts, which need not be an integer: the even
     /// distance of values, or of clusters of them, each so frequent that one between them would have
-    /// occurred as well. `None` if the printed digit is the step, and if the samples show none.
+    /// occurred as well. `None` below two counts, because the printed digit is then the step, and if
+    /// the samples are too few, or too far apart, to show a step.
     pub fn step_counts(&self) -> Option<f64> {
         self.values().map(|(_, step)| step)
     }

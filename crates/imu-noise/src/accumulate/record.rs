@@ -65,8 +65,8 @@ pub struct Octave {
     /// Mean over the windows of the fraction of present samples (the harmonic mean of the clusters), 1
     /// if none is missing. White noise does not depend on it; noise with the variance V without gaps
     /// shows share · V + (1 - share) · S²/m, with the expected sample variance S² within m samples:
-    /// exactly if each sample of a cluster is equally likely to be missing, a random walk within 3 % if
-    /// runs as long as a cluster are.
+    /// exactly if each sample of a cluster is equally likely to be missing. If samples are missing in
+    /// runs as long as a cluster, a random walk shows up to 3 % more or less (30 % missing).
     pub share_present: f64,
 }
 

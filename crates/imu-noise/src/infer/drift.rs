@@ -54,8 +54,9 @@ const CORRELATION: f64 = 0.5;
 
 impl Drift {
     /// The drift after a rest of `rest_s` and a coast of `coast_s` seconds, by a curve at octaves of the
-    /// averaging time. `None` if the curve is no such one or begins after either time, and unless it
-    /// reaches half of both together with two degrees of freedom.
+    /// averaging time. `None` if a point is not above 0 or no octave of the one before, if a time is
+    /// shorter than the first, and if the curve does not reach half of rest and coast together with two
+    /// degrees of freedom.
     pub fn new(curve: &[CurvePoint], integral: Integral, rest_s: f64, coast_s: f64) -> Option<Self> {
         let is_known = |point: &&CurvePoint| {
             let CurvePoint { tau_s, deviation, edf } = **point;
