@@ -253,6 +253,15 @@ mod tests {
     }
 
     #[test]
+    fn samples_are_given_while_a_long_capture_is_read() {
+        let lines = 4 * READ_BYTES / LINE.len();
+        let bytes = io::Cursor::new(LINE.repeat(lines).into_bytes());
+        let mut events = FileEvents::new(Box::new(BytesReader::new(bytes, None, ReadOptions::default())));
+        let Event::Batch(first) = events.next().unwrap() else { panic!("no batch") };
+        assert!((1..=lines / 2).contains(&first.row_count()), "{}", first.row_count());
+    }
+
+    #[test]
     fn too_few_rows_report_their_end() {
         let capture = LINE.repeat(100);
         // the last row covers 4096 bytes, to within line 34

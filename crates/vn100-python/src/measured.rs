@@ -9,9 +9,7 @@ use vn100_analysis::SourceResult;
 use vn100_capture::OpenError;
 use vn100_report::figure::ReportFigures;
 use vn100_report::html::{PageOptions, Program, report_page};
-use vn100_report::{
-    Consumer, Document, Ended, Evaluation, FilterNoise, remedies::python_words, warnings::headline,
-};
+use vn100_report::{Consumer, Document, Ended, Evaluation, FilterNoise, remedies::python_words, warnings::headline};
 use vn100_session::{SessionResult, StartError};
 
 create_exception!(vn100, CaptureError, PyException, "A capture could not be read, or holds no sample.");

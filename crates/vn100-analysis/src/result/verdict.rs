@@ -9,7 +9,8 @@ use crate::{
 };
 
 /// The length in seconds of a record with the noise that this axis shows and that would decide a
-/// verdict which the interval leaves open; `None` if 100 days do not. A parameter that is only bounded is taken at as much of the limit as in a plan.
+/// verdict which the interval leaves open; `None` if 100 days do not. A parameter that is only
+/// bounded is taken at as much of the limit as in a plan.
 pub(super) fn deciding_record_s(
     verdict: &FigureVerdict,
     noise: &ChannelNoise,

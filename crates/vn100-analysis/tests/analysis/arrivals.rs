@@ -7,7 +7,8 @@ use imu_noise::timebase::{Arrivals, NominalRate, Refusal};
 use imu_noise::{Deviation, Estimator, Octaves};
 use proptest::prelude::*;
 use vn100_analysis::{
-    Analysis, Finding, MissingFrom, RateFrom, Remedy, Settings, Severity, Snapshot, Timing, Warning, WarningKind,
+    Analysis, Assessment, Finding, MissingFrom, Parts, RateFrom, Remedy, Settings, Severity, Snapshot, SourceFacts,
+    SourceResult, Timing, Warning, WarningKind,
 };
 use vn100_protocol::stream::{Arrival, Batch, LinkEvent, LinkEventKind, Mark, MarkKind, StreamCounts};
 use vn100_protocol::{Layout, Register, RegisterContents, RegisterFields, VNYMR};
@@ -177,6 +178,21 @@ fn a_rate_by_few_lines_before_the_link_was_lost_is_given_up() {
         assert_eq!(snapshot.timing.missing, missing, "{case}");
         let slot = snapshot.recent.map(|recent| recent.samples_per_slot);
         assert!(slot.is_none_or(|samples| samples as f64 == expected_hz / 2.0), "{case}: {slot:?}");
+    }
+}
+
+#[test]
+fn the_columns_of_the_history_lie_where_their_samples_do() {
+    let snapshot = analysed(&steady(40.0, 0, 4000), 8, Settings { recent: true, ..Settings::default() });
+    let per_count = VNYMR.channels[6].in_unit(1.0);
+    let assessment = Arc::new(Assessment::new(&snapshot, 0.95));
+    let result = SourceResult::new(SourceFacts::default(), Arc::new(snapshot), assessment, Parts::WithoutSignals);
+    let history = result.history(6, 11, usize::MAX).unwrap();
+    assert_eq!(history.columns.iter().flatten().map(|column| column.count).sum::<u64>(), 4000);
+    for column in history.columns.iter().flatten() {
+        // the number of the middle sample, from the time of the middle before the end
+        let expected = 4000.0 + 40.0 * (column.start_s + column.duration_s / 2.0) - 0.5;
+        assert!((column.mean / per_count - expected).abs() < 1e-6, "{column:?} {expected}");
     }
 }
 
