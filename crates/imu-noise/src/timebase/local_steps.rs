@@ -561,4 +561,22 @@ mod tests {
         assert!((step_s - 0.01).abs() < 0.000_02 && variation_s < 1e-6, "{step_s} {variation_s}");
         assert_eq!(edge_step(&stamps_without(&[200, 500, 800])), None);
     }
+
+    #[test]
+    fn multiples_of_a_period_have_a_resultant_of_one() {
+        let stamps_s = stamps_without(&[200, 500, 501, 800]);
+        assert!((resultant(&stamps_s, 100.0) - 1.0).abs() < 1e-9);
+        assert!(resultant(&stamps_s, 117.3) < 0.01);
+        // two sources in turn, half a period apart
+        let halves: Vec<f64> = (0..1_000).map(|place| 0.005 * f64::from(place)).collect();
+        assert!(resultant(&halves, 100.0) < 1e-9);
+    }
+
+    #[test]
+    fn steps_that_a_clock_repeats_and_skips_are_balanced_and_losses_are_not() {
+        let of_clock: Vec<f64> = (0..200).map(|place| [1.0, 0.0, 2.0, 1.0][place % 4]).collect();
+        assert!(are_balanced(&of_clock, 8));
+        let of_losses: Vec<f64> = (0..200).map(|place| if place % 37 < 4 { 2.0 } else { 1.0 }).collect();
+        assert!(!are_balanced(&of_losses, 8));
+    }
 }

@@ -381,6 +381,15 @@ mod tests {
     }
 
     #[test]
+    fn a_number_has_seven_bits_a_byte_and_eight_in_the_ninth() {
+        assert_eq!(varint(&[0x7f, 1]).unwrap(), (127, [1].as_slice()));
+        assert_eq!(varint(&[0x81, 0x00]).unwrap().0, 128);
+        assert_eq!(varint(&[0xff; 10]).unwrap(), (u64::MAX, [0xff].as_slice()));
+        assert_eq!(varint(&[0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x81, 0x02]).unwrap().0, 0x102);
+        varint(&[0xff; 8]).unwrap_err();
+    }
+
+    #[test]
     fn a_long_row_continues_on_other_pages() {
         let (bytes, row) = long_row(4);
         let row = row.unwrap();

@@ -280,6 +280,21 @@ mod tests {
     }
 
     #[test]
+    fn a_unit_is_possible_if_the_step_is_that_of_a_sensor() {
+        let may_be_in = |step: u64, unit_ns: i64| {
+            let stamps: Vec<Number> =
+                (0..50).map(|row| Number::parse((row * step).to_string().as_bytes()).unwrap()).collect();
+            may_be_in(&stamps, unit_ns)
+        };
+        for (step, unit_ns) in [(1, 1_000_000_000), (5, 1_000_000), (5_000, 1_000), (5_000_000, 1)] {
+            assert!(may_be_in(step, unit_ns), "{step} {unit_ns}");
+        }
+        for (step, unit_ns) in [(5, 1_000_000_000), (5, 1_000), (5_000, 1_000_000), (5_000_000, 1_000)] {
+            assert!(!may_be_in(step, unit_ns), "{step} {unit_ns}");
+        }
+    }
+
+    #[test]
     fn a_damaged_text_among_forty_changes_no_form() {
         let mut texts = vec![b"05-Apr-2019 11:00:00.010".as_slice(); 39];
         for damaged in [b"05-Apx-2019 11:00:00.010".as_slice(), b"", b"17"] {
