@@ -156,6 +156,16 @@ async fn a_resumed_recording_names_its_sensor() {
 }
 
 #[tokio::test]
+async fn a_resumed_recording_in_parts_names_the_sensor_of_its_first_part() {
+    let (folder, path) = place();
+    let begin = || Recorder::in_parts(&path, &conditions("me"), Rotation::Bytes(20), true).unwrap();
+    let reply = Chunk { bytes: "$VNRRG,03,0100099887*5A\r\n".into(), at_ns: Some(5) };
+    record(begin(), &[reply.into(), read(6), read(7), read(8)], "stopped").await;
+    assert!(files(&folder).len() > 2, "{:?}", files(&folder));
+    assert_eq!(begin().known_serial(), Some("0100099887"));
+}
+
+#[tokio::test]
 async fn a_cut_recording_resumes_wherever_it_was_cut() {
     let (_folder, path) = place();
     // each is in a message of its own
