@@ -61,7 +61,7 @@ pub struct SameSamples {
 }
 
 impl SameSamples {
-    /// From this share on, all of a record counts as part of the other.
+    /// From this share on, all of a record counts as part of the other: a few rows may be dropped.
     pub const WHOLE: f64 = 0.98;
 }
 

@@ -34,7 +34,8 @@ fn vertical(result: &SourceResult) -> Option<String> {
     Some(format!("{}_{letter}", axes_name(Sensor::Gyroscope)))
 }
 
-/// One line for the heading and one for velocity and position, each value with its coast.
+/// One line for the heading and one for velocity and position, each value with its coast; none without
+/// a drift, or if the sensor was moved.
 pub(crate) fn lines(result: &SourceResult) -> Vec<String> {
     if result.motion.is_some() {
         return Vec::new();

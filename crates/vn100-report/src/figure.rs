@@ -237,7 +237,8 @@ pub struct PlottedValue {
     pub x: f64,
     /// Along the y axis.
     pub y: f64,
-    /// From where to where it reaches: an interval, or the smallest and the largest sample.
+    /// From where to where it reaches: an interval, or the smallest and the largest sample; `None` if it
+    /// has neither.
     pub reach: Option<(f64, f64)>,
 }
 

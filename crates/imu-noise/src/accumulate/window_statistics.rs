@@ -12,7 +12,8 @@ const LOWEST_BITS: u64 = 0.5_f64.to_bits() >> (f64::MANTISSA_DIGITS - 1 - FRACTI
 /// Number of cells whose highest numbers are kept.
 const KEPT: usize = 16;
 
-/// Windows of a cell, which begins at a multiple of this number.
+/// Windows of a cell, which begins at a multiple of this number: a stretch of high numbers is cut at
+/// its end.
 const CELL: u64 = 16;
 
 /// Change of mean from window to window and spread within windows of 32 samples: constant over time

@@ -70,8 +70,9 @@ impl GapDetector {
         }
     }
 
-    /// Adds the next sample: its arrival time, which samples of one read may share, and its counter. The
-    /// first sample decides whether there are counters; those that have ended do not begin again.
+    /// Adds the next sample: its arrival time since any fixed origin, which samples of one read may
+    /// share, and its counter. The first sample decides whether there are counters; those that have
+    /// ended do not begin again.
     pub fn push(&mut self, at: Duration, count: Option<u64>) {
         if self.pushed == 0 && count.is_some() {
             self.counter = Some(SampleCounter::default());

@@ -74,7 +74,8 @@ const AS_LONG: f64 = 0.85;
 const SEARCHED: usize = 256;
 
 /// The number of steps of which the sums are compared, which hold about [`IN_A_SUM`] missing samples,
-/// and the mean steps by which nine tenths of the sums differ at most: two ticks of a clock.
+/// and the mean steps by which nine tenths of the sums differ at most: two ticks of a clock, with some
+/// wander. Missing at random, four samples would be one to eight.
 const LEAST_BALANCED: usize = 16;
 const MOST_BALANCED: usize = 96;
 const IN_A_SUM: f64 = 4.0;

@@ -4,7 +4,8 @@
 /// 800 Hz differ by a fortieth, and counters by one event in four or more.
 pub(super) const TOLERANCE: f64 = 0.25;
 
-/// An interval of more steps is no gap: it would last two months at 800 Hz.
+/// An interval of more steps belongs to another counter or clock: as a gap at 800 Hz it would last two
+/// months.
 const MAX_STEPS: f64 = 4_294_967_296.0;
 
 /// The number of steps in the interval, at least one; `None` if it is not a whole number.

@@ -19,7 +19,7 @@ pub(crate) struct MeasuredSpan {
 }
 
 impl MeasuredSpan {
-    /// A span without samples, without `skip` at the start and what follows `duration`.
+    /// A span without samples, which will exclude `skip` at the start and all after `duration`.
     pub(crate) const fn new(skip: Duration, duration: Option<Duration>) -> Self {
         Self { skip, duration, index: 0, samples: 0, excluded: 0, segments: 0, in_segment: false }
     }
@@ -52,7 +52,8 @@ impl MeasuredSpan {
         Some((skipped..end, first))
     }
 
-    /// Adds missing samples. Returns how many of them count.
+    /// Adds missing samples. Returns how many of them count: none before the first sample that counts,
+    /// after the end, or with `exclude`.
     pub(crate) fn gap(&mut self, missing: u64, rate_hz: f64, exclude: bool) -> u64 {
         if !self.has_rows() {
             return 0;

@@ -6,7 +6,8 @@ use vn100_protocol::{BINARY, Layout};
 use super::{measured_span::MeasuredSpan, sensor_rates::rates_hz};
 use crate::{rate_change::RateChange, settings::DEFAULT_RATE_HZ, snapshot::RateFrom, warning::Finding};
 
-/// Clock offset above which a measured rate does not confirm the nominal one.
+/// Clock offset above which a measured rate does not confirm the nominal one: no quartz is off by
+/// that much.
 const CLOCK_PPM: f64 = 1000.0;
 
 /// The source of the sample rate of a record, when it was wrong, and when it changed. The sources

@@ -134,7 +134,7 @@ const WEIGHTS: [u64; 16] = {
     weights
 };
 
-/// A number all bits of which depend on all bits of this one, and no other's.
+/// A number all bits of which depend on all bits of this one; different numbers give different ones.
 const fn scattered(number: u64) -> u64 {
     /// The fractional part of the golden ratio, as an odd number.
     const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;

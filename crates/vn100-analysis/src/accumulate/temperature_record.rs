@@ -66,7 +66,8 @@ impl TemperatureRecord {
         TemperatureSearch::new(&self.blocks, interval_s, self.degrees_per_count)
     }
 
-    /// The number of the axis at this place; `None` if it lacks more than a tenth of its samples.
+    /// The number of the axis at this place; `None` for another channel, and for an axis that lacks more
+    /// than a tenth of its samples.
     pub(crate) fn axis(&self, place: usize) -> Option<usize> {
         let axis = self.number_of(place)?;
         let (absent, samples) = self.blocks.lacks(axis);

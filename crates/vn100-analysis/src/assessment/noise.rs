@@ -37,7 +37,8 @@ pub struct ChannelNoise {
     pub white_budget: WhiteBudget,
     /// Terms that are those of the rounding: the noise is less than half of a step of the values.
     pub(super) rounded_away: &'static [Term],
-    /// The level has a step, a cycle or a warm-up: the slow terms are no more than bounded.
+    /// The level has a step, a cycle or a warm-up, which the slow terms would be fitted to: they are no
+    /// more than bounded.
     pub level_changes: bool,
     /// How the bias follows the temperature; `None` without one, and for magnetometers.
     pub temperature: Option<AxisTemperature>,
@@ -89,7 +90,8 @@ impl ChannelNoise {
         }
     }
 
-    /// The parameters of an axis; `evidence`: what is known of it beside the curve.
+    /// The parameters of an axis; `None` for what is no axis of a sensor. `evidence`: what is known of
+    /// it beside the curve.
     pub(super) fn new(
         channel: &Channel,
         curve: &OctaveVariances,
@@ -162,7 +164,8 @@ impl ChannelNoise {
         }
     }
 
-    /// N of the sensor itself; bounded where the window is not known, `None` without N.
+    /// N of the sensor itself, without what averaging and decimation on board add; bounded where the
+    /// window is not known. `None` where N was not asked for.
     pub fn unaliased_white(&self) -> Option<Parameter> {
         self.parameter(Term::White).map(|white| self.white_budget.unaliased(white))
     }

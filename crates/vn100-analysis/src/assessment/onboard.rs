@@ -61,7 +61,8 @@ impl Onboard {
         self.window_from != WindowFrom::Default
     }
 
-    /// Whether some averaging window would alias white noise, by half a percent or more.
+    /// Whether some averaging window would alias white noise, by half a percent or more: none does
+    /// where the sensor sends every refresh.
     pub fn aliases(&self) -> bool {
         const NEGLIGIBLE: f64 = 1.005;
         self.window.decimation.max(1.0).sqrt() >= NEGLIGIBLE

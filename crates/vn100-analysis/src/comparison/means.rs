@@ -59,7 +59,8 @@ impl Spread {
     }
 }
 
-/// Of channels that have a bias, in records in which the sensor was not moved.
+/// Of channels that have a bias, in records in which the sensor was not moved: a mean of temperature or
+/// pressure is that of the surroundings.
 pub(super) fn means(records: &[SourceResult], confidence: f64) -> Vec<ChannelMeans> {
     let mut found: Vec<ChannelMeans> = Vec::new();
     for (record, result) in records.iter().enumerate().filter(|(_, record)| record.motion.is_none()) {

@@ -17,7 +17,8 @@ pub const DEFAULT_SPAN_S: f64 = 60.0;
 const SHEET_WALK: &str =
     "K by a data sheet, which prints none: B/sqrt(T) of its bias instability B, the upper end at T = 60 s";
 
-/// The times in seconds over which a walk drifts as the bias instability of a sheet does.
+/// The times in seconds over which a walk drifts as the bias instability of a sheet does: no sheet
+/// prints a walk.
 const SHEET_WALK_S: (f64, f64) = (60.0, 1000.0);
 
 /// N and K of the two inertial sensors, the rate of their samples, and what the file of a filter needs

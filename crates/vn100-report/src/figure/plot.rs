@@ -179,7 +179,8 @@ fn left_of(y: &PlotAxis) -> f64 {
     widths.fold(0.0, f64::max) + LETTERS + 16.0
 }
 
-/// The width of a letter over its height: that of most letters of DejaVu Sans.
+/// The width of a letter over its height: that of most letters of DejaVu Sans, the font that an
+/// SVG names first.
 const PER_LETTER: f64 = 0.64;
 
 /// Of a text in letters of the usual size.

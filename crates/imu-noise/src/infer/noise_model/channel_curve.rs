@@ -19,8 +19,8 @@ pub struct ChannelCurve<'a> {
     pub bands: &'a [NarrowBand],
     /// The averaging on board is known, and nothing else is known to filter.
     pub is_averaging_known: bool,
-    /// Fourth cumulant of the samples, in the unit to the fourth; 0 for a normal distribution. Heavy tails
-    /// make every octave less certain.
+    /// Fourth cumulant of the samples, in the unit to the fourth: excess kurtosis times variance squared;
+    /// 0 for a normal distribution. Heavy tails make every octave less certain.
     pub fourth_cumulant: f64,
 }
 

@@ -7,7 +7,8 @@ use super::super::whole_steps::single_step;
 const TICK_NS: f64 = 1_250_000.0;
 
 /// The fraction of a tick by which an interval may differ from whole ticks, and the relative error of
-/// the mean tick. Chosen: four times the error over 31 intervals of a real sensor.
+/// the mean tick. Chosen: four times the error over 31 intervals with the jitter of a real sensor, a
+/// fortieth of a tick.
 const TICK_TOLERANCE: f64 = 0.1;
 const MEAN_TICK_TOLERANCE: f64 = 0.005;
 
