@@ -19,8 +19,9 @@ use crate::{
     serve::{Drawer, ServedSource, Server},
 };
 
-/// How long the end of the program waits for readers of its last state.
-const GRACE: Duration = Duration::from_millis(500);
+/// How long the end of the program waits for readers of its last state: on a busy machine, half a
+/// second was too short to send it to those who read.
+const GRACE: Duration = Duration::from_secs(2);
 
 /// Where a measurement is watched from elsewhere, before anything is measured.
 pub(crate) struct Watched {
