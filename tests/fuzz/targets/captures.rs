@@ -54,7 +54,8 @@ pub(crate) fn check(input: &[u8]) {
     let differ = match (&whole, &pieces) {
         (Ok(whole), Ok(pieces)) => whole.format != pieces.format,
         (Ok(read), Err(_)) | (Err(_), Ok(read)) => read.format == Some(Format::Raw),
-        (Err(_), Err(_)) => false,
+        // columns are refused with the name of the format
+        (Err(one), Err(other)) => [one, other].iter().all(|text| text.contains("it is of the format")),
     };
     if differ {
         return;

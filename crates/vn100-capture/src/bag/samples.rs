@@ -152,22 +152,20 @@ impl BagSamples {
 }
 
 impl FileReader for BagSamples {
+    /// Those of one message, or of some hundred. Samples before an error are given at the end.
     fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
-        let mut batches = Vec::new();
-        for place in 0..BATCH_MESSAGES {
+        let most = if self.line_by_line { 1 } else { BATCH_MESSAGES };
+        for place in 0..most {
             self.at_end = self.at_end || !self.take_message()?;
             if self.at_end && place == 0 {
                 return Ok(None);
-            }
-            if self.at_end || self.line_by_line || place + 1 == BATCH_MESSAGES {
-                let taken = self.samples.take_batches();
-                batches.extend(self.with_counts(taken));
             }
             if self.at_end {
                 break;
             }
         }
-        Ok(Some(batches.into_iter().map(Event::from).collect()))
+        let taken = self.samples.take_batches();
+        Ok(Some(self.with_counts(taken).into_iter().map(Event::from).collect()))
     }
 
     fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>) {

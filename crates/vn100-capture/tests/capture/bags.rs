@@ -240,13 +240,18 @@ fn missing_topics_are_named_with_the_existing_ones() {
     assert!(open(&database).unwrap().contains("wal_checkpoint"), "{:?}", open(&database));
 }
 
-/// The rows of a damaged file; none if it is rejected.
+/// The rows of a damaged file, the same line by line; none if it is rejected.
 fn rows_of(folder: &Path, bytes: &[u8]) -> Option<(Vec<Vec<f64>>, bool)> {
     let file = folder.join("damaged");
     fs::write(&file, bytes).unwrap();
-    let capture = Capture::open(&file, &CaptureOptions::default()).ok()?;
-    let read = Read::of(capture);
-    Some((read.rows, read.end.error.is_some()))
+    let read = |line_by_line| {
+        let capture = Capture::open(&file, &CaptureOptions::default()).ok()?;
+        let read = Read::with(capture, ReadOptions { line_by_line, ..ReadOptions::default() });
+        Some((read.rows, read.end.error.is_some()))
+    };
+    let whole = read(false);
+    assert_eq!(read(true), whole);
+    whole
 }
 
 #[test]
