@@ -106,6 +106,23 @@ fn a_sensor_with_a_tenth_more_noise_is_found_and_the_quieter_one_named() {
 }
 
 #[test]
+fn an_axis_that_one_record_lacks_does_not_rank_the_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let both = gyro_csv(&seeded(folder.path(), 1), 3.0);
+    let rows = fs::read_to_string(&both).unwrap();
+    fs::write(&both, rows.replace("wx,wy,wz", "gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s")).unwrap();
+    let y_alone = gyro_csv(&seeded(folder.path(), 2), 1.0);
+    let rows = fs::read_to_string(&y_alone).unwrap();
+    let column: Vec<&str> = rows.lines().map(|row| row.split(',').nth(1).unwrap()).collect();
+    fs::write(&y_alone, column.join("\n").replace("wy", "gyro_y_rad_s")).unwrap();
+    let (document, _) = compare(&[both, y_alone], &["--rate", "40"]);
+    let gyro = sensor(&document, "gyro");
+    assert_eq!(gyro["quietest"], Value::Null, "{gyro}");
+    let axes = gyro["ranked"].as_array().unwrap().iter().map(|record| record["axes"].as_array().unwrap().len());
+    assert_eq!(axes.collect::<Vec<_>>(), [1, 1]);
+}
+
+#[test]
 fn records_with_different_aliasing_have_no_quietest() {
     let folder = tempfile::tempdir().unwrap();
     let options = |rate: &'static str, seed: &'static str| {

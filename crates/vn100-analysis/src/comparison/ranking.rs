@@ -111,9 +111,14 @@ fn ranking(
 ) -> Option<Ranking> {
     let mut ranked: Vec<(RankedRecord, VarianceEstimate)> = Vec::new();
     let mut not_ranked = Vec::new();
-    for (number, record) in records.iter().enumerate() {
-        let axes: Vec<_> = record.streamed().filter(|channel| channel.quantity == quantity).collect();
-        match ranked_record(number, &axes, confidence) {
+    let of_sensor = |record| SourceResult::streamed(record).filter(|channel| channel.quantity == quantity);
+    let all: Vec<Vec<_>> = records.iter().map(|record| of_sensor(record).collect()).collect();
+    let has = |axes: &[&ChannelResult], name: &str| axes.iter().any(|channel| channel.name == name);
+    for (number, axes) in all.iter().enumerate() {
+        // an axis that another record lacks would decide without being compared
+        let is_common = |axis: &&ChannelResult| all.iter().all(|other| other.is_empty() || has(other, &axis.name));
+        let common: Vec<_> = axes.iter().copied().filter(is_common).collect();
+        match ranked_record(number, &common, confidence) {
             _ if axes.is_empty() => {}
             Some(known) => ranked.push(known),
             None => not_ranked.push(number),
@@ -146,7 +151,7 @@ fn ranking(
     })
 }
 
-/// The record in the ranking; `None` where N is not estimated on every one of the `axes`.
+/// The record in the ranking; `None` without axes, or if N is not estimated on every one.
 fn ranked_record(record: usize, axes: &[&ChannelResult], confidence: f64) -> Option<(RankedRecord, VarianceEstimate)> {
     let mut known = Vec::new();
     for channel in axes {
