@@ -131,7 +131,8 @@ async fn measure_and_record(
         recording: recorder.as_ref().map(Recorder::inputs),
         ..source.options.clone()
     };
-    let opened = source.open(options, channels.stop.clone());
+    let reading = channels.stop.child_token();
+    let opened = source.open(options, reading.clone());
     let (link, events) = match opened {
         Ok(opened) => opened,
         Err(error) => return not_measured(error.into(), recorder, spec, channels).await,
@@ -150,6 +151,9 @@ async fn measure_and_record(
             None => {}
         }
         channels.state.send_modify(|state| state.link = Some(link.state().borrow().clone()));
+    } else {
+        // a stream that sends nothing more would keep the recording open
+        reading.cancel();
     }
     let result = result(ending, &spec.settings.until, channels);
     let (Some(recorder), Some(recording)) = (recorder, &spec.recording) else { return result };

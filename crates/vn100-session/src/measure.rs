@@ -298,12 +298,13 @@ impl Measuring {
         }
     }
 
-    /// Sends the state if a second has passed and the measurement continues.
+    /// Sends the state if a second has passed and the measurement continues. After a stop, whose result follows,
+    /// no second is sent: the receiver is not waited for, and seconds between others would be missing.
     async fn send_second(&mut self, channels: &Channels) {
         let Some(seconds) = channels.seconds.as_ref().filter(|_| self.analysis.seconds() > self.seconds) else {
             return;
         };
-        if self.analysis.is_complete() {
+        if self.analysis.is_complete() || channels.stop.is_cancelled() {
             return;
         }
         self.seconds = self.analysis.seconds();

@@ -14,7 +14,7 @@ const WAITING_BATCHES: usize = 8192;
 
 /// Sends the samples of a session to a writer. A link never waits for the writer: if its channel of
 /// 8192 batches is full, batches are dropped and their samples counted. A capture or a stream
-/// waits.
+/// waits until it is stopped.
 #[derive(Debug, Clone)]
 pub struct SampleTap {
     batches: mpsc::Sender<Box<Batch>>,
@@ -37,10 +37,15 @@ impl SampleTap {
     /// loss: the writer reports why it ended.
     pub(crate) async fn send(&self, batch: Box<Batch>, can_wait: bool, stop: &CancellationToken) {
         if can_wait {
+            let samples = batch.row_count() as u64;
             tokio::select! {
-                // after a stop the writer is not waited for
+                // checked first: what the writer can take is not dropped
+                biased;
                 _ = self.batches.send(batch) => {}
-                () = stop.cancelled() => {}
+                // after a stop the writer is not waited for
+                () = stop.cancelled() => {
+                    self.dropped.fetch_add(samples, Ordering::Relaxed);
+                }
             }
         } else if let Err(mpsc::error::TrySendError::Full(batch)) = self.batches.try_send(batch) {
             self.dropped.fetch_add(batch.row_count() as u64, Ordering::Relaxed);
@@ -88,6 +93,14 @@ mod tests {
         for _ in 0..5 * WAITING_BATCHES {
             tap.send(rows(1), true, &stop).await;
         }
+        // a stop drops only what does not fit
+        let (after, mut receiver) = SampleTap::new();
+        stop.cancel();
+        for _ in 0..WAITING_BATCHES + 10 {
+            after.send(rows(3), true, &stop).await;
+        }
+        assert_eq!((after.dropped().load(Ordering::Relaxed), receiver.len()), (30, WAITING_BATCHES));
+        receiver.close();
         drop(tap);
         assert_eq!((writer.await.unwrap(), dropped.load(Ordering::Relaxed)), (5 * WAITING_BATCHES, 0));
     }

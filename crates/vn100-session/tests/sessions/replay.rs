@@ -165,10 +165,15 @@ async fn a_stop_ends_a_capture_with_the_result_so_far() {
     let first = session.seconds.recv().await.unwrap();
     assert_eq!(first.snapshot.timing.samples, 40);
     stop.cancel();
-    while session.seconds.recv().await.is_some() {}
+    let mut taken = vec![first.snapshot.timing.samples];
+    while let Some(state) = session.seconds.recv().await {
+        taken.push(state.snapshot.timing.samples);
+    }
     let result = session.result.await.unwrap();
     assert!(matches!(*result.end, End::Stopped), "{:?}", result.end);
     assert!(result.measured.timing.samples < 10 * SAMPLES);
+    // none is missing between others
+    assert!(taken.windows(2).all(|pair| pair[1] == pair[0] + 40), "{taken:?}");
 }
 
 #[tokio::test(start_paused = true)]
