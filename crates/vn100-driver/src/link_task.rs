@@ -128,19 +128,19 @@ impl<C: Connect> LinkTask<C> {
                 }
             }
             let input = select! {
-                // checked first: a link that always has data must not delay the stop
+                // those after the stop wait for it: a link that always has data must not delay it
                 biased;
+                Some(text) = self.marks.recv() => {
+                    let now = self.now();
+                    self.machine.mark(now, text);
+                    continue;
+                }
                 () = &mut stopped, if !is_stopping => Input::Stop,
                 () = &mut receiver_dropped, if !is_stopping => Input::Stop,
                 Some((command, result)) = self.commands.recv(), if self.machine.accepts_commands() => {
                     self.command_count += 1;
                     self.open_commands.insert(self.command_count, result);
                     Input::Command { id: self.command_count, command }
-                }
-                Some(text) = self.marks.recv() => {
-                    let now = self.now();
-                    self.machine.mark(now, text);
-                    continue;
                 }
                 program = self.shared_port.found() => {
                     let now = self.now();

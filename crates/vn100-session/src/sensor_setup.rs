@@ -64,8 +64,10 @@ impl SensorSetup {
         // a stop does not interrupt this; only the end of the process does
         let undo = async |link: LinkHandle| {
             let restored = restore_same(&link, &changes, serial.as_deref()).await;
-            if was_paused || may_be_paused {
-                link.request(SensorCommand::Async(!was_paused)).await?;
+            let is_other = matches!(restored, Err(SetupError::AnotherSensor { .. }));
+            if (was_paused || may_be_paused) && !is_other {
+                let output = link.request(SensorCommand::Async(!was_paused)).await;
+                return restored.and(output.map(|_| ()).map_err(Into::into));
             }
             restored
         };

@@ -155,7 +155,9 @@ async fn measure_all(
         let Some(next) = started.pop_front() else { break };
         let found = next.await.context(FAULT)??;
         if found.is_stopped {
-            break;
+            // others that began may be at their end
+            captures = Vec::new().into_iter();
+            continue;
         }
         progress.suspend(|| {
             found.errors.iter().for_each(|text| report(text));

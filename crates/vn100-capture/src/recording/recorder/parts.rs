@@ -53,7 +53,7 @@ impl Parts {
             return Err(RecordError::Exists(part.clone()));
         }
         let before = Before::of(&existing)?;
-        let number = existing.keys().next_back().map_or(1, |last| last + 1);
+        let number = existing.keys().next_back().map_or(1, |last| last.saturating_add(1));
         let resumed = !existing.is_empty();
         let id = before.part.map_or_else(RecordingPart::new_id, |part| part.id);
         let part = RecordingPart { id, number, resumed };
@@ -96,7 +96,7 @@ impl Parts {
             return None;
         }
         (self.begun_ns, self.bytes) = (*at_ns, bytes.len() as u64);
-        (self.part.number, self.part.resumed) = (self.part.number + 1, false);
+        (self.part.number, self.part.resumed) = (self.part.number.saturating_add(1), false);
         Some(self.open())
     }
 
