@@ -17,11 +17,16 @@ pub(crate) struct ZstdReader<R, D> {
     /// May be reused for other data, because making one takes far longer than unpacking a message.
     decoder: D,
     is_in_frame: bool,
+    /// Why the frame ends early; returned after its bytes.
+    error: Option<io::Error>,
 }
+
+/// The head of an empty last block, and a checksum that is not compared.
+const END_OF_FRAME: &[u8] = &[1, 0, 0, 0, 0, 0, 0];
 
 impl<R: BufRead, D: BorrowMut<FrameDecoder>> ZstdReader<R, D> {
     pub(crate) fn new(packed: R, decoder: D) -> Self {
-        Self { packed, decoder, is_in_frame: false }
+        Self { packed, decoder, is_in_frame: false, error: None }
     }
 
     /// Reads the head of the next frame; `false` if there is none.
@@ -65,13 +70,20 @@ impl<R: BufRead, D: BorrowMut<FrameDecoder>> Read for ZstdReader<R, D> {
         while self.is_in_frame || self.begin_frame()? {
             let decoder = self.decoder.borrow_mut();
             while decoder.can_collect() == 0 && !decoder.is_finished() {
-                decoder
-                    .decode_blocks(&mut self.packed, BlockDecodingStrategy::UptoBlocks(1))
-                    .map_err(|error| failed(&error))?;
+                let a_block = || BlockDecodingStrategy::UptoBlocks(1);
+                if let Err(error) = decoder.decode_blocks(&mut self.packed, a_block()) {
+                    // the decoder keeps the last megabytes until its frame ends
+                    decoder.decode_blocks(END_OF_FRAME, a_block()).map_err(|error| failed(&error))?;
+                    self.error = Some(failed(&error));
+                }
             }
             let n = decoder.read(buffer)?;
             if n > 0 {
                 return Ok(n);
+            }
+            if let Some(error) = self.error.take() {
+                self.is_in_frame = false;
+                return Err(error);
             }
             self.end_frame()?;
         }
@@ -127,6 +139,17 @@ mod tests {
         let bytes = [packed(b"one "), skippable(b"no matter"), packed(b""), packed(b"two"), skippable(b"")].concat();
         assert_eq!(unpacked(&bytes), (b"one two".to_vec(), true));
         assert_eq!(unpacked(b""), (vec![], true));
+    }
+
+    #[test]
+    fn what_comes_before_a_cut_is_kept() {
+        let bytes: Vec<u8> =
+            (0..400_000_u32).flat_map(|number| number.wrapping_mul(2_654_435_761).to_le_bytes()).collect();
+        let packed = packed(&bytes);
+        let (found, is_whole) = unpacked(&packed[..packed.len() * 3 / 4]);
+        assert!(!is_whole && bytes.starts_with(&found));
+        // all but the block that was cut
+        assert!(found.len() + (128 << 10) >= bytes.len() * 3 / 4, "{} of {}", found.len(), bytes.len());
     }
 
     #[test]

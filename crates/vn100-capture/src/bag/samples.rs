@@ -135,7 +135,8 @@ impl BagSamples {
             match self.samples {
                 RowSamples::Sentences(_) => {
                     let bytes = self.used_bytes + self.rejected_bytes;
-                    tally.skipped_bytes += bytes.saturating_sub(tally.bytes());
+                    let skipped = bytes.saturating_sub(tally.bytes());
+                    batch.tallies.iter_mut().chain([tally]).for_each(|tally| tally.skipped_bytes += skipped);
                 }
                 RowSamples::Numbers(_) => {
                     tally.samples = self.report.used;
