@@ -103,19 +103,6 @@ async fn a_stream_that_brings_nothing_is_given_up() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_stream_that_falls_silent_does_not_keep_its_recording_open() {
-    let folder = TempDir::new().unwrap();
-    let (alive, mute) = std::sync::mpsc::channel();
-    let source = LiveSource::stream(io::Read::chain(io::Cursor::new(LINE.repeat(100)), Mute(mute)));
-    let spec = LiveSpec { recording: recording(&folder), ..spec(source) };
-    let session = Session::live(LiveSpec { settings: Settings { rate_hz: Some(40.0), ..duration(2) }, ..spec });
-    let (result, _) = time::timeout(Duration::from_secs(60), ended(session)).await.unwrap();
-    assert!(matches!(*result.end, End::DurationReached), "{:?}", result.end);
-    assert_eq!(result.recording.unwrap().bytes, 100 * LINE.len() as u64);
-    drop(alive);
-}
-
-#[tokio::test(start_paused = true)]
 async fn a_recording_replays_with_the_outage_at_its_end() {
     let folder = TempDir::new().unwrap();
     let sensor = sensor();
