@@ -78,11 +78,13 @@ pub(crate) struct Bag {
     pub(super) files: Vec<Box<dyn StoredFile>>,
     /// Bytes in temporary files if the bag was compressed or came as a stream; else 0.
     pub(crate) unpacked_bytes: u64,
+    /// The error that ended the unpacking early.
+    pub(super) unpack_error: Option<io::Error>,
 }
 
 impl Bag {
     pub(crate) fn new(form: BagForm, files: Vec<Box<dyn StoredFile>>) -> Self {
-        Self { form, files, unpacked_bytes: 0 }
+        Self { form, files, unpacked_bytes: 0, unpack_error: None }
     }
 
     /// All messages, beginning with the first; `read` counts the bytes that are read from the files.

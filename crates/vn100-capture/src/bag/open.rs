@@ -26,16 +26,17 @@ impl Bag {
     /// The bag whose files are in a folder.
     pub(crate) fn in_folder(folder: &Path) -> Result<Self, Problem> {
         let (mut form_of_all, mut files) = (None, Vec::<Box<dyn StoredFile>>::new());
-        let mut unpacked_bytes = 0;
+        let (mut unpacked_bytes, mut error) = (0, None);
         for path in folder::files(folder)? {
             let named = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
             let mut file: Box<dyn StoredFile> = Box::new(File::open(&path).map_err(named)?);
             let mut found = head_of(&mut file.open()?)?;
             if found.starts_with(ZSTD_MAGIC) {
                 let packed = BufReader::new(file.open()?);
-                let bytes;
-                (file, bytes) = kept(ZstdReader::new(packed, FrameDecoder::new()))?;
+                let (unpacked, bytes, ended_by) = kept(ZstdReader::new(packed, FrameDecoder::new()))?;
+                file = unpacked;
                 unpacked_bytes += bytes;
+                error = error.or(ended_by.map(named));
                 found = head_of(&mut file.open()?)?;
             }
             let form = BagForm::of(&found).filter(|form| *form_of_all.get_or_insert(*form) == *form);
@@ -47,7 +48,7 @@ impl Bag {
             files.push(file);
         }
         let form = form_of_all.ok_or_else(folder::not_a_bag)?;
-        Ok(Self { unpacked_bytes, ..Self::new(form, files) })
+        Ok(Self { unpacked_bytes, unpack_error: error, ..Self::new(form, files) })
     }
 }
 
@@ -70,26 +71,48 @@ pub(crate) fn detect_bag(mut stream: Box<dyn Read + Send>) -> Result<Stream, Pro
     let form = BagForm::of(&head).filter(|form| *form != BagForm::Mcap || !recording::is_ours(&head));
     let whole = Cursor::new(head).chain(stream);
     let Some(form) = form else { return Ok(Stream::Other(Box::new(whole))) };
-    let (file, unpacked_bytes) = kept(whole)?;
+    let (file, unpacked_bytes, unpack_error) = kept(whole)?;
     if form == BagForm::Mcap && !is_foreign_mcap(&*file)? {
-        return Ok(Stream::Other(Box::new(file.open()?)));
+        return unpack_error.map_or(Ok(Stream::Other(Box::new(file.open()?))), |error| Err(error.into()));
     }
-    Ok(Stream::Bag(Bag { unpacked_bytes, ..Bag::new(form, vec![file]) }))
+    Ok(Stream::Bag(Bag { unpacked_bytes, unpack_error, ..Bag::new(form, vec![file]) }))
+}
+
+/// A stream that ends at its first error.
+struct UpToError<R> {
+    stream: R,
+    error: Option<io::Error>,
+}
+
+impl<R: Read> Read for UpToError<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.stream.read(buffer).or_else(|error| {
+            let is_end = error.kind() != ErrorKind::Interrupted;
+            if is_end {
+                self.error = Some(error);
+                Ok(0)
+            } else {
+                Err(error)
+            }
+        })
+    }
 }
 
 /// Copies a stream to a file without a name, or to memory on a platform without files. Returns the
-/// file and its length in bytes.
-fn kept(stream: impl Read) -> Result<(Box<dyn StoredFile>, u64), Problem> {
+/// file, its length in bytes, and the error that ended the stream.
+fn kept(stream: impl Read) -> Result<(Box<dyn StoredFile>, u64, Option<io::Error>), Problem> {
+    let mut stream = UpToError { stream, error: None };
+    let source = &mut stream;
     let (file, bytes, most): (Box<dyn StoredFile>, _, _) = match tempfile::tempfile() {
         Ok(mut file) => {
-            let bytes = io::copy(&mut stream.take(UNPACKED_BYTES + 1), &mut file).map_err(|source| {
+            let bytes = io::copy(&mut source.take(UNPACKED_BYTES + 1), &mut file).map_err(|source| {
                 io::Error::new(source.kind(), format!("cannot unpack it to a temporary file: {source}"))
             })?;
             (Box::new(file), bytes, UNPACKED_BYTES)
         }
         Err(error) if error.kind() == ErrorKind::Unsupported => {
             let mut bytes = Vec::new();
-            let count = stream.take(UNPACKED_BYTES_IN_MEMORY + 1).read_to_end(&mut bytes)?;
+            let count = source.take(UNPACKED_BYTES_IN_MEMORY + 1).read_to_end(&mut bytes)?;
             let file: Arc<[u8]> = bytes.into();
             (Box::new(file), count as u64, UNPACKED_BYTES_IN_MEMORY)
         }
@@ -100,7 +123,7 @@ fn kept(stream: impl Read) -> Result<(Box<dyn StoredFile>, u64), Problem> {
             "unpacked it is larger than {most} bytes, which is as much as is kept: unpack it to a file first"
         )));
     }
-    Ok((file, bytes))
+    Ok((file, bytes, stream.error))
 }
 
 fn head_of(stream: &mut impl Read) -> io::Result<Vec<u8>> {

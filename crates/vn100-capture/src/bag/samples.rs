@@ -35,6 +35,8 @@ pub(crate) struct BagSamples {
     samples: RowSamples,
     line_by_line: bool,
     report: BagReport,
+    /// The error that ended the unpacking early, given after the messages before it.
+    unpack_error: Option<io::Error>,
     /// Bytes of the messages that were read, and of those rejected.
     used_bytes: u64,
     rejected_bytes: u64,
@@ -70,6 +72,7 @@ impl BagSamples {
             samples,
             line_by_line: options.line_by_line,
             report,
+            unpack_error: bag.unpack_error.as_ref().map(|error| io::Error::new(error.kind(), error.to_string())),
             used_bytes: 0,
             rejected_bytes: 0,
             at_end: false,
@@ -85,7 +88,9 @@ impl BagSamples {
                 }
                 Ok(topic.is(&self.topic).then_some(0))
             };
-            let Some((place, record_ns)) = self.messages.next_head(place_of)? else { return Ok(false) };
+            let Some((place, record_ns)) = self.messages.next_head(place_of)? else {
+                return self.unpack_error.take().map_or(Ok(false), Err);
+            };
             if place.is_some() {
                 let data = self.messages.read_data()?;
                 self.report.messages += 1;

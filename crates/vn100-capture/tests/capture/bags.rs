@@ -158,6 +158,19 @@ fn a_bag_read_from_a_stream_or_line_by_line_gives_the_same() {
 }
 
 #[test]
+fn a_packed_bag_that_was_cut_gives_what_came_before() {
+    let bytes = fs::read(path("imu_none.bag")).unwrap();
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    packed.write_all(&bytes).unwrap();
+    let packed = packed.finish().unwrap();
+    for (kept, rows) in [(packed.len() - 1, 60), (packed.len() / 2, 1)] {
+        let cut = Cursor::new(packed[..kept].to_vec());
+        let read = Read::of(Capture::from_reader(cut, &CaptureOptions::default()).unwrap());
+        assert!(read.end.error.is_some() && read.rows.len() >= rows, "{} of {kept}", read.rows.len());
+    }
+}
+
+#[test]
 fn topics_of_rates_and_of_accelerations_are_two_streams() {
     let folder = path("db3_two");
     let streams = Capture::streams(&folder, &CaptureOptions::default());
