@@ -9,7 +9,9 @@ use super::{
     name::words,
     number::Number,
     numbers_at, shown,
-    stamp::{StampForm, TICK_NS, USUAL_NS, device_ns, may_be_in, time_unit, unit_of, with_unit},
+    stamp::{
+        LIKELY_STEPS_S, StampForm, TICK_NS, USUAL_NS, device_ns, may_be_in, stated_unit, time_unit, unit_of, with_unit,
+    },
 };
 
 /// Names that always mean times.
@@ -200,9 +202,14 @@ impl TimeSearch<'_> {
             };
         }
         let name = self.name(place);
-        let ticks = (name.is_device_time() && name.whole.contains("fine")).then_some(TICK_NS);
-        let named = name.unit_ns.or(ticks).filter(|&unit_ns| may_be_in(&stamps, unit_ns));
-        let unit_ns = named.map_or_else(|| unit_of(&stamps), Ok).map_err(|ambiguous| {
+        let are_fine = name.is_device_time() && name.whole.contains("fine");
+        let unit_ns = match name.unit_ns {
+            Some(unit_ns) => stated_unit(&stamps, unit_ns),
+            // some sensors of Xsens count microseconds
+            None if are_fine && may_be_in(&stamps, TICK_NS, &LIKELY_STEPS_S) => Ok(TICK_NS),
+            None => unit_of(&stamps),
+        };
+        let unit_ns = unit_ns.map_err(|ambiguous| {
             let column = &self.header.names[place];
             let reason = format!("the unit of the time stamps in column {column:?} is ambiguous: {ambiguous}");
             let hint = OpenHint::StampUnit(format!("t={}:ms", self.header.argument(place)));

@@ -58,6 +58,29 @@ fn times_are_found_by_name_and_content_and_reported() {
 }
 
 #[test]
+fn a_stated_unit_is_not_replaced_by_a_likelier_one() {
+    let rows = |name: &str, stamp: &dyn Fn(u32) -> String| {
+        format!("{name},gyro_x\n{}", (0..800).map(|row| format!("{},0.1\n", stamp(row))).collect::<String>())
+    };
+    for (name, stamp, second_ns) in [
+        ("time [s]", &(|row: u32| (10 * row).to_string()) as &dyn Fn(u32) -> String, 10_000_000_000),
+        ("Time (s)", &|row| format!("{:.1}", 1.7e9 + f64::from(10 * row)), 10_000_000_000),
+        ("time_us", &|row| (5_000_000 * row).to_string(), 5_000_000_000),
+        ("time [ms]", &|row| format!("{:.3}", 0.05 * f64::from(row)), 50_000),
+        // a clock that ticks each 40 rows
+        ("time_ms", &|row| format!("{:.3}", f64::from(row / 40 * 100)), 0),
+    ] {
+        let (stamps, _) = times(&rows(name, stamp), None);
+        assert_eq!(stamps.get(1), Some(&second_ns), "{name}");
+        assert!(name != "time_ms" || stamps[799] == 1_900_000_000);
+    }
+    for (name, step) in [("t [s]", 25_000.0), ("t [ms]", 2.5e-6), ("t", 2.5e-6)] {
+        let error = plan(rows(name, &|row| format!("{:.9}", step * f64::from(row))), None).unwrap_err();
+        assert_eq!(error.hint(), Some(&OpenHint::StampUnit(format!("t={name}:ms"))), "{step}");
+    }
+}
+
+#[test]
 fn other_columns_are_no_time() {
     for header in ["note", "count", "voltage"] {
         assert_eq!(times(&table(header, |ns| (ns / 25_000_000).to_string()), None), (vec![], None), "{header}");
@@ -254,6 +277,7 @@ fn dates_of_matlab_days_of_a_spreadsheet_and_stamps_with_their_unit_are_read() {
         ("Time", &|ns| format!("12:00:{:02}:{:03}", ns / 1_000_000_000, ns / 1_000_000 % 1000), "Time:clock"),
         ("t", &|ns| format!("{:.3} sec", ns as f64 / 1e9), "t:s"),
         ("SampleTimeFine", &|ns| (70_000 + ns / 100_000).to_string(), "SampleTimeFine:100us"),
+        ("SampleTimeFine", &|ns| (70_000_000 + ns / 1000).to_string(), "SampleTimeFine:us"),
     ] {
         let (stamps, named) = times(&table(header, stamp), None);
         assert_eq!(named.as_deref(), Some(reported));
