@@ -131,12 +131,13 @@ impl TimeSearch<'_> {
     }
 
     /// The time at which the sensor measured each row, or that in the header of a message: both are
-    /// preferred to the time of recording.
+    /// preferred to the time of recording. Of this, whole seconds are preferred together with their part.
     fn of_measurement(&self) -> Option<StampColumns> {
         self.written_device_time()
             .or_else(|| self.ascending(TimeName::is_device_time))
             .or_else(|| self.ascending(|name| name.is_of_header() && name.unit_ns.is_none()))
             .or_else(|| self.pair(TimeName::is_of_header))
+            .or_else(|| self.pair(TimeName::is_stamp))
     }
 
     /// The first column whose name fits and whose stamps ascend from row to row, with few

@@ -40,6 +40,16 @@ fn times_are_found_by_name_and_content_and_reported() {
             &|ns| format!("{},{}", (epoch + ns) % 1_000_000_000, (epoch + ns) / 1_000_000_000),
             "stamp.sec:s+stamp.nanosec:ns",
         ),
+        (
+            "time [s],time [us]",
+            &|ns| format!("{},{}", ns / 1_000_000_000, ns / 1000 % 1_000_000),
+            "time [s]:s+time [us]:us",
+        ),
+        (
+            "t_sec,t_nsec",
+            &|ns| format!("{},{}", (epoch + ns) / 1_000_000_000, (epoch + ns) % 1_000_000_000),
+            "t_sec:s+t_nsec:ns",
+        ),
         ("when", &|ns| format!("2023-03-06T{}Z", of_day(ns)), "when:iso"),
         ("Time", &|ns| format!("2023-03-06 {}+01:00", of_day(ns)), "Time:iso"),
         ("host", &|ns| format!("2023/03/06/{}", of_day(ns)), "host:iso"),
