@@ -1,6 +1,6 @@
 //! The stamp of a row: its form, and its value in exact nanoseconds. A stamp is a number in a unit, a
 //! date as `2023-03-06T02:25:02.45Z`, `2023/03/06/02:25:02.45` or `06-Mar-2023 02:25:02,45`, or a time of day
-//! as `02:25:02.45`, `02:25:02:450` or `25:02.4`.
+//! as `02:25:02.45`, `02:25:02:450`, `022502.45` or `25:02.4`.
 
 use std::ops::{Range, RangeInclusive};
 
@@ -122,6 +122,9 @@ impl StampForm {
             let are_digits = text.bytes().all(|byte| byte.is_ascii_digit() || matches!(byte, b':' | b'.'));
             text = (is_so && are_digits).then(|| format!("00:{text}"))?;
         }
+        if self == Self::TimeOfDay {
+            text = with_colons(&text).unwrap_or(text);
+        }
         // a date without a time of day has no colon, and a number has none
         let hour = text[..text.find(':')?].trim_end_matches(|c: char| c.is_ascii_digit()).len();
         let (date, clock) = text.split_at(hour);
@@ -143,7 +146,8 @@ impl StampForm {
     /// # Errors
     /// If the day or the month may come first.
     pub(super) fn of_texts(texts: &[&[u8]]) -> Result<Option<Self>, ()> {
-        let fitting = |form: Self| texts.iter().filter(|text| form.nanoseconds(text).is_some()).count();
+        let is_of = |form: Self, text: &[u8]| text.contains(&b':') && form.nanoseconds(text).is_some();
+        let fitting = |form: Self| texts.iter().filter(|text| is_of(form, text)).count();
         let counts = Self::OF_TEXT.map(|form| (form, fitting(form)));
         let most = counts.iter().map(|(_, count)| *count).max().unwrap_or(0);
         if most == 0 || (texts.len() - most) * STAMPS_A_DAMAGED_ONE > texts.len() {
@@ -171,7 +175,24 @@ impl StampForm {
 
 /// Whether the text is a date with a time of day, or a time of day alone.
 pub(super) fn is_stamp(text: &[u8]) -> bool {
-    StampForm::OF_TEXT.iter().any(|form| form.nanoseconds(text).is_some())
+    text.contains(&b':') && StampForm::OF_TEXT.iter().any(|form| form.nanoseconds(text).is_some())
+}
+
+/// Whether numbers are times of day without colons: a second after one minute the next begins, and
+/// none lies between.
+pub(super) fn are_of_day(numbers: &[&[u8]]) -> bool {
+    let minute_ns = 60 * SECOND_NS;
+    let times = numbers.iter().map(|number| StampForm::TimeOfDay.nanoseconds(number));
+    let turns = |pair: &[i64]| pair[0] / minute_ns < pair[1] / minute_ns && pair[1] - pair[0] <= SECOND_NS;
+    times.collect::<Option<Vec<i64>>>().is_some_and(|times| times.windows(2).any(turns))
+}
+
+/// A time of day as `022502.45`, with colons; a number may have lost the zeros at its head.
+fn with_colons(text: &str) -> Option<String> {
+    let (digits, part) = text.split_at(text.find('.').unwrap_or(text.len()));
+    let are_digits = (1..=6).contains(&digits.len()) && digits.bytes().all(|byte| byte.is_ascii_digit());
+    let digits = are_digits.then(|| format!("{digits:0>6}"))?;
+    Some(format!("{}:{}:{}{part}", &digits[..2], &digits[2..4], &digits[4..]))
 }
 
 /// A time of day, and the seconds by which its zone is east of Greenwich; 0 without a zone.
@@ -430,8 +451,9 @@ mod tests {
             }
         }
         let of_day = |text: &str| StampForm::TimeOfDay.nanoseconds(text.as_bytes()).map(|ns| ns / SECOND_NS);
-        let hours = ["02:25:02", "12:00:00 AM", "12:30:00 pm", "11:59:59PM"].map(of_day);
-        assert_eq!(hours, [8702, 0, 45_000, 86_399].map(Some));
+        let hours = ["02:25:02", "12:00:00 AM", "12:30:00 pm", "11:59:59PM", "22502.9"].map(of_day);
+        assert_eq!(hours, [8702, 0, 45_000, 86_399, 8702].map(Some));
+        assert!(!is_stamp(b"22502.9"), "it may be a number");
     }
 
     #[test]
@@ -446,7 +468,7 @@ mod tests {
             "2023-03-06 02:25:02 PDT",
             "2023-03-06 02:25:02+1",
             "23-03-06 02:25:02",
-            "12.5",
+            "-12.5",
             "12:30",
             "0:5.0",
             "9999-99-99T99:99:99",

@@ -10,7 +10,8 @@ use super::{
     number::Number,
     numbers_at, shown,
     stamp::{
-        LIKELY_STEPS_S, StampForm, TICK_NS, USUAL_NS, device_ns, may_be_in, stated_unit, time_unit, unit_of, with_unit,
+        LIKELY_STEPS_S, StampForm, TICK_NS, USUAL_NS, are_of_day, device_ns, may_be_in, stated_unit, time_unit,
+        unit_of, with_unit,
     },
 };
 
@@ -190,9 +191,9 @@ impl TimeSearch<'_> {
 
     fn form(&self, place: usize) -> Result<StampForm, Unusable> {
         let stamps: Vec<Number> = numbers_at(self.rows, place).collect();
-        let cells = self.cells(place).filter(|cell| !cell.is_empty()).count();
+        let cells: Vec<&[u8]> = self.cells(place).filter(|cell| !cell.is_empty()).collect();
         // a number among dates is a damaged date
-        if stamps.is_empty() || 2 * stamps.len() < cells {
+        if stamps.is_empty() || 2 * stamps.len() < cells.len() {
             if let Some((_, unit_ns)) = self.cells(place).find_map(with_unit) {
                 return Ok(StampForm::Unit(unit_ns));
             }
@@ -201,6 +202,9 @@ impl TimeSearch<'_> {
                 None if self.rows.is_empty() => Ok(StampForm::Unit(USUAL_NS[0])),
                 None => Err(self.no_stamps(place)),
             };
+        }
+        if are_of_day(&cells) {
+            return Ok(StampForm::TimeOfDay);
         }
         let name = self.name(place);
         let are_fine = name.is_device_time() && name.whole.contains("fine");

@@ -91,6 +91,24 @@ fn a_stated_unit_is_not_replaced_by_a_likelier_one() {
 }
 
 #[test]
+fn a_time_of_day_without_colons_is_no_number_of_seconds() {
+    let of_day = |start_s: u64, ns: u64| {
+        let time_s = start_s + ns / 1_000_000_000;
+        format!("{}{:02}{:02}.{:03}", time_s / 3600, time_s / 60 % 60, time_s % 60, ns / 1_000_000 % 1000)
+    };
+    for (name, start_s) in [("time", 42_959), ("Time [s]", 32_399), ("utc", 35_999)] {
+        let (stamps, form) = times(&table(name, |ns| of_day(start_s, ns)), None);
+        assert_eq!(form, Some(format!("{name}:clock")), "{start_s}");
+        assert_eq!(stamps, (0..80).map(|row| row * 25_000_000).collect::<Vec<_>>(), "{start_s}");
+    }
+    // a gap over the end of a minute, and a number of seconds that passes one
+    for start_s in [57_u64, 99] {
+        let seconds = |ns: u64| format!("{}.{:03}", start_s + 45 * (ns / 1_000_000_000), ns / 1_000_000 % 1000);
+        assert_eq!(times(&table("time", seconds), None).1.as_deref(), Some("time:s"), "{start_s}");
+    }
+}
+
+#[test]
 fn other_columns_are_no_time() {
     for header in ["note", "count", "voltage"] {
         assert_eq!(times(&table(header, |ns| (ns / 25_000_000).to_string()), None), (vec![], None), "{header}");
