@@ -253,7 +253,7 @@ pub(super) fn unit_of(stamps: &[Number]) -> Result<i64, String> {
             format!("may be {}", names.collect::<Vec<_>>().join(" or "))
         }
     };
-    Err(format!("they step by {step} from row to row, which {may_be}"))
+    Err(format!("they step by {} from row to row, which {may_be}", step as f32))
 }
 
 /// The unit that a name states.
@@ -269,7 +269,8 @@ pub(super) fn stated_unit(stamps: &[Number], unit_ns: i64) -> Result<i64, String
         }
         None if may_be_in(stamps, unit_ns, &STATED_STEPS_S) => Ok(unit_ns),
         None => {
-            let step = step(stamps, MOST_ROWS_TOGETHER).unwrap_or_default();
+            // a difference of decimals has fewer digits than a float of 64 bits shows
+            let step = step(stamps, MOST_ROWS_TOGETHER).unwrap_or_default() as f32;
             let (shortest_us, longest_s) = (STATED_STEPS_S.start() * 1e6, STATED_STEPS_S.end());
             Err(format!(
                 "a step of {step} {stated}, as the name states, is not between {shortest_us:.0} us and {longest_s:.0} s"
@@ -355,7 +356,7 @@ mod tests {
             assert_eq!(stated(start, step, unit_ns), Ok(unit_ns), "{start} {step} {unit_ns}");
         }
         for (start, step, unit_ns, reason) in [
-            (0.0, 0.025, milli_ns, "a step of 0.025 ms, as the name states, is not between 28 us and 66 s"),
+            (1e4, 0.025, milli_ns, "a step of 0.025 ms, as the name states, is not between 28 us and 66 s"),
             (0.0, 25_000.0, second_ns, "a step of 25000 s, as the name states, is not between 28 us and 66 s"),
             (1.7e12, 25.0, second_ns, "the name states s, but in ms they are dates of this century"),
             (1.7e9, 0.05, milli_ns, "the name states ms, but in s they are dates of this century"),
