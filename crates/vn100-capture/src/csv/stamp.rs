@@ -1,8 +1,8 @@
 //! The stamp of a row: its form, and its value in exact nanoseconds. A stamp is a number in a unit, a
 //! date as `2023-03-06T02:25:02.45Z`, `2023/03/06/02:25:02.45` or `06-Mar-2023 02:25:02,45`, or a time of day
-//! as `02:25:02.45`, `02:25:02:450` or `25:02.4`.
+//! as `02:25:02.45`, `02:25:02:450`, `022502.45` or `25:02.4`.
 
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 use jiff::{
     civil::{Date, Time},
@@ -27,6 +27,12 @@ const STAMPS_A_DAMAGED_ONE: usize = 20;
 /// An inertial sensor sends 1 to 1000 lines a second; the limits allow a tenth more for the clock.
 const SHORTEST_STEP_S: f64 = 0.9e-3;
 const LONGEST_STEP_S: f64 = 1.1;
+
+/// Some sensors send ten times as many lines, which is believed of decimals and of known ticks.
+pub(super) const LIKELY_STEPS_S: RangeInclusive<f64> = SHORTEST_STEP_S / 10.0..=LONGEST_STEP_S;
+
+/// In a unit that the file states: chips sample at up to 32 kHz, and loggers as rarely as once a minute.
+const STATED_STEPS_S: RangeInclusive<f64> = SHORTEST_STEP_S / 32.0..=LONGEST_STEP_S * 60.0;
 
 /// The most rows of one read: an adapter delays bytes by up to 16 ms, at 1000 Hz.
 const MOST_ROWS_TOGETHER: usize = 16;
@@ -116,6 +122,9 @@ impl StampForm {
             let are_digits = text.bytes().all(|byte| byte.is_ascii_digit() || matches!(byte, b':' | b'.'));
             text = (is_so && are_digits).then(|| format!("00:{text}"))?;
         }
+        if self == Self::TimeOfDay {
+            text = with_colons(&text).unwrap_or(text);
+        }
         // a date without a time of day has no colon, and a number has none
         let hour = text[..text.find(':')?].trim_end_matches(|c: char| c.is_ascii_digit()).len();
         let (date, clock) = text.split_at(hour);
@@ -137,7 +146,8 @@ impl StampForm {
     /// # Errors
     /// If the day or the month may come first.
     pub(super) fn of_texts(texts: &[&[u8]]) -> Result<Option<Self>, ()> {
-        let fitting = |form: Self| texts.iter().filter(|text| form.nanoseconds(text).is_some()).count();
+        let is_of = |form: Self, text: &[u8]| text.contains(&b':') && form.nanoseconds(text).is_some();
+        let fitting = |form: Self| texts.iter().filter(|text| is_of(form, text)).count();
         let counts = Self::OF_TEXT.map(|form| (form, fitting(form)));
         let most = counts.iter().map(|(_, count)| *count).max().unwrap_or(0);
         if most == 0 || (texts.len() - most) * STAMPS_A_DAMAGED_ONE > texts.len() {
@@ -165,7 +175,24 @@ impl StampForm {
 
 /// Whether the text is a date with a time of day, or a time of day alone.
 pub(super) fn is_stamp(text: &[u8]) -> bool {
-    StampForm::OF_TEXT.iter().any(|form| form.nanoseconds(text).is_some())
+    text.contains(&b':') && StampForm::OF_TEXT.iter().any(|form| form.nanoseconds(text).is_some())
+}
+
+/// Whether numbers are times of day without colons: a second after one minute the next begins, and
+/// none lies between.
+pub(super) fn are_of_day(numbers: &[&[u8]]) -> bool {
+    let minute_ns = 60 * SECOND_NS;
+    let times = numbers.iter().map(|number| StampForm::TimeOfDay.nanoseconds(number));
+    let turns = |pair: &[i64]| pair[0] / minute_ns < pair[1] / minute_ns && pair[1] - pair[0] <= SECOND_NS;
+    times.collect::<Option<Vec<i64>>>().is_some_and(|times| times.windows(2).any(turns))
+}
+
+/// A time of day as `022502.45`, with colons; a number may have lost the zeros at its head.
+fn with_colons(text: &str) -> Option<String> {
+    let (digits, part) = text.split_at(text.find('.').unwrap_or(text.len()));
+    let are_digits = (1..=6).contains(&digits.len()) && digits.bytes().all(|byte| byte.is_ascii_digit());
+    let digits = are_digits.then(|| format!("{digits:0>6}"))?;
+    Some(format!("{}:{}:{}{part}", &digits[..2], &digits[2..4], &digits[4..]))
 }
 
 /// A time of day, and the seconds by which its zone is east of Greenwich; 0 without a zone.
@@ -205,28 +232,18 @@ pub(super) fn device_ns(cell: &[u8]) -> Option<u64> {
     Number::parse(cell)?.times(1)?.try_into().ok()
 }
 
-/// The unit in which the stamps are times of the years 2001 to 2102: seconds or a decimal part of
-/// them, or days if the step in seconds would be less than 0.02 ms. Otherwise seconds, if there
-/// are decimals; otherwise the unit in which the step from row to row is 1 ms to 1 s. A unit with
-/// a longer step is excluded.
+/// The unit of a date. Otherwise seconds, if there are decimals and the step from row to row is
+/// 0.1 ms to 1 s; otherwise the unit in which the step is 1 ms to 1 s.
 ///
 /// # Errors
 /// The reason why the unit is ambiguous, in words.
 pub(super) fn unit_of(stamps: &[Number]) -> Result<i64, String> {
-    let seconds = |length: f64, unit_ns: i64| length * (unit_ns as f64 / 1e9);
-    let step = step(stamps);
-    let is_short = |unit_ns: i64| step.is_none_or(|step| seconds(step, unit_ns) <= LONGEST_STEP_S);
-    let middle = median(stamps.iter().map(Number::value).collect()).unwrap_or_default();
-    let is_epoch = |unit_ns: &i64| SINCE_EPOCH_S.contains(&seconds(middle, *unit_ns)) && is_short(*unit_ns);
-    if let Some(unit_ns) = USUAL_NS.into_iter().find(is_epoch) {
+    if let Some(unit_ns) = unit_of_date(stamps) {
         return Ok(unit_ns);
     }
-    let are_days = DAYS_OF_THIS_CENTURY.iter().any(|days| days.contains(&middle));
-    if are_days && step.is_some_and(|step| step > 0.0 && step < SHORTEST_STEP_S / 50.0) {
-        return Ok(DAY_NS);
-    }
     let have_decimals = stamps.iter().any(|stamp| stamp.decimals > 0);
-    let Some(step) = step.filter(|_| !have_decimals || !is_short(SECOND_NS)) else { return Ok(SECOND_NS) };
+    let are_seconds = have_decimals && may_be_in(stamps, SECOND_NS, &LIKELY_STEPS_S);
+    let Some(step) = step(stamps, MOST_ROWS_TOGETHER).filter(|_| !are_seconds) else { return Ok(SECOND_NS) };
     let fits = |unit_ns: &i64| (SHORTEST_STEP_S..=LONGEST_STEP_S).contains(&seconds(step, *unit_ns));
     let may_be = match USUAL_NS.into_iter().filter(fits).collect::<Vec<_>>()[..] {
         [unit_ns] => return Ok(unit_ns),
@@ -236,19 +253,59 @@ pub(super) fn unit_of(stamps: &[Number]) -> Result<i64, String> {
             format!("may be {}", names.collect::<Vec<_>>().join(" or "))
         }
     };
-    Err(format!("they step by {step} from row to row, which {may_be}"))
+    Err(format!("they step by {} from row to row, which {may_be}", step as f32))
 }
 
-/// Whether the step from row to row fits an inertial sensor in this unit.
-pub(super) fn may_be_in(stamps: &[Number], unit_ns: i64) -> bool {
-    let range_s = SHORTEST_STEP_S / 10.0..=LONGEST_STEP_S;
-    step(stamps).is_none_or(|step| range_s.contains(&(step * (unit_ns as f64 / 1e9))))
+/// The unit that a name states.
+///
+/// # Errors
+/// The reason why the stamps are not in this unit, in words.
+pub(super) fn stated_unit(stamps: &[Number], unit_ns: i64) -> Result<i64, String> {
+    let name = |unit_ns: i64| StampForm::Unit(unit_ns).name();
+    let (stated, likely) = (name(unit_ns), may_be_in(stamps, unit_ns, &LIKELY_STEPS_S));
+    match unit_of_date(stamps).filter(|other_ns| !likely && *other_ns != unit_ns) {
+        Some(other_ns) => {
+            Err(format!("the name states {stated}, but in {} they are dates of this century", name(other_ns)))
+        }
+        None if may_be_in(stamps, unit_ns, &STATED_STEPS_S) => Ok(unit_ns),
+        None => {
+            // a difference of decimals has fewer digits than a float of 64 bits shows
+            let step = step(stamps, MOST_ROWS_TOGETHER).unwrap_or_default() as f32;
+            let (shortest_us, longest_s) = (STATED_STEPS_S.start() * 1e6, STATED_STEPS_S.end());
+            Err(format!(
+                "a step of {step} {stated}, as the name states, is not between {shortest_us:.0} us and {longest_s:.0} s"
+            ))
+        }
+    }
+}
+
+/// Whether the step from row to row is one of these in this unit. A clock that stands excludes none.
+pub(super) fn may_be_in(stamps: &[Number], unit_ns: i64, steps_s: &RangeInclusive<f64>) -> bool {
+    let step_s = |most_rows| step(stamps, most_rows).map_or(0.0, |step| seconds(step, unit_ns));
+    // a read may have more rows than usual, which are together
+    step_s(MOST_ROWS_TOGETHER) <= *steps_s.end() && !(f64::MIN_POSITIVE..*steps_s.start()).contains(&step_s(usize::MAX))
+}
+
+/// The unit in which the stamps are times of the years 2001 to 2102 and do not step by more than 1 s:
+/// seconds or a decimal part of them, or days if the step in seconds would be less than 0.02 ms.
+fn unit_of_date(stamps: &[Number]) -> Option<i64> {
+    let step = step(stamps, MOST_ROWS_TOGETHER);
+    let middle = median(stamps.iter().map(Number::value).collect()).unwrap_or_default();
+    let is_short = |unit_ns: i64| step.is_none_or(|step| seconds(step, unit_ns) <= LONGEST_STEP_S);
+    let is_epoch = |unit_ns: &i64| SINCE_EPOCH_S.contains(&seconds(middle, *unit_ns)) && is_short(*unit_ns);
+    let are_days = DAYS_OF_THIS_CENTURY.iter().any(|days| days.contains(&middle))
+        && step.is_some_and(|step| step > 0.0 && step < SHORTEST_STEP_S / 50.0);
+    USUAL_NS.into_iter().find(is_epoch).or(are_days.then_some(DAY_NS))
+}
+
+fn seconds(length: f64, unit_ns: i64) -> f64 {
+    length * (unit_ns as f64 / 1e9)
 }
 
 /// The median step from row to row; `None` for a single row.
-fn step(stamps: &[Number]) -> Option<f64> {
+fn step(stamps: &[Number], most_rows: usize) -> Option<f64> {
     // rows of one read have uneven steps, which average out over several rows
-    let lag = (stamps.len() / 2).clamp(1, MOST_ROWS_TOGETHER);
+    let lag = (stamps.len() / 2).clamp(1, most_rows);
     let later = stamps.iter().skip(lag);
     median(later.zip(stamps).map(|(later, stamp)| (later.value() - stamp.value()) / lag as f64).collect())
 }
@@ -280,17 +337,31 @@ mod tests {
     }
 
     #[test]
-    fn a_unit_is_possible_if_the_step_is_that_of_a_sensor() {
-        let may_be_in = |step: u64, unit_ns: i64| {
-            let stamps: Vec<Number> =
-                (0..50).map(|row| Number::parse((row * step).to_string().as_bytes()).unwrap()).collect();
-            may_be_in(&stamps, unit_ns)
+    fn a_stated_unit_is_taken_unless_the_stamps_contradict_it() {
+        let stated = |start: f64, step: f64, unit_ns: i64| {
+            let stamps = (0..50).map(|row| format!("{:.6}", start + f64::from(row) * step));
+            let numbers: Vec<Number> = stamps.map(|stamp| Number::parse(stamp.as_bytes()).unwrap()).collect();
+            stated_unit(&numbers, unit_ns)
         };
-        for (step, unit_ns) in [(1, 1_000_000_000), (5, 1_000_000), (5_000, 1_000), (5_000_000, 1)] {
-            assert!(may_be_in(step, unit_ns), "{step} {unit_ns}");
+        let [second_ns, milli_ns, micro_ns, _] = USUAL_NS;
+        // of a slow logger, a fast sensor, a clock that stands, and a clock since 20 days
+        for (start, step, unit_ns) in [
+            (0.0, 10.0, second_ns),
+            (0.0, 60_000.0, milli_ns),
+            (0.0, 5e6, micro_ns),
+            (1e4, 0.05, milli_ns),
+            (7.0, 0.0, milli_ns),
+            (1.7e9, 25.0, milli_ns),
+        ] {
+            assert_eq!(stated(start, step, unit_ns), Ok(unit_ns), "{start} {step} {unit_ns}");
         }
-        for (step, unit_ns) in [(5, 1_000_000_000), (5, 1_000), (5_000, 1_000_000), (5_000_000, 1_000)] {
-            assert!(!may_be_in(step, unit_ns), "{step} {unit_ns}");
+        for (start, step, unit_ns, reason) in [
+            (1e4, 0.025, milli_ns, "a step of 0.025 ms, as the name states, is not between 28 us and 66 s"),
+            (0.0, 25_000.0, second_ns, "a step of 25000 s, as the name states, is not between 28 us and 66 s"),
+            (1.7e12, 25.0, second_ns, "the name states s, but in ms they are dates of this century"),
+            (1.7e9, 0.05, milli_ns, "the name states ms, but in s they are dates of this century"),
+        ] {
+            assert_eq!(stated(start, step, unit_ns).unwrap_err(), reason);
         }
     }
 
@@ -334,6 +405,10 @@ mod tests {
             }
         }
         assert_eq!(unit((0..50).map(|row| format!("{:.3}", 25.013 * f64::from(row)))), Ok("ms"));
+        // hours at 10 Hz, and a read of 400 rows in seconds, 20 us apart
+        assert!(unit((0..500).map(|row| format!("{:.9}", 0.1 / 3600.0 * f64::from(row)))).is_err());
+        let read = |row: i32| f64::from(row / 400) * 4.0 + f64::from(row % 400) * 20e-6;
+        assert_eq!(unit((0..1000).map(|row| format!("{:.6}", read(row)))), Ok("s"));
         // a latency timer of 16 ms at 200 Hz, in microseconds: three rows at once, 100 us apart
         assert_eq!(unit((0..300_i64).map(|row| 15_000 * (row / 3) + 100 * (row % 3))), Ok("us"));
         // a first stamp of zero among those of an epoch
@@ -377,8 +452,9 @@ mod tests {
             }
         }
         let of_day = |text: &str| StampForm::TimeOfDay.nanoseconds(text.as_bytes()).map(|ns| ns / SECOND_NS);
-        let hours = ["02:25:02", "12:00:00 AM", "12:30:00 pm", "11:59:59PM"].map(of_day);
-        assert_eq!(hours, [8702, 0, 45_000, 86_399].map(Some));
+        let hours = ["02:25:02", "12:00:00 AM", "12:30:00 pm", "11:59:59PM", "22502.9"].map(of_day);
+        assert_eq!(hours, [8702, 0, 45_000, 86_399, 8702].map(Some));
+        assert!(!is_stamp(b"22502.9"), "it may be a number");
     }
 
     #[test]
@@ -393,7 +469,7 @@ mod tests {
             "2023-03-06 02:25:02 PDT",
             "2023-03-06 02:25:02+1",
             "23-03-06 02:25:02",
-            "12.5",
+            "-12.5",
             "12:30",
             "0:5.0",
             "9999-99-99T99:99:99",

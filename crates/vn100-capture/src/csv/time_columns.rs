@@ -9,7 +9,10 @@ use super::{
     name::words,
     number::Number,
     numbers_at, shown,
-    stamp::{StampForm, TICK_NS, USUAL_NS, device_ns, may_be_in, time_unit, unit_of, with_unit},
+    stamp::{
+        LIKELY_STEPS_S, StampForm, TICK_NS, USUAL_NS, are_of_day, device_ns, may_be_in, stated_unit, time_unit,
+        unit_of, with_unit,
+    },
 };
 
 /// Names that always mean times.
@@ -129,12 +132,13 @@ impl TimeSearch<'_> {
     }
 
     /// The time at which the sensor measured each row, or that in the header of a message: both are
-    /// preferred to the time of recording.
+    /// preferred to the time of recording. Of this, whole seconds are preferred together with their part.
     fn of_measurement(&self) -> Option<StampColumns> {
         self.written_device_time()
             .or_else(|| self.ascending(TimeName::is_device_time))
             .or_else(|| self.ascending(|name| name.is_of_header() && name.unit_ns.is_none()))
             .or_else(|| self.pair(TimeName::is_of_header))
+            .or_else(|| self.pair(TimeName::is_stamp))
     }
 
     /// The first column whose name fits and whose stamps ascend from row to row, with few
@@ -187,9 +191,9 @@ impl TimeSearch<'_> {
 
     fn form(&self, place: usize) -> Result<StampForm, Unusable> {
         let stamps: Vec<Number> = numbers_at(self.rows, place).collect();
-        let cells = self.cells(place).filter(|cell| !cell.is_empty()).count();
+        let cells: Vec<&[u8]> = self.cells(place).filter(|cell| !cell.is_empty()).collect();
         // a number among dates is a damaged date
-        if stamps.is_empty() || 2 * stamps.len() < cells {
+        if stamps.is_empty() || 2 * stamps.len() < cells.len() {
             if let Some((_, unit_ns)) = self.cells(place).find_map(with_unit) {
                 return Ok(StampForm::Unit(unit_ns));
             }
@@ -199,10 +203,18 @@ impl TimeSearch<'_> {
                 None => Err(self.no_stamps(place)),
             };
         }
+        if are_of_day(&cells) {
+            return Ok(StampForm::TimeOfDay);
+        }
         let name = self.name(place);
-        let ticks = (name.is_device_time() && name.whole.contains("fine")).then_some(TICK_NS);
-        let named = name.unit_ns.or(ticks).filter(|&unit_ns| may_be_in(&stamps, unit_ns));
-        let unit_ns = named.map_or_else(|| unit_of(&stamps), Ok).map_err(|ambiguous| {
+        let are_fine = name.is_device_time() && name.whole.contains("fine");
+        let unit_ns = match name.unit_ns {
+            Some(unit_ns) => stated_unit(&stamps, unit_ns),
+            // some sensors of Xsens count microseconds
+            None if are_fine && may_be_in(&stamps, TICK_NS, &LIKELY_STEPS_S) => Ok(TICK_NS),
+            None => unit_of(&stamps),
+        };
+        let unit_ns = unit_ns.map_err(|ambiguous| {
             let column = &self.header.names[place];
             let reason = format!("the unit of the time stamps in column {column:?} is ambiguous: {ambiguous}");
             let hint = OpenHint::StampUnit(format!("t={}:ms", self.header.argument(place)));

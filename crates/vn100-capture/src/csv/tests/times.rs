@@ -40,6 +40,16 @@ fn times_are_found_by_name_and_content_and_reported() {
             &|ns| format!("{},{}", (epoch + ns) % 1_000_000_000, (epoch + ns) / 1_000_000_000),
             "stamp.sec:s+stamp.nanosec:ns",
         ),
+        (
+            "time [s],time [us]",
+            &|ns| format!("{},{}", ns / 1_000_000_000, ns / 1000 % 1_000_000),
+            "time [s]:s+time [us]:us",
+        ),
+        (
+            "t_sec,t_nsec",
+            &|ns| format!("{},{}", (epoch + ns) / 1_000_000_000, (epoch + ns) % 1_000_000_000),
+            "t_sec:s+t_nsec:ns",
+        ),
         ("when", &|ns| format!("2023-03-06T{}Z", of_day(ns)), "when:iso"),
         ("Time", &|ns| format!("2023-03-06 {}+01:00", of_day(ns)), "Time:iso"),
         ("host", &|ns| format!("2023/03/06/{}", of_day(ns)), "host:iso"),
@@ -54,6 +64,47 @@ fn times_are_found_by_name_and_content_and_reported() {
         // the reported map gives the same stamps
         let (mapped, named) = times(&table(header, stamp), Some(&format!("t={reported}")));
         assert_eq!((mapped, named.as_deref()), (stamps, Some(reported)), "{header}");
+    }
+}
+
+#[test]
+fn a_stated_unit_is_not_replaced_by_a_likelier_one() {
+    let rows = |name: &str, stamp: &dyn Fn(u32) -> String| {
+        format!("{name},gyro_x\n{}", (0..800).map(|row| format!("{},0.1\n", stamp(row))).collect::<String>())
+    };
+    for (name, stamp, second_ns) in [
+        ("time [s]", &(|row: u32| (10 * row).to_string()) as &dyn Fn(u32) -> String, 10_000_000_000),
+        ("Time (s)", &|row| format!("{:.1}", 1.7e9 + f64::from(10 * row)), 10_000_000_000),
+        ("time_us", &|row| (5_000_000 * row).to_string(), 5_000_000_000),
+        ("time [ms]", &|row| format!("{:.3}", 0.05 * f64::from(row)), 50_000),
+        // a clock that ticks each 40 rows
+        ("time_ms", &|row| format!("{:.3}", f64::from(row / 40 * 100)), 0),
+    ] {
+        let (stamps, _) = times(&rows(name, stamp), None);
+        assert_eq!(stamps.get(1), Some(&second_ns), "{name}");
+        assert!(name != "time_ms" || stamps[799] == 1_900_000_000);
+    }
+    for (name, step) in [("t [s]", 25_000.0), ("t [ms]", 2.5e-6), ("t", 2.5e-6)] {
+        let error = plan(rows(name, &|row| format!("{:.9}", step * f64::from(row))), None).unwrap_err();
+        assert_eq!(error.hint(), Some(&OpenHint::StampUnit(format!("t={name}:ms"))), "{step}");
+    }
+}
+
+#[test]
+fn a_time_of_day_without_colons_is_no_number_of_seconds() {
+    let of_day = |start_s: u64, ns: u64| {
+        let time_s = start_s + ns / 1_000_000_000;
+        format!("{}{:02}{:02}.{:03}", time_s / 3600, time_s / 60 % 60, time_s % 60, ns / 1_000_000 % 1000)
+    };
+    for (name, start_s) in [("time", 42_959), ("Time [s]", 32_399), ("utc", 35_999)] {
+        let (stamps, form) = times(&table(name, |ns| of_day(start_s, ns)), None);
+        assert_eq!(form, Some(format!("{name}:clock")), "{start_s}");
+        assert_eq!(stamps, (0..80).map(|row| row * 25_000_000).collect::<Vec<_>>(), "{start_s}");
+    }
+    // a gap over the end of a minute, and a number of seconds that passes one
+    for start_s in [57_u64, 99] {
+        let seconds = |ns: u64| format!("{}.{:03}", start_s + 45 * (ns / 1_000_000_000), ns / 1_000_000 % 1000);
+        assert_eq!(times(&table("time", seconds), None).1.as_deref(), Some("time:s"), "{start_s}");
     }
 }
 
@@ -254,6 +305,7 @@ fn dates_of_matlab_days_of_a_spreadsheet_and_stamps_with_their_unit_are_read() {
         ("Time", &|ns| format!("12:00:{:02}:{:03}", ns / 1_000_000_000, ns / 1_000_000 % 1000), "Time:clock"),
         ("t", &|ns| format!("{:.3} sec", ns as f64 / 1e9), "t:s"),
         ("SampleTimeFine", &|ns| (70_000 + ns / 100_000).to_string(), "SampleTimeFine:100us"),
+        ("SampleTimeFine", &|ns| (70_000_000 + ns / 1000).to_string(), "SampleTimeFine:us"),
     ] {
         let (stamps, named) = times(&table(header, stamp), None);
         assert_eq!(named.as_deref(), Some(reported));
