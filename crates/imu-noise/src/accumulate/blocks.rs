@@ -156,12 +156,30 @@ impl BlockSums {
         (spread - n * n / (n - 1.0) * farthest * farthest).max(0.0)
     }
 
+    /// No number without samples.
+    pub(crate) fn mean(&self) -> f64 {
+        self.sum as f64 / self.count as f64
+    }
+
+    /// How far the farthest sample lies from the mean of the window, its own part in it allowed for, or
+    /// from the nearer of the means before and behind if it is on that level, as at a step.
+    pub(crate) fn farthest(&self, around: [f64; 2]) -> f64 {
+        let (n, mean) = (self.count as f64, self.mean());
+        let beyond = |side: f64, extreme: i32| {
+            let from = |mean: f64| side * (f64::from(extreme) - mean);
+            let own = from(mean) * (n / (n - 1.0).max(1.0)).sqrt();
+            let nearest = around.map(from).into_iter().fold(own, f64::min);
+            if nearest < own / 2.0 { nearest } else { own }
+        };
+        beyond(1.0, self.max).max(beyond(-1.0, self.min)).max(0.0)
+    }
+
     fn block(&self, first_sample: u64, length: u64) -> Block {
         let Self { squares, sum, count, min, max, .. } = *self;
         let n = count as f64;
         let numerator = I256::from(squares) * I256::from(count) - I256::from(sum) * I256::from(sum);
         let std_counts = (count > 1).then(|| (numerator.as_f64() / (n * (n - 1.0))).sqrt());
-        Block { first_sample, length, count, mean_counts: sum as f64 / n, std_counts, min_counts: min, max_counts: max }
+        Block { first_sample, length, count, mean_counts: self.mean(), std_counts, min_counts: min, max_counts: max }
     }
 
     fn add(&mut self, other: &Self) {

@@ -115,17 +115,6 @@ impl Histogram {
         (steps >= 1 && step >= 2.0 && widest <= step / 2.0 && is_even).then_some((*first, step))
     }
 
-    /// The count, amid its bin, that a fraction `p` of the samples does not exceed, if there are any.
-    pub(crate) fn quantile_counts(&self, p: f64) -> Option<f64> {
-        let mut missing = p * self.total() as f64;
-        let middle = (self.bin_width_counts() - 1) as f64 / 2.0;
-        let place = self.bins().find(|&(_, frequency)| {
-            missing -= frequency as f64;
-            missing <= 0.0
-        });
-        Some(place?.0 as f64 + middle)
-    }
-
     /// Mean distance of the values that occur in the middle half of the samples: the step of the
     /// channel, or more if there are few samples far apart; infinite if they have one value.
     pub(crate) fn spacing_counts(&self) -> f64 {

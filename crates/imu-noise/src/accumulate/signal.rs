@@ -6,7 +6,7 @@ use super::blocks::{Block, BlockSums, Blocks, Spreads, WINDOW};
 use super::places::room_for;
 use super::spectrum::{Spectrum, SpectrumPlan};
 use super::stretch::Stretch;
-use super::window_statistics::WindowStatistics;
+use super::window_statistics::{Magnitudes, WindowStatistics};
 
 /// Windows in a sum of the slowest spectrum, and the number of them that must be full.
 const WINDOWS: u64 = 32;
@@ -152,6 +152,15 @@ impl ChannelSignal {
         self.blocks.spreads().map(|(first, length, spreads)| (first, length, *spreads)).collect()
     }
 
+    /// See [`Extremes`](super::window_statistics::Extremes); an empty window ends the last.
+    pub(crate) fn extremes(&self) -> Magnitudes {
+        let mut extremes = self.windows.extremes.clone();
+        for window in [&self.window[..], &[]] {
+            extremes.push(&BlockSums::of(window).0);
+        }
+        extremes.squares
+    }
+
     /// Ends the window of the next place, at its end or because samples are missing.
     fn end_window(&mut self) {
         let mut window = mem::take(&mut self.window);
@@ -166,6 +175,7 @@ impl ChannelSignal {
     fn add_window(&mut self, window: &[i32]) {
         let (sums, spread) = BlockSums::of(window);
         self.blocks.add(self.end, &sums);
+        self.windows.extremes.push(&sums);
         if window.len() == WINDOW {
             let number = self.end / WINDOW as u64;
             self.windows.push(number, &sums, spread);

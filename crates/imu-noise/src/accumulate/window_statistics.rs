@@ -1,7 +1,7 @@
 //! The change of mean from window to window, the spread within windows, and the windows in which
 //! either was large.
 
-use super::blocks::BlockSums;
+use super::blocks::{BlockSums, WINDOW};
 
 /// Significant bits of the fraction of a float: 8 bins per octave.
 const FRACTION_BITS: u32 = 3;
@@ -26,6 +26,27 @@ pub(crate) struct WindowStatistics {
     pub(crate) spreads: Magnitudes,
     /// The last full window of the run.
     last: Option<Window>,
+    pub(crate) extremes: Extremes,
+}
+
+/// The squares of 32 times how far the farthest sample of each window lies from those around it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Extremes {
+    /// Of all windows but the last.
+    pub(crate) squares: Magnitudes,
+    /// The mean of the window before the last.
+    before: Option<f64>,
+    last: Option<BlockSums>,
+}
+
+impl Extremes {
+    /// Adds a window, full or not.
+    pub(crate) fn push(&mut self, sums: &BlockSums) {
+        let Some(last) = self.last.replace(*sums) else { return };
+        let before = self.before.replace(last.mean()).unwrap_or(f64::NAN);
+        let square = (WINDOW as f64 * last.farthest([before, sums.mean()])).powi(2);
+        self.squares.push(self.squares.total.into(), square, || square);
+    }
 }
 
 /// A full window.
@@ -139,6 +160,15 @@ impl Magnitudes {
             missing -= frequency;
         }
         None
+    }
+
+    /// How many exceed `limit`.
+    pub(crate) fn above(&self, limit: f64) -> f64 {
+        let share = |bin: usize| {
+            let (lower, upper) = (lowest_of(bin), lowest_of(bin + 1));
+            ((upper - limit) / (upper - lower)).clamp(0.0, 1.0)
+        };
+        self.frequencies.iter().enumerate().map(|(bin, &frequency)| f64::from(frequency) * share(bin)).sum()
     }
 
     /// At most 16, in ascending order of their peaks; those of neighbouring cells may be parts of one.

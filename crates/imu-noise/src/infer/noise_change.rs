@@ -67,15 +67,19 @@ pub struct Frozen {
 }
 
 impl ChannelSignal {
-    /// Changes of the noise of the record, by the `histogram` of the same samples; nothing
-    /// below 16 blocks of 32 samples, and where the noise is less than half a step of the channel.
+    /// Changes of the noise of the record, by the `histogram` of the same samples; nothing below 16
+    /// blocks of 32 samples, and only spikes where the noise is less than half a step of the channel.
     pub fn noise_changes(&self, histogram: &Histogram, interval_s: f64) -> NoiseChanges {
         let blocks = self.spreads();
         let Some(std_counts) = self.std_within_windows(&blocks) else { return NoiseChanges::default() };
-        if blocks.len() < MIN_BLOCKS
-            || histogram.bin_width_counts() == 1 && std_counts < LEAST_STEPS * histogram.spacing_counts()
-        {
+        if blocks.len() < MIN_BLOCKS {
             return NoiseChanges::default();
+        }
+        let is_exact = histogram.bin_width_counts() == 1;
+        let least = if is_exact { LEAST_STEPS * histogram.spacing_counts() } else { 0.0 };
+        let spikes = Spikes::find(&self.extremes(), std_counts.max(least));
+        if std_counts < least {
+            return NoiseChanges { spikes, ..NoiseChanges::default() };
         }
         let noise = BlockNoise::new(&blocks);
         let change = noise.as_ref().and_then(BlockNoise::change);
@@ -95,7 +99,7 @@ impl ChannelSignal {
                 let (start_s, end_s) = span(first, behind);
                 Frozen { start_s, end_s, duration_s: windows as f64 * WINDOW as f64 * interval_s }
             }),
-            spikes: if disturbed { None } else { Spikes::find(histogram, std_counts) },
+            spikes: spikes.filter(|_| !disturbed),
         }
     }
 

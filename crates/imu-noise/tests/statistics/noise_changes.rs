@@ -134,6 +134,32 @@ fn one_sample_far_out_is_found_and_the_farthest_of_a_tail_is_none() {
 }
 
 #[test]
+fn one_sample_far_out_is_found_beside_slow_noise_and_gaps_and_a_step_is_none() {
+    for seed in 80..120 {
+        let mut random = Random(seed);
+        let far = [0, SAMPLES - 1, 8299].get(seed as usize - 80).copied();
+        let far = far.unwrap_or_else(|| (random.uniform() * SAMPLES as f64) as usize);
+        let mut spikes = |change: &dyn Fn(usize) -> f64| {
+            let (mut channel, mut level) = (Channel::of(&[]), 0.0);
+            for place in 0..SAMPLES {
+                level += 20.0 / (SAMPLES as f64).sqrt() * normal(&mut random);
+                let count = (COUNTS * (level + normal(&mut random) + change(place))).round() as i32;
+                channel.signal.push(&[count]);
+                channel.histogram.push(&[count]);
+                if place % 100 == 99 {
+                    channel.signal.gap(Some(1));
+                }
+            }
+            channel.changes().spikes
+        };
+        let found = spikes(&|place| if place == far { 40.0 } else { 0.0 });
+        assert!(found.is_some_and(|of| of.count == 1 && (of.sigmas - 40.0).abs() < 8.0), "{seed} {far} {found:?}");
+        let step = far.min(SAMPLES - 77);
+        assert_eq!(spikes(&|place| if (77..step).contains(&place) { 60.0 } else { 0.0 }), None, "{seed} {far}");
+    }
+}
+
+#[test]
 fn bursts_are_distinguished_from_heavy_tails() {
     let bursts = |i: usize, value: f64| if (i / 80 * 7).is_multiple_of(31) { 3.0 * value } else { value };
     let changes = channel(5, Tails::Normal, bursts).changes();
@@ -169,8 +195,11 @@ fn a_coarse_channel_is_neither_frozen_nor_louder() {
             level += 0.002 * normal(&mut random);
             9 * (level + std_counts * normal(&mut random)).round() as i32
         };
-        let changes = Channel::of(&(0..SAMPLES).map(value).collect::<Vec<_>>()).changes();
+        let mut counts: Vec<i32> = (0..SAMPLES).map(value).collect();
+        let changes = Channel::of(&counts).changes();
         assert_eq!(changes, NoiseChanges::default(), "{std_counts} {seed}");
+        counts[SAMPLES / 3] += 900;
+        assert_eq!(Channel::of(&counts).changes().spikes.map(|spikes| spikes.count), Some(1), "{std_counts} {seed}");
     }
 }
 
