@@ -33,10 +33,11 @@ impl Bag {
             let mut found = head_of(&mut file.open()?)?;
             if found.starts_with(ZSTD_MAGIC) {
                 let packed = BufReader::new(file.open()?);
-                let (unpacked, bytes, ended_by) = kept(ZstdReader::new(packed, FrameDecoder::new()))?;
-                file = unpacked;
+                let mut packed = UpToError::of(ZstdReader::new(packed, FrameDecoder::new()));
+                let bytes;
+                (file, bytes) = kept(&mut packed)?;
                 unpacked_bytes += bytes;
-                error = error.or(ended_by.map(named));
+                error = error.or(packed.error.map(named));
                 found = head_of(&mut file.open()?)?;
             }
             let form = BagForm::of(&found).filter(|form| *form_of_all.get_or_insert(*form) == *form);
@@ -71,7 +72,9 @@ pub(crate) fn detect_bag(mut stream: Box<dyn Read + Send>) -> Result<Stream, Pro
     let form = BagForm::of(&head).filter(|form| *form != BagForm::Mcap || !recording::is_ours(&head));
     let whole = Cursor::new(head).chain(stream);
     let Some(form) = form else { return Ok(Stream::Other(Box::new(whole))) };
-    let (file, unpacked_bytes, unpack_error) = kept(whole)?;
+    let mut whole = UpToError::of(whole);
+    let (file, unpacked_bytes) = kept(&mut whole)?;
+    let unpack_error = whole.error;
     if form == BagForm::Mcap && !is_foreign_mcap(&*file)? {
         return unpack_error.map_or(Ok(Stream::Other(Box::new(file.open()?))), |error| Err(error.into()));
     }
@@ -82,6 +85,12 @@ pub(crate) fn detect_bag(mut stream: Box<dyn Read + Send>) -> Result<Stream, Pro
 struct UpToError<R> {
     stream: R,
     error: Option<io::Error>,
+}
+
+impl<R> UpToError<R> {
+    const fn of(stream: R) -> Self {
+        Self { stream, error: None }
+    }
 }
 
 impl<R: Read> Read for UpToError<R> {
@@ -99,20 +108,18 @@ impl<R: Read> Read for UpToError<R> {
 }
 
 /// Copies a stream to a file without a name, or to memory on a platform without files. Returns the
-/// file, its length in bytes, and the error that ended the stream.
-fn kept(stream: impl Read) -> Result<(Box<dyn StoredFile>, u64, Option<io::Error>), Problem> {
-    let mut stream = UpToError { stream, error: None };
-    let source = &mut stream;
+/// file and its length in bytes.
+fn kept(stream: impl Read) -> Result<(Box<dyn StoredFile>, u64), Problem> {
     let (file, bytes, most): (Box<dyn StoredFile>, _, _) = match tempfile::tempfile() {
         Ok(mut file) => {
-            let bytes = io::copy(&mut source.take(UNPACKED_BYTES + 1), &mut file).map_err(|source| {
+            let bytes = io::copy(&mut stream.take(UNPACKED_BYTES + 1), &mut file).map_err(|source| {
                 io::Error::new(source.kind(), format!("cannot unpack it to a temporary file: {source}"))
             })?;
             (Box::new(file), bytes, UNPACKED_BYTES)
         }
         Err(error) if error.kind() == ErrorKind::Unsupported => {
             let mut bytes = Vec::new();
-            let count = source.take(UNPACKED_BYTES_IN_MEMORY + 1).read_to_end(&mut bytes)?;
+            let count = stream.take(UNPACKED_BYTES_IN_MEMORY + 1).read_to_end(&mut bytes)?;
             let file: Arc<[u8]> = bytes.into();
             (Box::new(file), count as u64, UNPACKED_BYTES_IN_MEMORY)
         }
@@ -123,7 +130,7 @@ fn kept(stream: impl Read) -> Result<(Box<dyn StoredFile>, u64, Option<io::Error
             "unpacked it is larger than {most} bytes, which is as much as is kept: unpack it to a file first"
         )));
     }
-    Ok((file, bytes, stream.error))
+    Ok((file, bytes))
 }
 
 fn head_of(stream: &mut impl Read) -> io::Result<Vec<u8>> {
