@@ -131,7 +131,7 @@ pub(crate) fn units(quantity: Quantity) -> impl Iterator<Item = &'static Unit> {
 /// The words of a unit in short, in lower case and without signs between the letters.
 pub(super) fn in_short(text: &str) -> String {
     const SHORT: &str = "°=deg º=deg µ=u μ=u ²=2 degrees=deg degree=deg radians=rad second=s sec=s s1=s per= sqr=2 squared=2 \
-         milli=m micro=u nano=n";
+         milli=m micro=u nano=n feet=ft";
     let bare = text.to_lowercase().replace(['_', '.', '/'], " ").replace(['^', '·', '*', '(', ')', '-'], "");
     let pairs = SHORT.split(' ').filter_map(|pair| pair.split_once('='));
     pairs.fold(bare, |bare, (long, short)| bare.replace(long, short))

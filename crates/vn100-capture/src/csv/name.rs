@@ -370,6 +370,7 @@ mod tests {
             ("accel_x [m/s²]", "accel_x", "m/s^2"),
             ("accel_x [cm/s^2]", "accel_x", "cm/s^2"),
             ("acc_z_ft_s2", "accel_z", "ft/s^2"),
+            ("acc_z_feet/s²", "accel_z", "ft/s^2"),
             ("acc_z_m_s2", "accel_z", "m/s^2"),
             ("accelerometer_m_s2[2]", "accel_z", "m/s^2"),
             ("accelerometer_lsm6ds3_c.z", "accel_z", ""),
