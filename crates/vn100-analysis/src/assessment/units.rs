@@ -97,8 +97,13 @@ fn doubts(
             doubts.push(doubt(quantity, Doubt::Mean, mean, read, likely));
         }
     }
-    let is_judged = |channel: &Channel| channel.quantity == Quantity::AngularRate && !outlying.contains(&channel);
-    let rates = || snapshot.measured().filter(move |(channel, _)| is_judged(channel));
+    let read = layout.channels.iter().zip(&columns.columns);
+    let in_rad_s: Vec<&Channel> = read
+        .filter(|(channel, column)| channel.quantity == Quantity::AngularRate && column.unit == "rad/s")
+        .map(|(channel, _)| channel)
+        .collect();
+    let is_judged = |channel: &Channel| in_rad_s.contains(&channel) && !outlying.contains(&channel);
+    let rates = || snapshot.measured().filter(|(channel, _)| is_judged(channel));
     let extremes = rates().flat_map(|(channel, results)| {
         let counts = [results.moments.min_counts(), results.moments.max_counts()].into_iter().flatten();
         counts.map(move |counts| channel.value(counts).abs())
@@ -120,8 +125,7 @@ fn doubts(
     } else {
         (least_noise > NOISE_RAD_S).then_some((Doubt::Noise, least_noise))
     };
-    let are_rad_s = unit_read(Quantity::AngularRate) == Some("rad/s");
-    let doubted = seen.filter(|_| are_rad_s);
+    let doubted = seen.filter(|_| !in_rad_s.is_empty());
     doubts.extend(doubted.map(|(by, value)| doubt(Quantity::AngularRate, by, value, "rad/s", "deg/s")));
     doubts
 }
@@ -188,6 +192,10 @@ mod tests {
         let found = doubted(warning(&noisy(0.02), &[], false));
         assert!(matches!(&found[..], [Doubtful { by: Doubt::Noise, likely: "deg/s", .. }]), "{found:?}");
         assert!(warning(&noisy(0.005), &[], false).is_none());
+        let mut mixed = noisy(0.02);
+        let layout = Arc::make_mut(mixed.layout.as_mut().unwrap());
+        layout.columns.as_mut().unwrap().columns[3].unit = "deg/s".into();
+        assert!(warning(&mixed, &[], false).is_some(), "two axes are read in rad/s");
         let slow = snapshot(9.8, 0.01, (0.04, 8), "m/s^2", true);
         assert!(warning(&slow, &[], false).is_some() && warning(&slow, &[], true).is_none());
         assert!(warning(&noisy(0.02), &[], true).is_some(), "white noise is no motion");

@@ -81,24 +81,24 @@ const fn unit(name: &'static str, quantity: Quantity, scale: f64, spellings: &'s
 }
 
 static UNITS: [Unit; 26] = [
-    unit("rad/s", AngularRate, 1.0, "rads rads-1 radp radps rad"),
-    unit("deg/s", AngularRate, PI / 180.0, "degs degs-1 degp degps dps deg"),
+    unit("rad/s", AngularRate, 1.0, "rads radp radps"),
+    unit("deg/s", AngularRate, PI / 180.0, "degs degp degps dps"),
     unit("deg/h", AngularRate, PI / 648_000.0, "degh deghr deghour dph"),
     unit("mdeg/s", AngularRate, PI / 180_000.0, "mdegs mdps"),
     unit("mrad/s", AngularRate, 1e-3, "mrads mradps"),
     unit("rpm", AngularRate, PI / 30.0, "rpm"),
-    unit("m/s^2", Acceleration, 1.0, "ms2 ms-2 mss mps2 mpss"),
+    unit("m/s^2", Acceleration, 1.0, "ms2 mss mps2 mpss"),
     unit("g", Acceleration, STANDARD_GRAVITY_M_S2, "g gs g0 gn"),
     unit("mg", Acceleration, STANDARD_GRAVITY_M_S2 / 1e3, "mg"),
     unit("ug", Acceleration, STANDARD_GRAVITY_M_S2 / 1e6, "ug"),
-    unit("cm/s^2", Acceleration, 1e-2, "cms2 cms-2 cmss gal"),
-    unit("ft/s^2", Acceleration, 0.3048, "fts2 fts-2 ftss fps2"),
+    unit("cm/s^2", Acceleration, 1e-2, "cms2 cmss gal"),
+    unit("ft/s^2", Acceleration, 0.3048, "fts2 ftss fps2"),
     unit("gauss", MagneticField, 1.0, "gauss g gs"),
     unit("mgauss", MagneticField, 1e-3, "mgauss mg mgs"),
     unit("T", MagneticField, 1e4, "t tesla"),
-    unit("uT", MagneticField, 1e-2, "ut microtesla"),
-    unit("mT", MagneticField, 10.0, "mt millitesla"),
-    unit("nT", MagneticField, 1e-5, "nt nanotesla"),
+    unit("uT", MagneticField, 1e-2, "ut utesla"),
+    unit("mT", MagneticField, 10.0, "mt mtesla"),
+    unit("nT", MagneticField, 1e-5, "nt ntesla"),
     unit("deg", Angle, 1.0, "deg"),
     unit("rad", Angle, 180.0 / PI, "rad"),
     unit("1", Quaternion, 1.0, ""),
@@ -128,13 +128,18 @@ pub(crate) fn units(quantity: Quantity) -> impl Iterator<Item = &'static Unit> {
     UNITS.iter().filter(move |unit| unit.quantity == quantity)
 }
 
+/// The words of a unit in short, in lower case and without signs between the letters.
+pub(super) fn in_short(text: &str) -> String {
+    const SHORT: &str = "°=deg º=deg µ=u μ=u ²=2 degrees=deg degree=deg radians=rad second=s sec=s s1=s per= sqr=2 squared=2 \
+         milli=m micro=u nano=n feet=ft";
+    let bare = text.to_lowercase().replace(['_', '.', '/'], " ").replace(['^', '·', '*', '(', ')', '-'], "");
+    let pairs = SHORT.split(' ').filter_map(|pair| pair.split_once('='));
+    pairs.fold(bare, |bare, (long, short)| bare.replace(long, short))
+}
+
 /// The unit that people write in this way.
 pub(super) fn unit_of(quantity: Quantity, text: &str) -> Option<&'static Unit> {
-    let ascii = text.to_lowercase().replace('°', "deg").replace(['µ', 'μ'], "u").replace('²', "2");
-    let bare: String =
-        ascii.chars().filter(|c| !matches!(c, ' ' | '^' | '·' | '*' | '_' | '.' | '/' | '(' | ')')).collect();
-    let bare = bare.replace("degrees", "deg").replace("radians", "rad").replace("second", "s").replace("sec", "s");
-    let bare = bare.replace("per", "").replace("sqr", "2").replace("squared", "2");
+    let bare = in_short(text).replace(' ', "");
     units(quantity).find(|unit| unit.spellings.split_whitespace().any(|spelling| spelling == bare))
 }
 

@@ -58,11 +58,28 @@ impl Named {
         }
     }
 
+    /// What the axes of one triple have in common.
+    fn triple(&self) -> (&str, Made) {
+        (&self.meaning.group, self.meaning.made)
+    }
+
+    /// The stated unit, or the one that the other axes of the triple state, if none of them is there twice.
+    fn unit_of_triple(&self, named: &[Self]) -> Option<Result<&'static Unit, String>> {
+        let beside = || named.iter().filter(|other| other.triple() == self.triple()).map(|other| &other.meaning);
+        let is_twice = |axis: &Meaning| {
+            axis.unit.is_some() && beside().any(|other| other.channel == axis.channel && other.unit.is_none())
+        };
+        if self.meaning.unit.is_some() || beside().any(is_twice) {
+            return self.meaning.unit.clone();
+        }
+        let stated = beside().filter_map(|axis| axis.unit.clone());
+        stated.reduce(|unit, other| if unit == other { unit } else { Err("one of several".into()) })
+    }
+
     /// The order of several columns of one sensor: by how they were made, a word before a letter, more
     /// axes before fewer, then by their place.
     fn rank(&self, usable: &[&Self]) -> (Made, bool, Reverse<usize>, usize) {
-        let kind = |named: &Self| (named.meaning.group.clone(), named.meaning.made);
-        let beside: Vec<&&Self> = usable.iter().filter(|other| kind(other) == kind(self)).collect();
+        let beside: Vec<&&Self> = usable.iter().filter(|other| other.triple() == self.triple()).collect();
         let mut axes: Vec<usize> = beside.iter().map(|axis| axis.meaning.channel).collect();
         axes.sort_unstable();
         axes.dedup();
@@ -104,6 +121,8 @@ impl Columns {
             Some(Named { place, meaning: Meaning::of(&header.described(place), file)?, is_empty })
         };
         let mut named: Vec<Named> = (0..header.names.len()).filter_map(named).collect();
+        let units: Vec<_> = named.iter().map(|column| column.unit_of_triple(&named)).collect();
+        named.iter_mut().zip(units).for_each(|(column, unit)| column.meaning.unit = unit);
         // a table whose only columns are empty is read, and its rows are rejected
         let is_inertial = |column: &&Named| matches!(column.meaning.sensor(), "gyro" | "accel");
         if named.iter().filter(is_inertial).all(|column| column.unit().is_none()) {

@@ -1,12 +1,14 @@
 //! The meaning of a column's name: `gyro_x [deg/s]`, `UncompAccZ`, `acc_l_x[mg]`,
 //! `field.angular_velocity.x`, `accelerometer_m_s2[2]`, `w_RS_S_x [rad s^-1]`, `X (m/s^2)`.
 
+use std::ops::Range;
+
 use vn100_protocol::Quantity::{
     self, Acceleration, Angle, AngularRate, MagneticField, Pressure, Quaternion, Temperature,
 };
 
 use super::{
-    channels::{Unit, by_name, known, names, quantity_word, unit_of},
+    channels::{Unit, by_name, in_short, known, names, quantity_word, unit_of},
     stamp::time_unit,
 };
 
@@ -50,7 +52,7 @@ const SENSORS: [Sensor; 3] = [
 /// Words that turn the name of a sensor into another quantity.
 const OTHER_QUANTITIES: &str = "std stddev sigma cov covariance var variance bias offset scale norm temp temperature time timestamp \
      stamp dt integral clipping status count accuracy flag delta gravity error rms mean max min setpoint ref target jerk world \
-     earth ned enu global diff";
+     earth ned enu global diff angle angles dangle theta dtheta dvel";
 const OF_ROTATION: &str = "angular rotation rotational";
 
 const UNCOMP: &str = "uncomp";
@@ -59,7 +61,15 @@ const COMPENSATED: &str = "comp compensated";
 const WITHOUT_GRAVITY: &str = "linear lin user";
 
 /// Words for numbers without a unit.
-const RAW: &str = "raw lsb adc counts ticks";
+const RAW: &str = "raw lsb adc counts ticks volt volts bits digits";
+
+/// What a unit may begin with, beside a factor in digits.
+const SCALES: &str = "milli micro nano centi deci kilo mega";
+/// Units that need no time in them; angles that are over a time; and lengths, and what is as short.
+const WHOLE_UNITS: &str = "deg rad dps rps rpm dph rph dgps hz grad gon gal ng kg v";
+const ANGLES: &str = "deg rad rev turn cycle grad gon arcs arcmin";
+const LENGTHS: &str = "m mm cm in inch ft d";
+const TIMES: &str = "s ms us min h hr hour hz sample";
 
 /// Prefixes of the name of a sensor that have no meaning.
 const ABOVE: &str = "field imu sensor";
@@ -77,7 +87,7 @@ pub(super) struct Meaning {
     pub(super) made: Made,
     /// Whether a word or the unit of an axis names the sensor, rather than a single letter.
     pub(super) is_sure: bool,
-    /// The common part of the names of one triple of axes.
+    /// The common part of the names of one triple of axes, without the unit.
     pub(super) group: String,
 }
 
@@ -106,25 +116,31 @@ impl Meaning {
         // a number after the name may be that of an axis, as MATLAB writes it, or of a sensor
         let mut number = || words.pop_if(|last| matches!(last.as_str(), "1" | "2" | "3"))?.parse().ok();
         let axis = named.or_else(|| number().map(|number: usize| number - 1))?;
-        let by_word = || words.iter().map(|word| word.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned());
-        let pairs = words.windows(2).map(<[String]>::concat);
-        let of =
-            |list: fn(&Sensor) -> &'static str, word: &str| SENSORS.iter().find(|sensor| is_among(word, list(sensor)));
-        let (sensor, is_sure) = match pairs.chain(by_word()).find_map(|word| of(|sensor| sensor.words, &word)) {
-            Some(sensor) => (sensor, named.is_some()),
-            None if words.is_empty() => (of_bare_axis(stated, file)?, true),
-            None => {
-                let by_letter = words.iter().find_map(|word| of(|sensor| sensor.letters, word));
-                (by_letter.or_else(|| of_unit(stated?))?, false)
-            }
+        let by = |list: fn(&Sensor) -> &'static str, count: usize, after: &str| {
+            words.windows(count).enumerate().find_map(|(at, run)| {
+                let sensor = |word: &str| SENSORS.iter().find(|sensor| is_among(word, list(sensor)));
+                // `mag_x_nT` has no `magn`
+                let is_parted = count == 2 && sensor(&run[0]).is_some();
+                let found = sensor(run.concat().trim_end_matches(|c| after.contains(c)));
+                Some((found.filter(|_| !is_parted)?, at..at + count))
+            })
+        };
+        let by_word = by(|sensor| sensor.words, 2, "").or_else(|| by(|sensor| sensor.words, 1, "0123456789"));
+        let ((sensor, place), is_sure) = match by_word {
+            Some(found) => (found, named.is_some()),
+            None if words.is_empty() => ((of_bare_axis(stated, file)?, 0..0), true),
+            None => (by(|sensor| sensor.letters, 1, "").or_else(|| Some((of_unit(stated?)?, 0..0)))?, false),
         };
         let has = |list: &str| words.iter().any(|word| is_among(word, list));
         if has(OTHER_QUANTITIES) || sensor.quantity == Acceleration && has(OF_ROTATION) {
             return None;
         }
-        let unit = match stated {
-            Some(stated) => Some(unit_of(sensor.quantity, stated).ok_or_else(|| stated.to_owned())),
-            None => unit_among(sensor.quantity, &words).map(Ok).or_else(|| has(RAW).then(|| Err("raw".into()))),
+        let (unit_words, unit) = match stated {
+            Some(stated) => (0..0, Some(unit_of(sensor.quantity, stated).ok_or_else(|| stated.to_owned()))),
+            None => match unit_beside(sensor.quantity, &words, &place) {
+                Some((run, unit)) => (run, Some(unit)),
+                None => (0..0, has(RAW).then(|| Err("raw".into()))),
+            },
         };
         let made = match () {
             () if has(UNCOMPENSATED) => Made::Uncompensated,
@@ -132,6 +148,7 @@ impl Meaning {
             () if sensor.quantity == Acceleration && has(WITHOUT_GRAVITY) => Made::WithoutGravity,
             () => Made::Unsaid,
         };
+        words.drain(unit_words);
         let channel = by_name(&format!("{}_{}", sensor.name, ["x", "y", "z"][axis]))?;
         Some(Self { channel, unit, made, is_sure, group: format!("{} {}", sensor.name, words.join(" ")) })
     }
@@ -224,16 +241,61 @@ fn of_bare_axis(stated: Option<&str>, file: Option<&str>) -> Option<&'static Sen
     }
 }
 
-/// The sensor whose numbers have this unit; none for degrees, which are those of angles.
+/// The sensor whose numbers have this unit.
 fn of_unit(unit: &str) -> Option<&'static Sensor> {
-    let sensor = SENSORS.iter().find(|sensor| unit_of(sensor.quantity, unit).is_some());
-    sensor.filter(|_| unit_of(Angle, unit).is_none())
+    SENSORS.iter().find(|sensor| unit_of(sensor.quantity, unit).is_some())
 }
 
-/// The unit that words beside the sensor are.
-fn unit_among(quantity: Quantity, words: &[String]) -> Option<&'static Unit> {
-    let runs = (1..=4_usize.min(words.len())).rev().flat_map(|length| words.windows(length));
-    { runs }.find_map(|run| unit_of(quantity, &run.concat()))
+/// The most words beside those for the sensor at `place` that are a unit; an error with those that only
+/// look like one. An angle beside a gyroscope is one per second, as in `gyro_rad[0]` of PX4.
+fn unit_beside(
+    quantity: Quantity,
+    words: &[String],
+    place: &Range<usize>,
+) -> Option<(Range<usize>, Result<&'static Unit, String>)> {
+    let runs = (1..=words.len()).rev().flat_map(|count| (0..=words.len() - count).map(move |at| at..at + count));
+    runs.filter(|run| run.end <= place.start || run.start >= place.end).find_map(|run| {
+        let text = words[run.clone()].join(" ");
+        let per_s = || unit_of(quantity, &format!("{text} s")).filter(|_| quantity == AngularRate);
+        let unit = unit_of(quantity, &text).or_else(per_s);
+        // the rate of the samples, as in `gyro_100_hz_x`
+        let is_frequency = text == "hz" && words[..run.start].last().is_some_and(|word| word.parse::<u32>().is_ok());
+        (unit.is_some() || looks_like_unit(quantity, &text) && !is_frequency).then(|| (run, unit.ok_or(text)))
+    })
+}
+
+/// Whether words are a unit of motion, be it known or not: `0.01 deg s`, `milli g`, `rev s`, `mms2`.
+fn looks_like_unit(quantity: Quantity, text: &str) -> bool {
+    let rest = text.trim_start_matches(|c: char| c.is_ascii_digit() || "x.^-e ".contains(c));
+    let factor = text[..text.len() - rest.len()].trim_start_matches('x');
+    let has_factor = factor.contains(['.', '^', 'e']) && factor.starts_with(|c: char| c.is_ascii_digit());
+    let scaled = SCALES.split(' ').find_map(|scale| rest.strip_prefix(scale)).or(has_factor.then_some(rest));
+    let is_known = |unit: &str| unit_of(quantity, unit).is_some();
+    if let Some(unit) = scaled.map(str::trim_start) {
+        return is_known(unit) || looks_like_unit(quantity, unit);
+    }
+    let short = in_short(text);
+    let is_squared = short.ends_with('2') || short.ends_with("ss");
+    let is_over_time = || is_over_time(short.strip_suffix('2').unwrap_or(&short), is_squared);
+    // a word before a unit is none, as in `gyro_x in deg/s`
+    let is_whole = || text.split_once(' ').is_none_or(|(_, unit)| !is_known(unit));
+    is_scaled(&short, WHOLE_UNITS) || is_whole() && is_over_time()
+}
+
+/// Whether a unit is in the list, alone or after the letter of a scale.
+fn is_scaled(unit: &str, list: &str) -> bool {
+    // a capital parts words, as in `mGal`
+    let after_letter = unit.strip_prefix("m ").or_else(|| unit.strip_prefix(['m', 'u', 'n', 'c', 'k']));
+    is_among(unit, list) || after_letter.is_some_and(|unit| is_among(unit, list))
+}
+
+/// Whether an angle, or a length, stands before times; one word of few letters, such as `ins`, is a name.
+fn is_over_time(text: &str, is_squared: bool) -> bool {
+    TIMES.split(' ').filter_map(|time| text.strip_suffix(time)).any(|over| {
+        let above = over.trim_end_matches([' ', 'p', '2']);
+        let is_length = || (is_squared || over.ends_with(' ')) && is_scaled(above, LENGTHS);
+        is_scaled(above, ANGLES) || is_length() || is_over_time(above, is_squared)
+    })
 }
 
 /// Whether people write a unit of a channel or of a time in this way.
@@ -254,10 +316,17 @@ pub(super) fn words(name: &str) -> Vec<String> {
             && before.is_some_and(|before| {
                 before.is_lowercase() || before.is_ascii_digit() || after.is_some_and(|after| after.is_lowercase())
             });
-        if begins || !c.is_alphanumeric() {
+        // also the signs of a unit and of a number: `°`, `s^-2`, `0.01`, `1e-3`
+        let is_of_number = before.is_some_and(|before| match c {
+            '.' => before.is_ascii_digit() && after.is_some_and(char::is_ascii_digit),
+            '-' => before == '^' || before == 'e' && at > 1 && characters[at - 2].is_ascii_digit(),
+            _ => false,
+        });
+        let is_of_word = c.is_alphanumeric() || matches!(c, '°' | '^') || is_of_number;
+        if begins || !is_of_word {
             words.push(String::new());
         }
-        if let (true, Some(word)) = (c.is_alphanumeric(), words.last_mut()) {
+        if let (true, Some(word)) = (is_of_word, words.last_mut()) {
             word.extend(c.to_lowercase());
         }
     }
@@ -267,7 +336,7 @@ pub(super) fn words(name: &str) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::channels::units, *};
 
     fn said(name: &str, file: Option<&str>) -> Option<(&'static str, Option<String>, Made, bool)> {
         let meaning = Meaning::of(name, file)?;
@@ -289,6 +358,8 @@ mod tests {
             ("gyro_x_dps", "gyro_x", "deg/s"),
             ("gyro_x[rpm]", "gyro_x", "rpm"),
             ("gyro_rad[2]", "gyro_z", "rad/s"),
+            ("GyroX in °/s", "gyro_x", "deg/s"),
+            ("gyro_100_hz_x", "gyro_x", ""),
             ("motionRotationRateX(rad/s)", "gyro_x", "rad/s"),
             ("field.angular_velocity.x", "gyro_x", ""),
             ("angular_velocity_z [rad/s]", "gyro_z", "rad/s"),
@@ -299,6 +370,7 @@ mod tests {
             ("accel_x [m/s²]", "accel_x", "m/s^2"),
             ("accel_x [cm/s^2]", "accel_x", "cm/s^2"),
             ("acc_z_ft_s2", "accel_z", "ft/s^2"),
+            ("acc_z_feet/s²", "accel_z", "ft/s^2"),
             ("acc_z_m_s2", "accel_z", "m/s^2"),
             ("accelerometer_m_s2[2]", "accel_z", "m/s^2"),
             ("accelerometer_lsm6ds3_c.z", "accel_z", ""),
@@ -387,6 +459,8 @@ mod tests {
             "accelerometer_timestamp_relative",
             "orientation.x",
             "DeltaThetaX",
+            "gyro_dtheta_x [rad]",
+            "GyroAngleX (deg)",
         ] {
             assert_eq!(said(name, None).filter(|(.., is_sure)| *is_sure), None, "{name}");
         }
@@ -395,8 +469,48 @@ mod tests {
             ("accel_x (raw)", "?raw"),
             ("gyro_x [m/s^2]", "?m/s^2"),
             ("gyro_raw_x", "?raw"),
+            ("gyro_x [rad]", "?rad"),
+            ("gyro_x (deg)", "?deg"),
+            ("gyro_x_rev_s", "?rev s"),
+            ("gyro_x_rps", "?rps"),
+            ("gyro_x_hz", "?hz"),
+            ("gyro_x_deg/ms", "?deg ms"),
+            ("gyro_x_d/s", "?d s"),
+            ("gyro_x_deg2s", "?deg2s"),
+            ("gyro_x_mV", "?m v"),
+            ("gyro_x_m_s2", "?m s2"),
+            ("acc_x_mm/s^2", "?mm s^2"),
+            ("acc_x_mms2", "?mms2"),
+            ("acc_x_in_s2", "?in s2"),
+            ("acc_x_ng", "?ng"),
+            ("AccX_mGal", "?m gal"),
         ] {
             assert_eq!(said(name, None).and_then(|(_, unit, ..)| unit).as_deref(), Some(unit), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_unit_is_the_same_in_brackets_and_beside_the_name() {
+        let others = ["", "_filtered", "_ins", "_rs", "_cg", "_uncalibrated"];
+        for (sensor, unit) in SENSORS.iter().flat_map(|sensor| units(sensor.quantity).map(move |unit| (sensor, unit))) {
+            let name = format!("imu0_{}_x", sensor.name);
+            let places = |unit: &str| {
+                let beside = others.map(|other| format!("{name}{other}_{unit}"));
+                let more = [format!("{name} [{unit}]"), format!("{name} in {unit}"), format!("{unit} {name}")];
+                [&beside[..], &more].concat()
+            };
+            let read = |name: &str| Meaning::of(name, None).unwrap().unit;
+            for text in places(&unit.name) {
+                assert_eq!((read(&text), read(&text.to_lowercase())), (Some(Ok(unit)), Some(Ok(unit))), "{text}");
+            }
+            for (scale, factor) in
+                [("milli ", 1e-3), ("centi-", 1e-2), ("0.01 ", 1e-2), ("10^-3 ", 1e-3), ("1e-3_", 1e-3)]
+            {
+                for text in places(&format!("{scale}{}", unit.name)) {
+                    let is_right = |found: &Unit| (found.scale / unit.scale / factor - 1.0).abs() < 1e-9;
+                    assert!(read(&text).unwrap().is_ok_and(is_right) || read(&text).unwrap().is_err(), "{text}");
+                }
+            }
         }
     }
 }

@@ -345,3 +345,21 @@ fn a_comment_needs_no_line_end() {
     let whole = read_text("gyro_x\n0.5\n# done", None);
     assert_eq!((whole.report.rows, whole.rejected_rows(), whole.report.skipped_lines), (1, 0, 2));
 }
+
+#[test]
+fn the_unit_of_one_axis_is_that_of_its_triple() {
+    for (names, read) in [
+        ("gyro_x [deg/s],gyro_y,gyro_z", "deg/s deg/s deg/s"),
+        ("gyro_x,gyro_y,gyro_z_dps", "deg/s deg/s deg/s"),
+        ("wx (deg/s),wy,wz", "deg/s deg/s deg/s"),
+        ("gyro_x [deg/s],gyro_y [rad/s],gyro_z", "deg/s rad/s"),
+        ("gyro_x,gyro_x_dps,gyro_y", "rad/s rad/s"),
+    ] {
+        let plan = planned(format!("t,{names}\n0,1,2,3\n0.01,2,3,4\n0.02,1,3,4\n"), None);
+        let layout = plan.layout.unwrap();
+        let units: Vec<&str> =
+            layout.columns.iter().flat_map(|read| &read.columns).map(|column| &*column.unit).collect();
+        assert_eq!(units.join(" "), read, "{names}");
+    }
+    assert!(plan("t,gyro_x [rad],gyro_y,gyro_z\n0,1,2,3\n0.01,2,3,4\n", None).is_err());
+}
