@@ -70,6 +70,9 @@ const WHOLE_UNITS: &str = "deg rad dps rps rpm dph rph dgps hz grad gon gal ng k
 const ANGLES: &str = "deg rad rev turn cycle grad gon arcs arcmin";
 const LENGTHS: &str = "m mm cm in inch ft d";
 const TIMES: &str = "s ms us min h hr hour hz sample";
+/// More words than a name with a unit has, and bytes than a unit: nothing longer is searched.
+const MOST_WORDS: usize = 64;
+const MOST_BYTES: usize = 48;
 
 /// Prefixes of the name of a sensor that have no meaning.
 const ABOVE: &str = "field imu sensor";
@@ -253,8 +256,10 @@ fn unit_beside(
     words: &[String],
     place: &Range<usize>,
 ) -> Option<(Range<usize>, Result<&'static Unit, String>)> {
+    let words = words.get(..MOST_WORDS).unwrap_or(words);
     let runs = (1..=words.len()).rev().flat_map(|count| (0..=words.len() - count).map(move |at| at..at + count));
-    runs.filter(|run| run.end <= place.start || run.start >= place.end).find_map(|run| {
+    let is_short = |run: &Range<usize>| words[run.clone()].iter().map(String::len).sum::<usize>() <= MOST_BYTES;
+    runs.filter(is_short).filter(|run| run.end <= place.start || run.start >= place.end).find_map(|run| {
         let text = words[run.clone()].join(" ");
         let per_s = || unit_of(quantity, &format!("{text} s")).filter(|_| quantity == AngularRate);
         let unit = unit_of(quantity, &text).or_else(per_s);
@@ -486,6 +491,13 @@ mod tests {
             ("AccX_mGal", "?m gal"),
         ] {
             assert_eq!(said(name, None).and_then(|(_, unit, ..)| unit).as_deref(), Some(unit), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_name_of_any_length_is_read() {
+        for repeated in ["milli", "h"] {
+            assert!(Meaning::of(&format!("gyro_x_{}", repeated.repeat(60_000 / repeated.len())), None).is_some());
         }
     }
 
