@@ -57,11 +57,12 @@ impl Parameter {
         Self { upper: Some(upper), ..Self::without_value(Status::Bounded) }
     }
 
-    /// The same, known to be no more than bounded: it may be absent after all.
+    /// The same, known to be no more than bounded: it may be absent after all. Without an end there is no bound.
     pub fn not_proved(self) -> Self {
         // of a ramp that falls the lower end is the larger magnitude
         let upper = self.lower.into_iter().chain(self.upper).map(f64::abs).reduce(f64::max);
-        Self { status: Status::Bounded, value: None, lower: None, upper, ..self }
+        let status = if upper.is_some() { Status::Bounded } else { self.status };
+        Self { status, value: None, lower: None, upper, ..self }
     }
 
     /// Half the width of the interval over the value; `None` without a value other than zero.
@@ -74,5 +75,17 @@ impl Parameter {
     pub fn scaled(self, factor: f64) -> Self {
         let scaled = |value: Option<f64>| value.map(|value| value * factor);
         Self { value: scaled(self.value), lower: scaled(self.lower), upper: scaled(self.upper), ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_has_no_end_is_not_bounded() {
+        let unseen = Parameter::without_value(Status::NotObservable);
+        assert_eq!(unseen.not_proved(), unseen);
+        assert_eq!(Parameter::estimated(2.0, 1.0, 3.0).not_proved(), Parameter::bounded(3.0));
     }
 }
