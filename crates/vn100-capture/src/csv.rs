@@ -25,6 +25,7 @@ mod suggestion;
 #[cfg(test)]
 mod tests;
 mod time_columns;
+mod unit;
 
 use std::sync::Arc;
 
@@ -32,13 +33,14 @@ use vn100_protocol::{Layout, stream::CsvReport};
 
 use self::{dialect::Dialect, fields::RowEnd, number::Number, stamp::StampForm};
 use crate::open_error::{OpenHint, Unusable};
-pub(crate) use channels::{Unit, known, names, quantity_word, units};
+pub(crate) use channels::{known, names, quantity_word};
 pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use columns::Column;
 pub(crate) use head::detect;
 pub(crate) use resolution::Quantizer;
 pub(crate) use rows::CsvReader;
 pub(crate) use sentence_rows::checked_part;
+pub(crate) use unit::{Unit, units};
 
 /// Number of rows that are examined in the head of a file.
 const HEAD_ROWS: usize = 1000;

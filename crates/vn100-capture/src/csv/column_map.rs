@@ -6,8 +6,9 @@ use std::{fmt, str::FromStr};
 use vn100_protocol::Quantity;
 
 use super::{
-    channels::{Unit, by_name, known, names, units},
+    channels::{by_name, known, names},
     stamp::StampForm,
+    unit::{Unit, units},
 };
 
 /// Names the columns of any CSV file with the numbers of an inertial sensor.
@@ -22,6 +23,7 @@ use super::{
 ///   `ft/s^2` for an acceleration, with 9.80665 m/s² for g,
 /// - `gauss` `mgauss` `T` `uT` `mT` `nT` for a magnetic field, `deg` `rad` for an angle,
 ///   `1` for an element of the quaternion,
+/// - another unit of an angle or a length and a time, or a unit with a factor: `rev/s` `mm/s^2` `0.01 deg/s`,
 /// - `degC` `K` for the temperature, `kPa` `hPa` `Pa` for the pressure, any word for `value`, which
 ///   is not converted,
 /// - and for the stamp `s` `ms` `us` `ns` `100us` `d`, `iso` for a date with the year first, `dmy`, `mdy`,
@@ -112,7 +114,7 @@ impl ColumnMap {
                 Quantity::Value if !unit.is_empty() && !unit.contains(char::is_control) => {
                     Unit::unconverted(unit.into())
                 }
-                quantity => units(quantity).find(|known| known.name == unit).cloned().ok_or_else(bad_unit)?,
+                quantity => Unit::of(quantity, unit).ok_or_else(bad_unit)?,
             };
             self.channels.push(MappedChannel { index, column: column.into(), unit });
         }
@@ -191,6 +193,8 @@ mod tests {
             pair.stamp,
             [("secs".to_owned(), StampForm::Unit(1_000_000_000)), ("nsecs".to_owned(), StampForm::Unit(1))]
         );
+        let made: ColumnMap = "accel_x=ax:mm/s^2,gyro_x=wx:0.01 rad/s".parse().unwrap();
+        assert_eq!(made.channels.iter().map(|mapped| mapped.unit.scale).collect::<Vec<_>>(), [1e-3, 1e-2]);
         for text in ["t=secs:s+nsecs:ns", "t=1:s+2:ns,raw=VNYMR read", "t=Time (local):iso", "raw=5", "t=a:b+c:clock"] {
             assert_eq!(text.parse::<ColumnMap>().unwrap().to_string(), text);
         }

@@ -6,11 +6,12 @@ use vn100_protocol::{Quantity, stream::LeftOutColumn};
 
 use super::{
     HeadRows, Unusable,
-    channels::{Unit, known, quantity_word, rank, units},
+    channels::{known, quantity_word, rank},
     column_map::ColumnMap,
     header::Header,
     name::{Made, Meaning},
     numbers_at, same_column,
+    unit::{Unit, units},
 };
 
 /// The columns that are read, and the others whose names tell their content.
@@ -49,8 +50,8 @@ struct Named {
 
 impl Named {
     /// The unit, if it is known and the column has numbers.
-    fn unit(&self) -> Option<&'static Unit> {
-        match self.meaning.unit {
+    fn unit(&self) -> Option<&Unit> {
+        match &self.meaning.unit {
             _ if self.is_empty => None,
             Some(Ok(unit)) => Some(unit),
             None if self.meaning.is_sure => units(known(self.meaning.channel).quantity).next(),
@@ -64,7 +65,7 @@ impl Named {
     }
 
     /// The stated unit, or the one that the other axes of the triple state, if none of them is there twice.
-    fn unit_of_triple(&self, named: &[Self]) -> Option<Result<&'static Unit, String>> {
+    fn unit_of_triple(&self, named: &[Self]) -> Option<Result<Unit, String>> {
         let beside = || named.iter().filter(|other| other.triple() == self.triple()).map(|other| &other.meaning);
         let is_twice = |axis: &Meaning| {
             axis.unit.is_some() && beside().any(|other| other.channel == axis.channel && other.unit.is_none())

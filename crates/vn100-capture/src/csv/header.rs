@@ -6,9 +6,10 @@ use super::{
     HeadRows, Unusable,
     column_map::{ColumnMap, STAMP, one_line},
     fields::fields,
-    name::is_unit,
     number::Number,
     numbers_at, shown,
+    stamp::time_unit,
+    unit::Unit,
 };
 
 /// The fields of a row of `ros2 topic echo --csv` of a `sensor_msgs/Imu`, which has no names; each
@@ -158,4 +159,9 @@ impl Header {
 pub(super) fn mean_at(rows: &HeadRows, place: usize) -> f64 {
     let numbers: Vec<f64> = numbers_at(rows, place).map(|number| number.value()).collect();
     numbers.iter().sum::<f64>() / numbers.len() as f64
+}
+
+/// Whether people write a unit of a channel or of a time in this way.
+fn is_unit(text: &str) -> bool {
+    time_unit(&text.to_lowercase()).is_some() || Unit::is_one(text)
 }

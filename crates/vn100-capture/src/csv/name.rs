@@ -8,8 +8,8 @@ use vn100_protocol::Quantity::{
 };
 
 use super::{
-    channels::{Unit, by_name, in_short, known, names, quantity_word, unit_of},
-    stamp::time_unit,
+    channels::{by_name, known, names, quantity_word},
+    unit::Unit,
 };
 
 /// A sensor of three axes.
@@ -63,16 +63,8 @@ const WITHOUT_GRAVITY: &str = "linear lin user";
 /// Words for numbers without a unit.
 const RAW: &str = "raw lsb adc counts ticks volt volts bits digits";
 
-/// What a unit may begin with, beside a factor in digits.
-const SCALES: &str = "milli micro nano centi deci kilo mega";
-/// Units that need no time in them; angles that are over a time; and lengths, and what is as short.
-const WHOLE_UNITS: &str = "deg rad dps rps rpm dph rph dgps hz grad gon gal ng kg v";
-const ANGLES: &str = "deg rad rev turn cycle grad gon arcs arcmin";
-const LENGTHS: &str = "m mm cm in inch ft d";
-const TIMES: &str = "s ms us min h hr hour hz sample";
-/// More words than a name with a unit has, and bytes than a unit: nothing longer is searched.
-const MOST_WORDS: usize = 64;
-const MOST_BYTES: usize = 48;
+/// A unit has no more words: `1e-3 degrees per second`, `milli m per s per s`.
+const MOST_WORDS: usize = 6;
 
 /// Prefixes of the name of a sensor that have no meaning.
 const ABOVE: &str = "field imu sensor";
@@ -86,7 +78,7 @@ pub(super) struct Meaning {
     /// The channel, as in [`known`].
     pub(super) channel: usize,
     /// The stated unit; an error for a unit that is not known, or is not one of the quantity.
-    pub(super) unit: Option<Result<&'static Unit, String>>,
+    pub(super) unit: Option<Result<Unit, String>>,
     pub(super) made: Made,
     /// Whether a word or the unit of an axis names the sensor, rather than a single letter.
     pub(super) is_sure: bool,
@@ -139,7 +131,7 @@ impl Meaning {
             return None;
         }
         let (unit_words, unit) = match stated {
-            Some(stated) => (0..0, Some(unit_of(sensor.quantity, stated).ok_or_else(|| stated.to_owned()))),
+            Some(stated) => (0..0, Some(Unit::of(sensor.quantity, stated).ok_or_else(|| stated.to_owned()))),
             None => match unit_beside(sensor.quantity, &words, &place) {
                 Some((run, unit)) => (run, Some(unit)),
                 None => (0..0, has(RAW).then(|| Err("raw".into()))),
@@ -180,7 +172,7 @@ fn without_axes(words: &[String], stated: Option<&str>) -> Option<Meaning> {
     let quantity = known(channel).quantity;
     let unit = match stated.or(Some(rest.as_str()).filter(|rest| !rest.is_empty())) {
         None => None,
-        Some(text) => match unit_of(quantity, text) {
+        Some(text) => match Unit::of(quantity, text) {
             None if stated.is_none() || !rest.is_empty() => return None,
             known => Some(known.ok_or_else(|| text.to_owned())),
         },
@@ -246,7 +238,7 @@ fn of_bare_axis(stated: Option<&str>, file: Option<&str>) -> Option<&'static Sen
 
 /// The sensor whose numbers have this unit.
 fn of_unit(unit: &str) -> Option<&'static Sensor> {
-    SENSORS.iter().find(|sensor| unit_of(sensor.quantity, unit).is_some())
+    SENSORS.iter().find(|sensor| Unit::of(sensor.quantity, unit).is_some())
 }
 
 /// The most words beside those for the sensor at `place` that are a unit; an error with those that only
@@ -255,59 +247,17 @@ fn unit_beside(
     quantity: Quantity,
     words: &[String],
     place: &Range<usize>,
-) -> Option<(Range<usize>, Result<&'static Unit, String>)> {
-    let words = words.get(..MOST_WORDS).unwrap_or(words);
-    let runs = (1..=words.len()).rev().flat_map(|count| (0..=words.len() - count).map(move |at| at..at + count));
-    let is_short = |run: &Range<usize>| words[run.clone()].iter().map(String::len).sum::<usize>() <= MOST_BYTES;
-    runs.filter(is_short).filter(|run| run.end <= place.start || run.start >= place.end).find_map(|run| {
+) -> Option<(Range<usize>, Result<Unit, String>)> {
+    let counts = (1..=words.len().min(MOST_WORDS)).rev();
+    let runs = counts.flat_map(|count| (0..=words.len() - count).map(move |at| at..at + count));
+    runs.filter(|run| run.end <= place.start || run.start >= place.end).find_map(|run| {
         let text = words[run.clone()].join(" ");
-        let per_s = || unit_of(quantity, &format!("{text} s")).filter(|_| quantity == AngularRate);
-        let unit = unit_of(quantity, &text).or_else(per_s);
+        let per_s = || Unit::of(quantity, &format!("{text} s")).filter(|_| quantity == AngularRate);
+        let unit = Unit::of(quantity, &text).or_else(per_s);
         // the rate of the samples, as in `gyro_100_hz_x`
         let is_frequency = text == "hz" && words[..run.start].last().is_some_and(|word| word.parse::<u32>().is_ok());
-        (unit.is_some() || looks_like_unit(quantity, &text) && !is_frequency).then(|| (run, unit.ok_or(text)))
+        (unit.is_some() || Unit::is_like(&text) && !is_frequency).then(|| (run, unit.ok_or(text)))
     })
-}
-
-/// Whether words are a unit of motion, be it known or not: `0.01 deg s`, `milli g`, `rev s`, `mms2`.
-fn looks_like_unit(quantity: Quantity, text: &str) -> bool {
-    let rest = text.trim_start_matches(|c: char| c.is_ascii_digit() || "x.^-e ".contains(c));
-    let factor = text[..text.len() - rest.len()].trim_start_matches('x');
-    let has_factor = factor.contains(['.', '^', 'e']) && factor.starts_with(|c: char| c.is_ascii_digit());
-    let scaled = SCALES.split(' ').find_map(|scale| rest.strip_prefix(scale)).or(has_factor.then_some(rest));
-    let is_known = |unit: &str| unit_of(quantity, unit).is_some();
-    if let Some(unit) = scaled.map(str::trim_start) {
-        return is_known(unit) || looks_like_unit(quantity, unit);
-    }
-    let short = in_short(text);
-    let is_squared = short.ends_with('2') || short.ends_with("ss");
-    let is_over_time = || is_over_time(short.strip_suffix('2').unwrap_or(&short), is_squared);
-    // a word before a unit is none, as in `gyro_x in deg/s`
-    let is_whole = || text.split_once(' ').is_none_or(|(_, unit)| !is_known(unit));
-    is_scaled(&short, WHOLE_UNITS) || is_whole() && is_over_time()
-}
-
-/// Whether a unit is in the list, alone or after the letter of a scale.
-fn is_scaled(unit: &str, list: &str) -> bool {
-    // a capital parts words, as in `mGal`
-    let after_letter = unit.strip_prefix("m ").or_else(|| unit.strip_prefix(['m', 'u', 'n', 'c', 'k']));
-    is_among(unit, list) || after_letter.is_some_and(|unit| is_among(unit, list))
-}
-
-/// Whether an angle, or a length, stands before times; one word of few letters, such as `ins`, is a name.
-fn is_over_time(text: &str, is_squared: bool) -> bool {
-    TIMES.split(' ').filter_map(|time| text.strip_suffix(time)).any(|over| {
-        let above = over.trim_end_matches([' ', 'p', '2']);
-        let is_length = || (is_squared || over.ends_with(' ')) && is_scaled(above, LENGTHS);
-        is_scaled(above, ANGLES) || is_length() || is_over_time(above, is_squared)
-    })
-}
-
-/// Whether people write a unit of a channel or of a time in this way.
-pub(super) fn is_unit(text: &str) -> bool {
-    let quantities = [Angle, MagneticField, Acceleration, AngularRate, Temperature, Pressure];
-    time_unit(&text.to_lowercase()).is_some()
-        || quantities.into_iter().any(|quantity| unit_of(quantity, text).is_some())
 }
 
 /// The words of a name in lower case, also words separated by capitals: `UncompGyroX`, `GYR_Z`.
@@ -341,7 +291,7 @@ pub(super) fn words(name: &str) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::channels::units, *};
+    use super::{super::unit::units, *};
 
     fn said(name: &str, file: Option<&str>) -> Option<(&'static str, Option<String>, Made, bool)> {
         let meaning = Meaning::of(name, file)?;
@@ -361,8 +311,11 @@ mod tests {
             ("gyro_x_deg_s", "gyro_x", "deg/s"),
             ("GyroX_deg_per_s", "gyro_x", "deg/s"),
             ("gyro_x_dps", "gyro_x", "deg/s"),
+            ("gyro_x_dps_2", "gyro_x", "deg/s"),
             ("gyro_x[rpm]", "gyro_x", "rpm"),
             ("gyro_rad[2]", "gyro_z", "rad/s"),
+            ("gyro_x_rev_s", "gyro_x", "rev s"),
+            ("gyro_x [0.01 dps]", "gyro_x", "0.01 dps"),
             ("GyroX in °/s", "gyro_x", "deg/s"),
             ("gyro_100_hz_x", "gyro_x", ""),
             ("motionRotationRateX(rad/s)", "gyro_x", "rad/s"),
@@ -377,6 +330,9 @@ mod tests {
             ("acc_z_ft_s2", "accel_z", "ft/s^2"),
             ("acc_z_feet/s²", "accel_z", "ft/s^2"),
             ("acc_z_m_s2", "accel_z", "m/s^2"),
+            ("acc_x_mms2", "accel_x", "mms2"),
+            ("acc_x [in/s^2]", "accel_x", "in/s^2"),
+            ("AccX_mGal", "accel_x", "m gal"),
             ("accelerometer_m_s2[2]", "accel_z", "m/s^2"),
             ("accelerometer_lsm6ds3_c.z", "accel_z", ""),
             ("Mag X (µT)", "mag_x", "uT"),
@@ -476,19 +432,16 @@ mod tests {
             ("gyro_raw_x", "?raw"),
             ("gyro_x [rad]", "?rad"),
             ("gyro_x (deg)", "?deg"),
-            ("gyro_x_rev_s", "?rev s"),
+            ("gyro_x_turn_s", "?turn s"),
+            ("gyro_x_grad/s", "?grad s"),
             ("gyro_x_rps", "?rps"),
             ("gyro_x_hz", "?hz"),
-            ("gyro_x_deg/ms", "?deg ms"),
             ("gyro_x_d/s", "?d s"),
             ("gyro_x_deg2s", "?deg2s"),
             ("gyro_x_mV", "?m v"),
             ("gyro_x_m_s2", "?m s2"),
-            ("acc_x_mm/s^2", "?mm s^2"),
-            ("acc_x_mms2", "?mms2"),
-            ("acc_x_in_s2", "?in s2"),
-            ("acc_x_ng", "?ng"),
-            ("AccX_mGal", "?m gal"),
+            ("acc_x_m_s", "?m s"),
+            ("acc_x_kg", "?kg"),
         ] {
             assert_eq!(said(name, None).and_then(|(_, unit, ..)| unit).as_deref(), Some(unit), "{name}");
         }
@@ -504,6 +457,7 @@ mod tests {
     #[test]
     fn a_unit_is_the_same_in_brackets_and_beside_the_name() {
         let others = ["", "_filtered", "_ins", "_rs", "_cg", "_uncalibrated"];
+        let read = |name: &str| Meaning::of(name, None).unwrap().unit;
         for (sensor, unit) in SENSORS.iter().flat_map(|sensor| units(sensor.quantity).map(move |unit| (sensor, unit))) {
             let name = format!("imu0_{}_x", sensor.name);
             let places = |unit: &str| {
@@ -511,16 +465,46 @@ mod tests {
                 let more = [format!("{name} [{unit}]"), format!("{name} in {unit}"), format!("{unit} {name}")];
                 [&beside[..], &more].concat()
             };
-            let read = |name: &str| Meaning::of(name, None).unwrap().unit;
             for text in places(&unit.name) {
-                assert_eq!((read(&text), read(&text.to_lowercase())), (Some(Ok(unit)), Some(Ok(unit))), "{text}");
+                let found = (read(&text), read(&text.to_lowercase()));
+                assert_eq!(found, (Some(Ok(unit.clone())), Some(Ok(unit.clone()))), "{text}");
             }
             for (scale, factor) in
                 [("milli ", 1e-3), ("centi-", 1e-2), ("0.01 ", 1e-2), ("10^-3 ", 1e-3), ("1e-3_", 1e-3)]
             {
                 for text in places(&format!("{scale}{}", unit.name)) {
-                    let is_right = |found: &Unit| (found.scale / unit.scale / factor - 1.0).abs() < 1e-9;
-                    assert!(read(&text).unwrap().is_ok_and(is_right) || read(&text).unwrap().is_err(), "{text}");
+                    let found = read(&text).unwrap().unwrap();
+                    assert!((found.scale / unit.scale / factor - 1.0).abs() < 1e-9, "{text}: {found:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_unit_of_parts_has_the_scale_of_its_parts() {
+        let angles =
+            [("deg", 1f64.to_radians()), ("°", 1f64.to_radians()), ("rad", 1.0), ("degrees", 1f64.to_radians())];
+        let lengths = [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("ft", 0.3048), ("feet", 0.3048), ("metres", 1.0)];
+        let times = [("s", 1.0), ("sec", 1.0), ("second", 1.0)];
+        let longer = [("h", 3600.0), ("hour", 3600.0)];
+        let letters = [("", 1.0), ("m", 1e-3), ("u", 1e-6), ("µ", 1e-6), ("milli", 1e-3), ("1e-2 ", 1e-2)];
+        let check = |channel: &str, unit: &str, scale: f64| {
+            for name in [format!("{channel} [{unit}]"), format!("{channel}_{}", unit.replace([' ', '/'], "_"))] {
+                let found = Meaning::of(&name, None).unwrap().unit.unwrap().unwrap();
+                assert!((found.scale / scale - 1.0).abs() < 1e-9, "{name}: {found:?} is not {scale}");
+            }
+        };
+        for ((letter, factor), over) in
+            letters.iter().flat_map(|letter| ["/", " per ", " / "].map(|over| (letter, over)))
+        {
+            for ((angle, angle_rad), (time, time_s)) in
+                angles.iter().flat_map(|angle| times.iter().chain(&longer).map(move |time| (angle, time)))
+            {
+                check("gyro_x", &format!("{letter}{angle}{over}{time}"), factor * angle_rad / time_s);
+            }
+            for (length, length_m) in lengths.iter().filter(|_| !["m", "u", "µ"].contains(letter)) {
+                for squared in ["s2", "s^2", "s²", "s/s", "sec^2"] {
+                    check("accel_x", &format!("{letter}{length}{over}{squared}"), factor * length_m);
                 }
             }
         }

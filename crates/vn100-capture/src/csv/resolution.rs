@@ -3,7 +3,7 @@
 
 use vn100_protocol::{Channel, Quantity};
 
-use super::{channels::Unit, number::Number};
+use super::{number::Number, unit::Unit};
 
 /// There is room for deviations from the median that are this many times as large as those in the
 /// head.
@@ -190,7 +190,10 @@ mod tests {
     use proptest::prelude::*;
 
     use super::{
-        super::channels::{by_name, known, units},
+        super::{
+            channels::{by_name, known},
+            unit::units,
+        },
         *,
     };
 

@@ -1,6 +1,8 @@
 //! A column map for a table whose columns are named by letters: only if names, units and magnitudes
 //! agree.
 
+use std::borrow::Cow;
+
 use super::{
     HeadRows,
     channels::known,
@@ -23,7 +25,7 @@ const REST_RAD_S: f64 = 0.15;
 struct Triple {
     places: Vec<usize>,
     channels: Vec<usize>,
-    stated: Option<&'static str>,
+    stated: Option<Cow<'static, str>>,
     /// The length of their mean.
     mean: f64,
 }
@@ -36,9 +38,9 @@ pub(super) fn suggestion(header: &Header, stamps: Option<&StampColumns>, rows: &
     let accel_unit = accel.as_ref().and_then(|accel| {
         let is_gravity = |(_, gravity): &(&str, f64)| (accel.mean / gravity - 1.0).abs() < NEAR_GRAVITY;
         let (unit, _) = GRAVITY.into_iter().find(is_gravity)?;
-        Some(unit).filter(|unit| accel.stated.is_none_or(|stated| stated == *unit))
+        Some(unit).filter(|unit| accel.stated.as_ref().is_none_or(|stated| stated == unit))
     });
-    let gyro_unit = gyro.as_ref().and_then(|gyro| match (gyro.stated, accel_unit) {
+    let gyro_unit = gyro.as_ref().and_then(|gyro| match (gyro.stated.as_deref(), accel_unit) {
         (Some(unit), _) => Some(unit),
         (None, Some("m/s^2")) if gyro.mean < REST_RAD_S => Some("rad/s"),
         (None, Some("g" | "mg")) if (REST_RAD_S..REST_RAD_S.to_degrees()).contains(&gyro.mean) => Some("deg/s"),
@@ -46,7 +48,7 @@ pub(super) fn suggestion(header: &Header, stamps: Option<&StampColumns>, rows: &
     });
     let are_both = accel.is_some() && gyro.is_some();
     let mut parts = Vec::new();
-    for (triple, unit) in [(accel, accel_unit), (gyro, gyro_unit)] {
+    for (triple, unit) in [(&accel, accel_unit), (&gyro, gyro_unit)] {
         let Some(triple) = triple else { continue };
         let unit = unit.filter(|_| are_both || triple.stated.is_some())?;
         let part = |(&channel, &place)| format!("{}={}:{unit}", known(channel).name, header.argument(place));
@@ -66,7 +68,7 @@ fn triple(header: &Header, sensor: &str, rows: &HeadRows) -> Option<Triple> {
     let mut found: Vec<(usize, Meaning)> = named.filter(is_of).collect();
     found.sort_by_key(|(_, meaning)| meaning.channel);
     let channels: Vec<usize> = found.iter().map(|(_, meaning)| meaning.channel).collect();
-    let stated = |meaning: &Meaning| meaning.unit.as_ref().and_then(|unit| unit.as_ref().ok()).map(|unit| &*unit.name);
+    let stated = |meaning: &Meaning| meaning.unit.clone().and_then(Result::ok).map(|unit| unit.name);
     let first = &found.first()?.1;
     let are_alike = found.iter().all(|(_, axis)| axis.group == first.group && stated(axis) == stated(first));
     let places: Vec<usize> = found.iter().map(|(place, _)| *place).collect();
