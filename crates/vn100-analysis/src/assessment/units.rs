@@ -76,32 +76,41 @@ fn doubts(
         let place = layout.channels.iter().position(|channel| channel.quantity == quantity)?;
         Some(&*columns.columns.get(place)?.unit)
     };
-    let doubt = |quantity, by, value, read: &str, likely| Doubtful { quantity, by, value, read: read.into(), likely };
-    let mut doubts = Vec::new();
-    if let (Some(gravity), Some(read)) =
-        (snapshot.mean_magnitude(Quantity::Acceleration), unit_read(Quantity::Acceleration))
-    {
-        let scale = ACCELERATIONS.iter().find(|(unit, _)| *unit == read).map_or(1.0, |(_, scale)| *scale);
-        let is_gravity = |in_m_s2: f64| (in_m_s2 / STANDARD_GRAVITY_M_S2 - 1.0).abs() < GRAVITY_SHARE;
-        let likely = ACCELERATIONS.iter().find(|(_, other)| is_gravity(gravity / scale * other));
-        if let (false, Some(&(likely, _))) = (is_gravity(gravity), likely) {
-            doubts.push(doubt(Quantity::Acceleration, Doubt::Mean, gravity, read, likely));
-        }
-    }
-    for (quantity, read, likely, means) in BEYOND {
+    let mean_of = |(quantity, read, likely, means): (Quantity, &str, &'static str, Range<f64>)| {
         let mean = snapshot.mean_magnitude(quantity).or_else(|| {
             let (channel, results) = snapshot.measured().find(|(channel, _)| channel.quantity == quantity)?;
             Some(channel.in_unit(results.moments.mean_counts()?))
         });
-        if let Some(mean) = mean.filter(|mean| means.contains(mean) && unit_read(quantity) == Some(read)) {
-            doubts.push(doubt(quantity, Doubt::Mean, mean, read, likely));
-        }
-    }
+        let value = mean.filter(|mean| means.contains(mean) && unit_read(quantity) == Some(read))?;
+        Some(Doubtful { quantity, by: Doubt::Mean, value, read: read.into(), likely })
+    };
+    let gravity = unit_read(Quantity::Acceleration).and_then(|read| doubt_of_gravity(snapshot, read));
     let read = layout.channels.iter().zip(&columns.columns);
     let in_rad_s: Vec<&Channel> = read
         .filter(|(channel, column)| channel.quantity == Quantity::AngularRate && column.unit == "rad/s")
         .map(|(channel, _)| channel)
         .collect();
+    let rates = doubt_of_rates(snapshot, &in_rad_s, outlying, was_moved);
+    gravity.into_iter().chain(BEYOND.into_iter().filter_map(mean_of)).chain(rates).collect()
+}
+
+/// A mean acceleration that is gravity in another unit than in `read`.
+fn doubt_of_gravity(snapshot: &Snapshot, read: &str) -> Option<Doubtful> {
+    let value = snapshot.mean_magnitude(Quantity::Acceleration)?;
+    let (_, scale) = ACCELERATIONS.iter().find(|(unit, _)| *unit == read)?;
+    let is_gravity = |in_m_s2: f64| (in_m_s2 / STANDARD_GRAVITY_M_S2 - 1.0).abs() < GRAVITY_SHARE;
+    let (likely, _) = ACCELERATIONS.iter().find(|(_, other)| is_gravity(value / scale * other))?;
+    let doubt = Doubtful { quantity: Quantity::Acceleration, by: Doubt::Mean, value, read: read.into(), likely };
+    (!is_gravity(value)).then_some(doubt)
+}
+
+/// Rates read in rad/s that are larger than those of a sensor at rest.
+fn doubt_of_rates(
+    snapshot: &Snapshot,
+    in_rad_s: &[&Channel],
+    outlying: &[&Channel],
+    was_moved: bool,
+) -> Option<Doubtful> {
     let is_judged = |channel: &Channel| in_rad_s.contains(&channel) && !outlying.contains(&channel);
     let rates = || snapshot.measured().filter(|(channel, _)| is_judged(channel));
     let extremes = rates().flat_map(|(channel, results)| {
@@ -118,16 +127,15 @@ fn doubts(
         .collect();
     let is_noise = !was_moved || noises.iter().all(|(_, share)| *share > WHITE_SHARE);
     let least_noise = noises.into_iter().map(|(noise, _)| noise).reduce(f64::min).filter(|_| is_noise).unwrap_or(0.0);
-    let seen = if largest > RANGE_RAD_S {
-        Some((Doubt::Largest, largest))
+    let (by, value) = if largest > RANGE_RAD_S {
+        (Doubt::Largest, largest)
     } else if mean > MEAN_RATE_RAD_S {
-        Some((Doubt::Mean, mean))
+        (Doubt::Mean, mean)
     } else {
-        (least_noise > NOISE_RAD_S).then_some((Doubt::Noise, least_noise))
+        (Doubt::Noise, Some(least_noise).filter(|noise| *noise > NOISE_RAD_S)?)
     };
-    let doubted = seen.filter(|_| !in_rad_s.is_empty());
-    doubts.extend(doubted.map(|(by, value)| doubt(Quantity::AngularRate, by, value, "rad/s", "deg/s")));
-    doubts
+    let doubt = Doubtful { quantity: Quantity::AngularRate, by, value, read: "rad/s".into(), likely: "deg/s" };
+    (!in_rad_s.is_empty()).then_some(doubt)
 }
 
 #[cfg(test)]
