@@ -26,7 +26,7 @@ use super::{
 /// - another unit of an angle or a length and a time, or a unit with a factor: `rev/s` `mm/s^2` `0.01 deg/s`,
 /// - `degC` `K` for the temperature, `kPa` `hPa` `Pa` for the pressure, any word for `value`, which
 ///   is not converted,
-/// - and for the stamp `s` `ms` `us` `ns` `100us` `d`, `iso` for a date with the year first, `dmy`, `mdy`,
+/// - and for the stamp `s` `ms` `us` `ns` `100us` `d` `min` `h`, `iso` for a date with the year first, `dmy`, `mdy`,
 ///   `clock` for a time of day, or `mmss` for minutes and seconds; a stamp in two columns is
 ///   `t=SECS:s+NANOS:ns`.
 ///
@@ -219,8 +219,8 @@ mod tests {
                 "unknown unit \"g\" of gyro_x in \"gyro_x=wx:g\": use one of rad/s deg/s deg/h mdeg/s mrad/s rpm",
             ),
             (
-                "t=1:min",
-                "unknown unit \"min\" of t in \"t=1:min\": use one of s ms us ns 100us d iso dmy mdy clock mmss",
+                "t=1:week",
+                "unknown unit \"week\" of t in \"t=1:week\": use one of s ms us ns 100us d min h iso dmy mdy clock mmss",
             ),
             ("yaw=1:deg,yaw=2:deg", "yaw is mapped twice, again in \"yaw=2:deg\": keep one"),
             ("t=1:s,t=2:s", "t is mapped twice, again in \"t=2:s\": keep one"),

@@ -38,7 +38,7 @@ const STATED_STEPS_S: RangeInclusive<f64> = SHORTEST_STEP_S / 32.0..=LONGEST_STE
 const MOST_ROWS_TOGETHER: usize = 16;
 
 /// The units: the name in a column map, the length in nanoseconds, and the words for it in names.
-const UNITS: [(&str, i64, &str); 6] = [
+const UNITS: [(&str, i64, &str); 8] = [
     ("s", 1_000_000_000, "s sec secs second seconds"),
     ("ms", 1_000_000, "ms msec msecs millis millisec milliseconds"),
     ("us", 1000, "us µs usec usecs micros microsec microseconds"),
@@ -46,7 +46,9 @@ const UNITS: [(&str, i64, &str); 6] = [
     // the ticks of a sensor of Xsens
     ("100us", 100_000, ""),
     // days, as spreadsheets and MATLAB count them
-    ("d", 86_400_000_000_000, ""),
+    ("d", 86_400_000_000_000, "day days"),
+    ("min", 60_000_000_000, "min mins minute minutes"),
+    ("h", 3_600_000_000_000, "h hr hrs hour hours"),
 ];
 
 /// The units that the size of a stamp, or the step from row to row, may show.

@@ -67,9 +67,10 @@ impl TimeName {
         STAMPS.contains(&&*self.whole) || STAMPS.contains(&&*self.words.join("_"))
     }
 
-    /// Whether the name may mean a time: its last word means times, or it is only a unit.
+    /// Whether the name may mean a time: its last word means times, or it is only a unit. One of minutes
+    /// or hours is a part of a date.
     fn is_time(&self) -> bool {
-        let Some(word) = self.words.last() else { return self.unit_ns.is_some() };
+        let Some(word) = self.words.last() else { return self.unit_ns.is_some_and(|unit_ns| unit_ns <= USUAL_NS[0]) };
         TIME_ENDINGS.iter().any(|ending| word.ends_with(ending)) || TIME_WORDS.contains(&&**word)
     }
 }

@@ -184,6 +184,8 @@ fn every_unit_of_a_stamp_leads_to_nanoseconds() {
         ("ns", "25000000"),
         ("100us", "250"),
         ("d", "0.00000028935185185"),
+        ("min", "0.000416666666667"),
+        ("h", "0.00000694444444444"),
     ];
     for (unit, stamp) in table {
         let whole = read_text(format!("t,w\n0,1\n{stamp},1\n"), Some(&format!("t=t:{unit},gyro_x=w:deg/s")));

@@ -77,6 +77,9 @@ fn a_stated_unit_is_not_replaced_by_a_likelier_one() {
         ("Time (s)", &|row| format!("{:.1}", 1.7e9 + f64::from(10 * row)), 10_000_000_000),
         ("time_us", &|row| (5_000_000 * row).to_string(), 5_000_000_000),
         ("time [ms]", &|row| format!("{:.3}", 0.05 * f64::from(row)), 50_000),
+        ("Time (min)", &|row| format!("{:.9}", 0.0002 * f64::from(row)), 12_000_000),
+        ("elapsed_minutes", &|row| format!("{:.6}", 0.01 * f64::from(row)), 600_000_000),
+        ("t [hours]", &|row| format!("{:.9}", 0.00001 * f64::from(row)), 36_000_000),
         // a clock that ticks each 40 rows
         ("time_ms", &|row| format!("{:.3}", f64::from(row / 40 * 100)), 0),
     ] {
@@ -113,6 +116,10 @@ fn other_columns_are_no_time() {
     for header in ["note", "count", "voltage"] {
         assert_eq!(times(&table(header, |ns| (ns / 25_000_000).to_string()), None), (vec![], None), "{header}");
     }
+    let minutes = |row: u64| {
+        format!("day,hour,min,gyro_x\n{}", (0..row).map(|row| format!("1,2,{},0.1\n", row / 60)).collect::<String>())
+    };
+    assert_eq!(times(&minutes(900), None), (vec![], None), "parts of a date");
     // a name of a time, with numbers that are no times
     assert_eq!(times(&table("exposure_time", |ns| (ns % 3).to_string()), None), (vec![], None));
 }
