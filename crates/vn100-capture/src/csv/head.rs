@@ -123,10 +123,12 @@ impl<'a> Candidate<'a> {
         self.below.first().is_some_and(|row| self.header.fits(row))
     }
 
-    /// Whether a row of numbers follows a line of names.
+    /// Whether a row of numbers follows a line of names, and most other rows have its columns: a line
+    /// such as `FirmwareVersion:,2.0.0` stands above many a table.
     fn is_header_of_numbers(&self) -> bool {
         let holds_number = self.below.first().is_some_and(|row| row.iter().any(|cell| Number::parse(cell).is_some()));
-        self.header.names_columns() && self.fits() && holds_number
+        let fitting = self.below.iter().filter(|row| self.header.fits(row)).count();
+        self.header.names_columns() && self.fits() && holds_number && 2 * fitting > self.below.len()
     }
 
     /// Whether rows of as many numbers follow a row of numbers: a table without names.

@@ -37,7 +37,7 @@ const SENSORS: [Sensor; 3] = [
         name: "accel",
         quantity: Acceleration,
         words: "accel acc accl acceleration accelerometer",
-        letters: "a ac f t",
+        letters: "a ac f t alpha",
         in_file: "accel",
     },
     Sensor {

@@ -18,13 +18,13 @@ use super::{
 /// Names that always mean times.
 const STAMPS: [&str; 6] = ["t", "time", "timestamp", "bag_t", "rosbagtimestamp", "%time"];
 
-/// Endings of the last word in other names of times.
+/// Endings of a word in other names of times.
 const TIME_ENDINGS: [&str; 4] = ["time", "stamp", "stamps", "zeit"];
 
-/// Words for times, alone or among others.
+/// The last word in other names of times.
 const TIME_WORDS: [&str; 8] = ["t", "utc", "epoch", "elapsed", "clock", "temps", "tiempo", "tempo"];
 
-/// Names of the time at which the sensor measured, in words.
+/// The last words in names of the time at which the sensor measured.
 const DEVICE_TIMES: [&str; 4] = ["device time", "time startup", "sample time fine", "sampletimefine"];
 
 /// The columns of times in a table that this program wrote; the first one exists only if the source
@@ -55,7 +55,7 @@ impl TimeName {
     }
 
     fn is_device_time(&self) -> bool {
-        DEVICE_TIMES.contains(&&*self.words.join(" "))
+        DEVICE_TIMES.iter().any(|time| self.words.join(" ").ends_with(time))
     }
 
     /// Whether the name means the time in the header of a message.
@@ -67,11 +67,12 @@ impl TimeName {
         STAMPS.contains(&&*self.whole) || STAMPS.contains(&&*self.words.join("_"))
     }
 
-    /// Whether the name may mean a time: its last word means times, or it is only a unit. One of minutes
+    /// Whether the name may mean a time: one of its words means times, or it is only a unit. One of minutes
     /// or hours is a part of a date.
     fn is_time(&self) -> bool {
         let Some(word) = self.words.last() else { return self.unit_ns.is_some_and(|unit_ns| unit_ns <= USUAL_NS[0]) };
-        TIME_ENDINGS.iter().any(|ending| word.ends_with(ending)) || TIME_WORDS.contains(&&**word)
+        let ends = |word: &String| TIME_ENDINGS.iter().any(|ending| word.ends_with(ending));
+        TIME_WORDS.contains(&&**word) || self.words.iter().any(ends)
     }
 }
 

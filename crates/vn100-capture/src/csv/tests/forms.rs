@@ -187,6 +187,13 @@ fn a_column_that_is_missed_below_a_preamble_is_named() {
 }
 
 #[test]
+fn lines_of_two_cells_above_a_table_are_no_header() {
+    let rows: String = (0..60).map(|row| format!("{row},{},0.5,9.8\n", row * 10_000)).collect();
+    let text = format!("DeviceTag:,A1\nFirmwareVersion:,2.0.0\nStatus:,1\n\nn,t_us,gyro_x,accel_z\n{rows}");
+    assert_eq!(read_text(&text, None).report.rows, 60);
+}
+
+#[test]
 fn cells_that_begin_with_their_names_are_columns() {
     let row = |row: u32| format!("ax:0.0{},ay: -0.1,az:9.8,gx:0.01,gy:0.02,gz:-0.0{}\n", row % 7, row % 3);
     let text: String = (0..60).map(row).collect();

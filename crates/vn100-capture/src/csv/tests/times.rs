@@ -68,6 +68,21 @@ fn times_are_found_by_name_and_content_and_reported() {
 }
 
 #[test]
+fn a_word_of_a_longer_name_means_times() {
+    for (header, unit_ns) in [
+        ("Shimmer_1_Timestamp_Unix_CAL [ms]", 1_000_000),
+        ("Time.TimeStartup", 1),
+        ("imu time startup [us]", 1000),
+        ("local_time_of_host_us", 1000),
+    ] {
+        let (stamps, named) =
+            times(&table(header, |ns| ((1_700_000_000_000_000_000 + ns) / unit_ns).to_string()), None);
+        assert!(named.is_some_and(|named| named.starts_with(header)), "{header}");
+        assert_eq!(stamps, (0..80).map(|row| row * 25_000_000).collect::<Vec<_>>(), "{header}");
+    }
+}
+
+#[test]
 fn a_stated_unit_is_not_replaced_by_a_likelier_one() {
     let rows = |name: &str, stamp: &dyn Fn(u32) -> String| {
         format!("{name},gyro_x\n{}", (0..800).map(|row| format!("{},0.1\n", stamp(row))).collect::<String>())
