@@ -116,7 +116,9 @@ impl Histogram {
         let is_even = centres.windows(2).all(|pair| (pair[1] - pair[0] - step).abs() <= EVEN * width as f64);
         // of fine values few are so frequent by chance, and most are beside them
         let are_most = samples(&core) >= MOST * self.total() as f64;
-        let is_apart = steps >= 1 && step >= (2 * width) as f64 && widest <= step / 2.0;
+        // two clusters that are wider than rounding scatters may be noise at two levels
+        let most_wide = if steps == 1 { (2 * width) as f64 } else { step / 2.0 };
+        let is_apart = steps >= 1 && step >= (2 * width) as f64 && widest <= most_wide;
         (is_apart && is_even && are_most).then_some((*first, step))
     }
 
