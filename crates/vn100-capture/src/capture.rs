@@ -25,7 +25,7 @@ use crate::{
     timing_sidecar::{BytesReader, Sidecar},
     unpack::{KnownBy, unpacked, unpacked_stored},
 };
-use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
+use vn100_protocol::stream::{CsvReport, MeasuredFrames, ReadOptions};
 
 /// An opened capture, whose format was detected from its content, ready to be read from its first
 /// byte.
@@ -39,6 +39,9 @@ pub struct Capture {
     pub holds_values: bool,
     /// Whether the capture holds values without times, so that their rate must be given.
     pub lacks_times: bool,
+    /// What is known of a table before its first row is read, with nothing counted; `None` for any
+    /// other capture.
+    pub csv: Option<CsvReport>,
     /// The topic of a bag or the group of columns of a table that is read; `None` if there is no
     /// choice.
     pub topic: Option<String>,
@@ -196,8 +199,8 @@ impl Capture {
         start: impl FnOnce(ReadOptions) -> io::Result<Reading> + Send + 'static,
     ) -> Self {
         let start_reading = Box::new(start);
-        let (holds_values, lacks_times, topic, recorded) = (false, false, None, None);
-        Self { format, stored_bytes_read, holds_values, lacks_times, topic, recorded, start_reading }
+        let (holds_values, lacks_times, csv, topic, recorded) = (false, false, None, None, None);
+        Self { format, stored_bytes_read, holds_values, lacks_times, csv, topic, recorded, start_reading }
     }
 
     fn start(
@@ -228,9 +231,9 @@ impl Capture {
             }
             Detected::Csv(plan) => {
                 let (holds_values, lacks_times) = (plan.holds_values(), plan.lacks_times());
-                let topic = options.topic.clone().filter(|_| holds_values);
+                let (csv, topic) = (Some(plan.report.clone()), options.topic.clone().filter(|_| holds_values));
                 let start = |options| Reading::of(CsvReader::new(*plan, reader, options));
-                Self { holds_values, lacks_times, topic, ..Self::new(Format::Csv, stored_bytes_read, start) }
+                Self { holds_values, lacks_times, csv, topic, ..Self::new(Format::Csv, stored_bytes_read, start) }
             }
             Detected::Bytes(format, measured) => {
                 let chosen = move |options: ReadOptions| match options.measured {

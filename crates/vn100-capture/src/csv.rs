@@ -75,7 +75,7 @@ pub(crate) struct CsvPlan {
     /// table without times and so without a known rate, or with the fields of a message of the sensor.
     pub(crate) streams: Vec<String>,
     /// The facts that are known before the first row.
-    report: CsvReport,
+    pub(crate) report: CsvReport,
 }
 
 impl CsvPlan {

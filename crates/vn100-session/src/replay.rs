@@ -154,6 +154,7 @@ fn publish_source(capture: &Capture, spec: &ReplaySpec, channels: &Channels) -> 
         kind: Some(kind(capture, &spec.name())),
         meta: capture.recorded.as_ref().and_then(|recorded| recorded_settings::conditions(&recorded.metadata)),
         name: spec.name(),
+        csv: capture.csv.clone(),
         stream: capture.topic.clone(),
         ..SourceFacts::default()
     };

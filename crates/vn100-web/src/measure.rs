@@ -74,6 +74,7 @@ pub(crate) fn measure(stream: Stream, progress: Progress<'_>) -> Measured {
     let facts = SourceFacts {
         kind: Some(capture.format.code()),
         meta: recorded.as_ref().and_then(|recorded| recorded_settings::conditions(&recorded.metadata)),
+        csv: capture.csv.clone(),
         stream: capture.topic.clone(),
         ..facts
     };
