@@ -103,6 +103,13 @@ impl Histogram {
             core = frequent(LEAST);
         }
         let samples = |bins: &[(i64, u64)]| bins.iter().map(|(_, frequency)| frequency).sum::<u64>() as f64;
+        // of fine values few are so frequent by chance, and most are beside them
+        let are_most = samples(&core) >= MOST * self.total() as f64;
+        // beside one value any other is a step away at least
+        if core.len() == 1 && are_most && width == 1 {
+            let step = Some(self.spacing_counts()).filter(|step| step.is_finite() && *step >= 2.0);
+            return step.map(|step| (core[0].0 as f64, step));
+        }
         let centre = |cluster: &[(i64, u64)]| {
             let sum: f64 = cluster.iter().map(|(count, frequency)| *count as f64 * *frequency as f64).sum();
             sum / samples(cluster) + (width - 1) as f64 / 2.0
@@ -114,8 +121,6 @@ impl Histogram {
         let step = (last - first) / steps as f64;
         let widest = (clusters().map(<[_]>::len).max()? as i64 * width) as f64;
         let is_even = centres.windows(2).all(|pair| (pair[1] - pair[0] - step).abs() <= EVEN * width as f64);
-        // of fine values few are so frequent by chance, and most are beside them
-        let are_most = samples(&core) >= MOST * self.total() as f64;
         // two clusters that are wider than rounding scatters may be noise at two levels
         let most_wide = if steps == 1 { (2 * width) as f64 } else { step / 2.0 };
         let is_apart = steps >= 1 && step >= (2 * width) as f64 && widest <= most_wide;

@@ -116,6 +116,9 @@ fn the_step_of_frequent_values_is_found() {
     assert!((found - 10.0).abs() < 0.01, "{found}");
     assert_eq!(histogram(&[0, 7].repeat(100)).step_counts(), Some(7.0), "of two values their distance");
     assert_eq!(histogram(&[0, 7, 9].repeat(100)).step_counts(), None, "uneven");
+    let rare = [[5].repeat(1000), vec![66, 66, 127]].concat();
+    assert_eq!(histogram(&rare).step_counts(), Some(61.0), "beside one value");
+    assert_eq!(histogram(&[5].repeat(1000)).step_counts(), None, "one value");
     let levels = [0, 1, 2, 1000, 1001, 1002].repeat(100);
     assert_eq!(histogram(&levels).step_counts(), None, "noise at two levels");
     let wide = [0, 1, MAX_BINS as i32].repeat(100);
