@@ -37,8 +37,6 @@ pub struct Capture {
     /// Whether the capture holds numbers that may be of any sensor, and no messages of a VN-100. No
     /// default rate is assumed for such a capture if its times do not show the rate.
     pub holds_values: bool,
-    /// Whether the capture holds values without times, so that their rate must be given.
-    pub lacks_times: bool,
     /// What is known of a table before its first row is read, with nothing counted; `None` for any
     /// other capture.
     pub csv: Option<CsvReport>,
@@ -153,6 +151,11 @@ impl Capture {
         started.map_err(|problem| problem.at(path))
     }
 
+    /// Whether the capture holds values without times, so that their rate must be given.
+    pub fn lacks_times(&self) -> bool {
+        self.holds_values && self.csv.as_ref().is_some_and(|csv| csv.times.is_none())
+    }
+
     /// Starts to read. The events are those of [`read_samples`].
     ///
     /// # Errors
@@ -199,8 +202,8 @@ impl Capture {
         start: impl FnOnce(ReadOptions) -> io::Result<Reading> + Send + 'static,
     ) -> Self {
         let start_reading = Box::new(start);
-        let (holds_values, lacks_times, csv, topic, recorded) = (false, false, None, None, None);
-        Self { format, stored_bytes_read, holds_values, lacks_times, csv, topic, recorded, start_reading }
+        let (holds_values, csv, topic, recorded) = (false, None, None, None);
+        Self { format, stored_bytes_read, holds_values, csv, topic, recorded, start_reading }
     }
 
     fn start(
@@ -230,10 +233,10 @@ impl Capture {
                 Self { recorded: Some(recorded), ..Self::new(Format::Mcap, stored_bytes_read, start) }
             }
             Detected::Csv(plan) => {
-                let (holds_values, lacks_times) = (plan.holds_values(), plan.lacks_times());
+                let holds_values = plan.holds_values();
                 let (csv, topic) = (Some(plan.report.clone()), options.topic.clone().filter(|_| holds_values));
                 let start = |options| Reading::of(CsvReader::new(*plan, reader, options));
-                Self { holds_values, lacks_times, csv, topic, ..Self::new(Format::Csv, stored_bytes_read, start) }
+                Self { holds_values, csv, topic, ..Self::new(Format::Csv, stored_bytes_read, start) }
             }
             Detected::Bytes(format, measured) => {
                 let chosen = move |options: ReadOptions| match options.measured {

@@ -83,11 +83,6 @@ impl CsvPlan {
     pub(crate) fn holds_values(&self) -> bool {
         self.layout.is_some()
     }
-
-    /// Whether the rows are numbers without a stamp.
-    pub(crate) fn lacks_times(&self) -> bool {
-        self.holds_values() && self.report.times.is_none()
-    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

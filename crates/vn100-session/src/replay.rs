@@ -111,7 +111,7 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
         biased;
         () = channels.stop.cancelled() => Err(StartError::Stopped),
         opened = spec.open() => opened.map_err(StartError::from).and_then(|capture| {
-            let is_unknown = capture.lacks_times && spec.settings.rate_hz.is_none();
+            let is_unknown = capture.lacks_times() && spec.settings.rate_hz.is_none();
             if is_unknown { Err(StartError::RateUnknown { refusal: None }) } else { Ok(capture) }
         }),
     };

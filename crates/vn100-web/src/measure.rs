@@ -67,7 +67,7 @@ pub(crate) fn measure(stream: Stream, progress: Progress<'_>) -> Measured {
             return not_started(facts, end, field, settings);
         }
     };
-    if capture.lacks_times && settings.rate_hz.is_none() {
+    if capture.lacks_times() && settings.rate_hz.is_none() {
         return rate_unknown(facts, None, settings);
     }
     let recorded = capture.recorded.clone();

@@ -78,8 +78,9 @@ impl Histogram {
 
     /// The actual step between neighbouring values in counts, which need not be an integer: the even
     /// distance of values, or of clusters of them, each so frequent that one between them would have
-    /// occurred as well. `None` below two bins, where the printed digit may be the step, and if the
-    /// samples are too few, or too far apart, to show a step.
+    /// occurred as well; beside a single value of this kind the least distance of any two. `None` below
+    /// two bins, where the printed digit may be the step, and if the samples are too few, or too far
+    /// apart, to show a step.
     pub fn step_counts(&self) -> Option<f64> {
         self.values().map(|(_, step)| step)
     }
@@ -104,9 +105,11 @@ impl Histogram {
         }
         let samples = |bins: &[(i64, u64)]| bins.iter().map(|(_, frequency)| frequency).sum::<u64>() as f64;
         // of fine values few are so frequent by chance, and most are beside them
-        let are_most = samples(&core) >= MOST * self.total() as f64;
+        if samples(&core) < MOST * self.total() as f64 {
+            return None;
+        }
         // beside one value any other is a step away at least
-        if core.len() == 1 && are_most && width == 1 {
+        if core.len() == 1 && width == 1 {
             let step = Some(self.spacing_counts()).filter(|step| step.is_finite() && *step >= 2.0);
             return step.map(|step| (core[0].0 as f64, step));
         }
@@ -124,7 +127,7 @@ impl Histogram {
         // two clusters that are wider than rounding scatters may be noise at two levels
         let most_wide = if steps == 1 { (2 * width) as f64 } else { step / 2.0 };
         let is_apart = steps >= 1 && step >= (2 * width) as f64 && widest <= most_wide;
-        (is_apart && is_even && are_most).then_some((*first, step))
+        (is_apart && is_even).then_some((*first, step))
     }
 
     /// Mean distance of the values that occur in the middle half of the samples: the step of the
