@@ -92,6 +92,11 @@ fn two_streams_of_one_bag_are_compared_and_exported_apart() {
     let text = String::from_utf8_lossy(&output.stderr);
     let missing = "two-1.imu.yaml not written: N of the accelerometer is missing: the capture has no channel accel";
     assert!(output.status.code() == Some(1) && text.contains(missing), "{text}");
+    // of no known sensor, so that a sheet must be named
+    let filled = ["--export", "kalibr", "--fill-from-datasheet", "--force"];
+    let output = vn100().arg("report").arg(bag("db3_two")).arg("-o").arg(&page).args(filled).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(text.contains("`--datasheet FILE.toml`") && !text.contains("--fill-from-datasheet"), "{text}");
     let sheet = ["--export", "kalibr", "--fill-from-datasheet", "--datasheet", "adis16470", "--force"];
     let output = vn100().arg("report").arg(bag("db3_two")).arg("-o").arg(&page).args(sheet).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -101,6 +106,10 @@ fn two_streams_of_one_bag_are_compared_and_exported_apart() {
     assert_eq!(names, ["two-1.imu.yaml", "two-1.json", "two-2.imu.yaml", "two-2.json", "two.html"]);
     let yaml = fs::read_to_string(folder.path().join("two-1.imu.yaml")).unwrap();
     assert!(yaml.contains("\nrostopic: /camera/gyro/sample\n"), "{yaml}");
+    assert!(
+        yaml.contains(": N of the accelerometer, as printed: what aliases in this stream is not known\n"),
+        "{yaml}"
+    );
 }
 
 #[test]

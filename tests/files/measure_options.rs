@@ -31,6 +31,24 @@ fn duration_ends_the_same_however_the_bytes_arrive() {
     assert_eq!(replay(&log, &["--duration", "1h"]).0["timing"]["samples"], 2400);
 }
 
+/// What was counted at the end of the file is not known, and what its head says is.
+#[test]
+fn a_measurement_that_ends_before_its_table_names_the_columns() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.csv");
+    let row = |row: i64| format!("{:.2},{:.6},70\n", row as f64 * 0.01, (row * row * 31 % 997 - 498) as f64 * 1e-6);
+    fs::write(&path, format!("t_s,gyro_x [rad/s],temperature [degF]\n{}", (0..8000).map(row).collect::<String>()))
+        .unwrap();
+    for end in [["--duration", "20s"], ["--until", "gyro N ±20%"]] {
+        let output = vn100().arg("replay").arg(&path).args(end).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(text.contains("  times of column t_s, s; left out: temperature") && !text.contains(" rows"), "{text}");
+        let (document, _) = replay(&path, &end);
+        let csv = &document["source"]["csv"];
+        assert_eq!((&csv["left_out"][0]["column"], &csv["lines"]), (&"temperature [degF]".into(), &0.into()));
+    }
+}
+
 #[test]
 fn averaging_times_are_as_requested_and_the_model_is_unchanged() {
     fn options(taus: &str) -> [&str; 6] {

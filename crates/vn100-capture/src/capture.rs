@@ -25,7 +25,7 @@ use crate::{
     timing_sidecar::{BytesReader, Sidecar},
     unpack::{KnownBy, unpacked, unpacked_stored},
 };
-use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
+use vn100_protocol::stream::{CsvReport, MeasuredFrames, ReadOptions};
 
 /// An opened capture, whose format was detected from its content, ready to be read from its first
 /// byte.
@@ -37,8 +37,9 @@ pub struct Capture {
     /// Whether the capture holds numbers that may be of any sensor, and no messages of a VN-100. No
     /// default rate is assumed for such a capture if its times do not show the rate.
     pub holds_values: bool,
-    /// Whether the capture holds values without times, so that their rate must be given.
-    pub lacks_times: bool,
+    /// What is known of a table before its first row is read, with nothing counted; `None` for any
+    /// other capture.
+    pub csv: Option<CsvReport>,
     /// The topic of a bag or the group of columns of a table that is read; `None` if there is no
     /// choice.
     pub topic: Option<String>,
@@ -150,6 +151,11 @@ impl Capture {
         started.map_err(|problem| problem.at(path))
     }
 
+    /// Whether the capture holds values without times, so that their rate must be given.
+    pub fn lacks_times(&self) -> bool {
+        self.holds_values && self.csv.as_ref().is_some_and(|csv| csv.times.is_none())
+    }
+
     /// Starts to read. The events are those of [`read_samples`].
     ///
     /// # Errors
@@ -196,8 +202,8 @@ impl Capture {
         start: impl FnOnce(ReadOptions) -> io::Result<Reading> + Send + 'static,
     ) -> Self {
         let start_reading = Box::new(start);
-        let (holds_values, lacks_times, topic, recorded) = (false, false, None, None);
-        Self { format, stored_bytes_read, holds_values, lacks_times, topic, recorded, start_reading }
+        let (holds_values, csv, topic, recorded) = (false, None, None, None);
+        Self { format, stored_bytes_read, holds_values, csv, topic, recorded, start_reading }
     }
 
     fn start(
@@ -227,10 +233,10 @@ impl Capture {
                 Self { recorded: Some(recorded), ..Self::new(Format::Mcap, stored_bytes_read, start) }
             }
             Detected::Csv(plan) => {
-                let (holds_values, lacks_times) = (plan.holds_values(), plan.lacks_times());
-                let topic = options.topic.clone().filter(|_| holds_values);
+                let holds_values = plan.holds_values();
+                let (csv, topic) = (Some(plan.report.clone()), options.topic.clone().filter(|_| holds_values));
                 let start = |options| Reading::of(CsvReader::new(*plan, reader, options));
-                Self { holds_values, lacks_times, topic, ..Self::new(Format::Csv, stored_bytes_read, start) }
+                Self { holds_values, csv, topic, ..Self::new(Format::Csv, stored_bytes_read, start) }
             }
             Detected::Bytes(format, measured) => {
                 let chosen = move |options: ReadOptions| match options.measured {

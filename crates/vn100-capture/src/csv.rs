@@ -77,18 +77,13 @@ pub(crate) struct CsvPlan {
     /// table without times and so without a known rate, or with the fields of a message of the sensor.
     pub(crate) streams: Vec<String>,
     /// The facts that are known before the first row.
-    report: CsvReport,
+    pub(crate) report: CsvReport,
 }
 
 impl CsvPlan {
     /// Whether the rows are numbers, not sentences.
     pub(crate) fn holds_values(&self) -> bool {
         self.layout.is_some()
-    }
-
-    /// Whether the rows are numbers without a stamp.
-    pub(crate) fn lacks_times(&self) -> bool {
-        self.holds_values() && self.report.times.is_none()
     }
 }
 

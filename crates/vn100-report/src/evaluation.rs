@@ -90,9 +90,9 @@ impl Evaluation {
     }
 
     /// Takes from the data sheet of a source what its record does not show of the values for a filter;
-    /// white noise with the most aliasing that is known of the stream. Nothing without a data sheet.
+    /// white noise with the most aliasing that is known of the stream.
     pub fn fill(&self, noise: &mut FilterNoise, result: &SourceResult) {
-        let Some(sheet) = self.sheet_of(result) else { return };
+        let Some(sheet) = self.sheet_of(result) else { return noise.lacks_datasheet() };
         let onboard = result.of(Quantity::AngularRate).first().and_then(|axis| axis.onboard);
         noise.fill(sheet, onboard.map_or(1.0, |onboard| onboard.window.white_factor().max(1.0)));
     }

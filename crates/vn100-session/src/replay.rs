@@ -111,7 +111,7 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
         biased;
         () = channels.stop.cancelled() => Err(StartError::Stopped),
         opened = spec.open() => opened.map_err(StartError::from).and_then(|capture| {
-            let is_unknown = capture.lacks_times && spec.settings.rate_hz.is_none();
+            let is_unknown = capture.lacks_times() && spec.settings.rate_hz.is_none();
             if is_unknown { Err(StartError::RateUnknown { refusal: None }) } else { Ok(capture) }
         }),
     };
@@ -154,6 +154,7 @@ fn publish_source(capture: &Capture, spec: &ReplaySpec, channels: &Channels) -> 
         kind: Some(kind(capture, &spec.name())),
         meta: capture.recorded.as_ref().and_then(|recorded| recorded_settings::conditions(&recorded.metadata)),
         name: spec.name(),
+        csv: capture.csv.clone(),
         stream: capture.topic.clone(),
         ..SourceFacts::default()
     };

@@ -67,13 +67,14 @@ pub(crate) fn measure(stream: Stream, progress: Progress<'_>) -> Measured {
             return not_started(facts, end, field, settings);
         }
     };
-    if capture.lacks_times && settings.rate_hz.is_none() {
+    if capture.lacks_times() && settings.rate_hz.is_none() {
         return rate_unknown(facts, None, settings);
     }
     let recorded = capture.recorded.clone();
     let facts = SourceFacts {
         kind: Some(capture.format.code()),
         meta: recorded.as_ref().and_then(|recorded| recorded_settings::conditions(&recorded.metadata)),
+        csv: capture.csv.clone(),
         stream: capture.topic.clone(),
         ..facts
     };

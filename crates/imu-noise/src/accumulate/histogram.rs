@@ -78,8 +78,9 @@ impl Histogram {
 
     /// The actual step between neighbouring values in counts, which need not be an integer: the even
     /// distance of values, or of clusters of them, each so frequent that one between them would have
-    /// occurred as well. `None` below two counts, because the printed digit is then the step, and if
-    /// the samples are too few, or too far apart, to show a step.
+    /// occurred as well; beside a single value of this kind the least distance of any two. `None` below
+    /// two bins, where the printed digit may be the step, and if the samples are too few, or too far
+    /// apart, to show a step.
     pub fn step_counts(&self) -> Option<f64> {
         self.values().map(|(_, step)| step)
     }
@@ -91,28 +92,42 @@ impl Histogram {
         /// Divisor of the frequency of the most frequent value: 2.35 standard deviations from the
         /// middle of normal noise.
         const CORE: u64 = 16;
-        /// The largest difference in counts between steps that rounding and rotated axes scatter.
+        /// The largest difference in bins between steps that rounding and rotated axes scatter.
         const EVEN: f64 = 1.25;
-        if self.width_log2 > 0 {
-            return None;
-        }
+        /// The least fraction of the samples in the core: normal noise has 0.98 there.
+        const MOST: f64 = 0.75;
+        let width = self.bin_width_counts() as i64;
         let frequent = |least: u64| self.bins().filter(|(_, frequency)| *frequency >= least).collect::<Vec<_>>();
         let mut core = frequent(LEAST.max(self.bins().map(|(_, frequency)| frequency).max()? / CORE));
         // if a step is wider than the noise, its core is one or two values
         if core.len() < 3 {
             core = frequent(LEAST);
         }
+        let samples = |bins: &[(i64, u64)]| bins.iter().map(|(_, frequency)| frequency).sum::<u64>() as f64;
+        // of fine values few are so frequent by chance, and most are beside them
+        if samples(&core) < MOST * self.total() as f64 {
+            return None;
+        }
+        // beside one value any other is a step away at least
+        if core.len() == 1 && width == 1 {
+            let step = Some(self.spacing_counts()).filter(|step| step.is_finite() && *step >= 2.0);
+            return step.map(|step| (core[0].0 as f64, step));
+        }
         let centre = |cluster: &[(i64, u64)]| {
             let sum: f64 = cluster.iter().map(|(count, frequency)| *count as f64 * *frequency as f64).sum();
-            sum / cluster.iter().map(|(_, frequency)| *frequency as f64).sum::<f64>()
+            sum / samples(cluster) + (width - 1) as f64 / 2.0
         };
-        let centres: Vec<f64> = core.chunk_by(|a, b| b.0 - a.0 == 1).map(centre).collect();
+        let clusters = || core.chunk_by(|a, b| b.0 - a.0 == width);
+        let centres: Vec<f64> = clusters().map(centre).collect();
         let (first, last) = (centres.first()?, centres.last()?);
         let steps = centres.len() - 1;
         let step = (last - first) / steps as f64;
-        let widest = core.chunk_by(|a, b| b.0 - a.0 == 1).map(<[_]>::len).max()? as f64;
-        let is_even = centres.windows(2).all(|pair| (pair[1] - pair[0] - step).abs() <= EVEN);
-        (steps >= 1 && step >= 2.0 && widest <= step / 2.0 && is_even).then_some((*first, step))
+        let widest = (clusters().map(<[_]>::len).max()? as i64 * width) as f64;
+        let is_even = centres.windows(2).all(|pair| (pair[1] - pair[0] - step).abs() <= EVEN * width as f64);
+        // two clusters that are wider than rounding scatters may be noise at two levels
+        let most_wide = if steps == 1 { (2 * width) as f64 } else { step / 2.0 };
+        let is_apart = steps >= 1 && step >= (2 * width) as f64 && widest <= most_wide;
+        (is_apart && is_even).then_some((*first, step))
     }
 
     /// Mean distance of the values that occur in the middle half of the samples: the step of the
@@ -142,7 +157,8 @@ impl Histogram {
     /// without samples, and if `most` is 0.
     pub fn bars(&self, most: usize) -> Option<HistogramBars> {
         let (lowest, highest) = (self.bins().next()?.0, self.bins().last()?.0);
-        let (origin, step) = self.values().unwrap_or((0.0, self.bin_width_counts() as f64));
+        let values = self.values();
+        let (origin, step) = values.unwrap_or((0.0, self.bin_width_counts() as f64));
         let number = |count: i64| ((count as f64 - origin) / step).round() as i64;
         let bars = |joined_log2: u32| ((number(highest) >> joined_log2) - (number(lowest) >> joined_log2) + 1) as usize;
         // two bars remain if the values lie on both sides of the origin
@@ -153,7 +169,7 @@ impl Histogram {
             counts[((number(lower) >> joined_log2) - first) as usize] += frequency;
         }
         // a bin of several counts begins at the lowest of them
-        let half = if self.width_log2 > 0 { 0.5 } else { step / 2.0 };
+        let half = values.map_or(0.5, |(_, step)| step / 2.0);
         Some(HistogramBars {
             first: origin + (first << joined_log2) as f64 * step - half,
             width: (1_u64 << joined_log2) as f64 * step,

@@ -368,8 +368,11 @@ fn pairs(steps_s: &[f64]) -> Option<f64> {
     let variation_s = varies(&one, one_s)?.max(varies(&other, other_s)?);
     // equal stamps belong to a coarse clock
     let equal = steps_s.iter().filter(|step_s| **step_s <= 0.0).count();
-    // steps that differ by a tick of a coarse clock come from one that is half a tick longer or shorter
-    let is_clock = COARSE_TICKS_S.iter().any(|tick_s| (difference_s / tick_s - 1.0).abs() < NEAR_SUM);
+    // steps that differ by a tick of a coarse clock come from one that is half a tick longer or shorter;
+    // of the ticks of digits both steps are multiples
+    let is_multiple = |tick_s: &&f64| (one_s / **tick_s - (one_s / **tick_s).round()).abs() <= ON_TICKS;
+    let mut ticks_s = COARSE_TICKS_S.iter().chain(OTHER_TICKS_S.iter().filter(is_multiple));
+    let is_clock = ticks_s.any(|tick_s| (difference_s / tick_s - 1.0).abs() < NEAR_SUM);
     let is_rule = difference_s > f64::max(PAIRED * period_s, 3.0 * variation_s) && steps_s.len() >= BLOCK;
     (is_rule && 20 * equal < steps_s.len() && !is_clock).then_some(period_s)
 }

@@ -99,7 +99,8 @@ fn stepping(step: f64, reach: i32, times: i32) -> Histogram {
 
 #[test]
 fn the_step_of_frequent_values_is_found() {
-    for step in [2.0, 2.5, 9.765_625, 152.0] {
+    // the last two in bins of several counts
+    for step in [2.0, 2.5, 9.765_625, 152.0, 1000.3, 61_035.156] {
         let found = stepping(step, 20, 10).step_counts().unwrap();
         assert!((found / step - 1.0).abs() < 0.03, "{found}, not {step}");
     }
@@ -115,8 +116,28 @@ fn the_step_of_frequent_values_is_found() {
     assert!((found - 10.0).abs() < 0.01, "{found}");
     assert_eq!(histogram(&[0, 7].repeat(100)).step_counts(), Some(7.0), "of two values their distance");
     assert_eq!(histogram(&[0, 7, 9].repeat(100)).step_counts(), None, "uneven");
-    assert_eq!(histogram(&[0, 1, MAX_BINS as i32].repeat(100)).step_counts(), None, "in wide bins");
+    let rare = [[5].repeat(1000), vec![66, 66, 127]].concat();
+    assert_eq!(histogram(&rare).step_counts(), Some(61.0), "beside one value");
+    assert_eq!(histogram(&[5].repeat(1000)).step_counts(), None, "one value");
+    let levels = [0, 1, 2, 1000, 1001, 1002].repeat(100);
+    assert_eq!(histogram(&levels).step_counts(), None, "noise at two levels");
+    let wide = [0, 1, MAX_BINS as i32].repeat(100);
+    assert_eq!(histogram(&wide).step_counts(), Some(f64::from(wide[2])), "of two bins their distance");
     assert_eq!(histogram(&[]).step_counts(), None);
+}
+
+proptest! {
+    /// Of fine values, whose step is a count, some are frequent by chance.
+    #[test]
+    fn values_that_are_frequent_by_chance_show_no_step(seed: u64, spread in 20_i32..4000, samples in 100_usize..20_000) {
+        let mut state = seed;
+        let mut below = |most: i32| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as i32 % most
+        };
+        let counts: Vec<i32> = (0..samples).map(|_| below(spread) + below(spread)).collect();
+        prop_assert_eq!(histogram(&counts).step_counts(), None);
+    }
 }
 
 #[test]

@@ -99,6 +99,18 @@ proptest! {
         prop_assert!(missing as usize <= samples / 100, "{missing} at {rate_hz} Hz");
     }
 
+    /// Its steps are one and the next number of ticks in turn, as those of pairs are.
+    #[test]
+    fn a_step_of_a_number_and_a_half_of_digits_is_no_pair(
+        whole in 1_u32..9, tick_s in prop::sample::select(vec![0.001, 0.1, 1.0]), off in -3e-4..3e-4_f64,
+        samples in 1500_usize..6000, phase in 0.0..1.0_f64,
+    ) {
+        let rate_hz = (1.0 + off) / (tick_s * (f64::from(whole) + 0.5));
+        let (found_hz, missing, changes, summary) = detected(&on_ticks(rate_hz, tick_s, samples, phase));
+        prop_assert!(is_near(found_hz, rate_hz, 0.002) && changes.is_empty(), "{found_hz:?} of {rate_hz}: {summary:?}");
+        prop_assert!(missing == 0, "{missing} at {rate_hz} Hz");
+    }
+
     #[test]
     fn a_repeated_stamp_hides_no_dropped_samples(
         rate_hz in rate(), lost in 0.03..0.4, kept in prop::collection::vec(0.0..1.0_f64, 2000..4000), repeated in any::<prop::sample::Index>(),

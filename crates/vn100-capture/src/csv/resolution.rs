@@ -102,7 +102,7 @@ impl Quantizer {
             channel.quantity == Quantity::Value && alone > 0.0 && alone < within && fit(within, 0.0).is_none();
         let (room, decimals) = if is_anchored { (alone, fit(alone, whole)) } else { (room, fit(within, 0.0)) };
         // a power of two has room for the range of the channel at least
-        let range = least_range(channel.quantity, largest / unit.scale);
+        let range = least_range(channel.quantity, largest / unit.scale, alone);
         // beyond the digits of a float a constant part has no counts
         let finest = if is_anchored { MOST_DIGITS as f64 / whole } else { f64::INFINITY };
         let counts_per_unit = match decimals {
@@ -163,10 +163,10 @@ impl Quantizer {
     }
 }
 
-/// The range that has counts in any case, of a channel with this largest value.
-fn least_range(quantity: Quantity, largest: f64) -> f64 {
+/// The range that has counts in any case, of a channel with this largest value and this room for a drift.
+fn least_range(quantity: Quantity, largest: f64, drift: f64) -> f64 {
     match quantity {
-        Quantity::Value => 0.0,
+        Quantity::Value => drift,
         Quantity::Angle => TURNS * largest,
         _ => largest,
     }
@@ -224,6 +224,17 @@ mod tests {
         // floats printed in full, of numbers with three decimals
         assert_eq!(decimals(&["-8.546899999999999409e+01", "7.497199999999999420e+01"], ANY), Some(3));
         assert_eq!((decimals(&["0.0", "0"], ANY), decimals(&[], ANY)), (Some(6), Some(6)));
+    }
+
+    #[test]
+    fn a_series_of_floats_has_room_for_a_drift_of_a_thousand_times_its_noise() {
+        for noise in [1e-12, 1e-3, 1e7] {
+            let number = |row: i32| f64::from(row.wrapping_mul(7919) % 101 - 50) / 49.7 * noise;
+            let found = quantizer((0..1000).map(|row| format!("{:.16e}", number(row))), ANY);
+            assert_eq!(found.decimals, None);
+            let drifted = found.count_of(1000.0 * noise).map(|count| f64::from(count) / found.counts_per_unit);
+            assert!(drifted.is_some_and(|drifted| (drifted / noise - 1000.0).abs() < 1e-5), "{noise}: {drifted:?}");
+        }
     }
 
     /// A constant part of any size, and digits beyond those of a float.

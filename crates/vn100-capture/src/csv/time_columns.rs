@@ -219,7 +219,10 @@ impl TimeSearch<'_> {
         let unit_ns = unit_ns.map_err(|ambiguous| {
             let column = &self.header.names[place];
             let reason = format!("the unit of the time stamps in column {column:?} is ambiguous: {ambiguous}");
-            let hint = OpenHint::StampUnit(format!("t={}:ms", self.header.argument(place)));
+            let [_, milli_ns, ..] = USUAL_NS;
+            let likely_ns = unit_of(&stamps).ok().or(name.unit_ns).unwrap_or(milli_ns);
+            let likely = StampForm::Unit(likely_ns).name();
+            let hint = OpenHint::StampUnit(format!("t={}:{likely}", self.header.argument(place)));
             Unusable::certain(reason).with_hint(hint)
         })?;
         Ok(StampForm::Unit(unit_ns))

@@ -185,12 +185,25 @@ impl FilterNoise {
             let term = value.term;
             if let Ok(known) = printed(sheet, value.sensor, term, aliasing) {
                 let (name, sheet) = (name_of(value.sensor, term), printable(&sheet.name));
-                self.remarks.push((term, format!("not measured, from the data sheet of {sheet}: {name}")));
+                let aliased = match term {
+                    Term::White if aliasing > 1.0 => format!(", {aliasing:.3} times the printed one by aliasing"),
+                    Term::White => ", as printed: what aliases in this stream is not known".into(),
+                    _ => String::new(),
+                };
+                self.remarks.push((term, format!("not measured, from the data sheet of {sheet}: {name}{aliased}")));
                 if term == Term::RateRandomWalk && !self.remarks.iter().any(|(_, remark)| remark == SHEET_WALK) {
                     self.remarks.push((term, SHEET_WALK.into()));
                 }
                 value.found = Ok(known);
             }
+        }
+    }
+
+    /// No data sheet is known that would give what a record does not show: one is to be named.
+    pub(crate) fn lacks_datasheet(&mut self) {
+        for missing in self.values.iter_mut().filter_map(|value| value.found.as_mut().err()) {
+            missing.remedies.retain(|remedy| *remedy != Remedy::FillFromDatasheet);
+            missing.remedies.push(Remedy::GiveDatasheet);
         }
     }
 

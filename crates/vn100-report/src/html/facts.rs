@@ -75,11 +75,15 @@ fn capture(record: &SourceResult, program: Program<'_>) -> Vec<Row> {
         let rejected = csv.rejected.iter().map(|rows| format!("{} ({})", grouped(rows.count), rows.reason));
         let absent = csv.absent.iter().map(|absent| format!("{} in {} rows", absent.channel, grouped(absent.total())));
         let left_out = csv.left_out.iter().map(|column| format!("{}: {}", column.name, column.reason));
-        rows.extend([
+        let counts = [
             fact("Lines", format!("{}, {} rows used", grouped(csv.lines), grouped(csv.rows))),
-            or_not_recorded("Times of column", csv.times.clone()),
             fact("Rejected rows", listed(rejected)),
             fact("Missing values", listed(absent)),
+        ];
+        // they are counted at the end of the file
+        rows.extend(counts.into_iter().filter(|_| csv.lines > 0));
+        rows.extend([
+            or_not_recorded("Times of column", csv.times.clone()),
             fact("Columns not used", listed(csv.ignored_columns.iter().cloned().chain(left_out))),
         ]);
     }

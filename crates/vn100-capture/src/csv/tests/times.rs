@@ -102,9 +102,16 @@ fn a_stated_unit_is_not_replaced_by_a_likelier_one() {
         assert_eq!(stamps.get(1), Some(&second_ns), "{name}");
         assert!(name != "time_ms" || stamps[799] == 1_900_000_000);
     }
-    for (name, step) in [("t [s]", 25_000.0), ("t [ms]", 2.5e-6), ("t", 2.5e-6)] {
-        let error = plan(rows(name, &|row| format!("{:.9}", step * f64::from(row))), None).unwrap_err();
-        assert_eq!(error.hint(), Some(&OpenHint::StampUnit(format!("t={name}:ms"))), "{step}");
+    // the unit that is advised is one that is possible, if there is any
+    for (name, start, step, likely) in [
+        ("t [s]", 0.0, 25_000.0, "us"),
+        ("t [ms]", 0.0, 2.5e-6, "ms"),
+        ("t", 0.0, 2.5e-6, "ms"),
+        ("t [ms]", 1.7e9, 0.05, "s"),
+        ("t [us]", 1.7e18, 25e6, "ns"),
+    ] {
+        let error = plan(rows(name, &|row| format!("{:.9}", start + step * f64::from(row))), None).unwrap_err();
+        assert_eq!(error.hint(), Some(&OpenHint::StampUnit(format!("t={name}:{likely}"))), "{step}");
     }
 }
 
