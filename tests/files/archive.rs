@@ -181,7 +181,16 @@ fn an_interrupted_archive_keeps_the_rows_it_has() {
     let pipe = folder.path().join("in/endless.vnimu");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     let mut command = vn100();
-    command.current_dir(folder.path()).args(["archive", "in", "--rate", "40", "-q", "-o", "rows.jsonl"]);
+    command.current_dir(folder.path()).args([
+        "archive",
+        "in",
+        "in/endless.vnimu",
+        "--rate",
+        "40",
+        "-q",
+        "-o",
+        "rows.jsonl",
+    ]);
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     // it is opened when the pipe is read
     let mut writer = fs::File::options().write(true).open(&pipe).unwrap();
