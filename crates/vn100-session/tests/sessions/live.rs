@@ -17,10 +17,10 @@ use tokio::time;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{End, EndKind, LinkStatus, Settings};
 use vn100_capture::{Event, RecordError, RecordingReader, Rotation};
-use vn100_driver::{ConfigureError, LinkState, OutputSettings};
+use vn100_driver::{ConfigureError, LinkState, OutputLeft, OutputSettings};
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamInput};
 use vn100_session::{
-    Command, LiveError, LiveSource, LiveSpec, OutputLeft, RateEvent, RecordingSpec, ReplaySpec, Session, SessionEvent,
+    Command, LiveError, LiveSource, LiveSpec, RateEvent, RecordingSpec, ReplaySpec, Session, SessionEvent,
     SessionResult, SetupError, SourceState, Stage, StartError, WallLimits,
 };
 
