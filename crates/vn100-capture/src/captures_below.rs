@@ -9,8 +9,9 @@ use std::{
 use crate::{detect_format::is_capture_ending, unpack::PACKED_ENDINGS};
 
 /// All captures below `path`, sorted by name: files by their endings, and the folders of ROS 2 bags;
-/// hidden files and folders are skipped. A `path` that is a file is always in the list, under any
-/// name. A folder that cannot be listed is in the list as well, so that opening it gives the reason.
+/// hidden files and folders are skipped, and pipes and devices. A `path` that is no folder is always
+/// in the list. A folder that cannot be listed is in the list as well, so that opening it gives the
+/// reason.
 pub fn captures_below(path: &Path) -> Vec<PathBuf> {
     let mut captures = Vec::new();
     add(path, true, &mut Vec::new(), &mut captures);
@@ -31,7 +32,9 @@ fn add(path: &Path, is_named: bool, above: &mut Vec<PathBuf>, captures: &mut Vec
     }
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     let is_known = |ending: String| is_capture_ending(&ending) || PACKED_ENDINGS.contains(&&*ending);
-    if is_named || path.is_dir() || ending.is_some_and(is_known) {
+    // the opening of a pipe waits for its writer, perhaps for ever
+    let is_stored = fs::metadata(path).map_or(true, |entry| entry.is_file());
+    if is_named || path.is_dir() || is_stored && ending.is_some_and(is_known) {
         captures.push(path.to_owned());
     }
 }
@@ -76,5 +79,16 @@ mod tests {
         std::os::unix::fs::symlink(place("in"), place("in/deep/loop")).unwrap();
         std::os::unix::fs::symlink(place("other"), place("in/link")).unwrap();
         assert_eq!(captures_below(&place("in")), [place("in/link/a.bin")]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn only_what_is_stored_is_a_capture_unless_it_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = |name: &str| folder.path().join(name);
+        let _socket = std::os::unix::net::UnixListener::bind(place("live.csv")).unwrap();
+        std::os::unix::fs::symlink(place("none"), place("lost.csv")).unwrap();
+        assert_eq!(captures_below(folder.path()), [place("lost.csv")]);
+        assert_eq!(captures_below(&place("live.csv")), [place("live.csv")]);
     }
 }

@@ -109,8 +109,17 @@ impl<R: Read> McapRecords<R> {
     /// returned.
     ///
     /// # Errors
-    /// If the file cannot be read or is damaged. No valid record follows.
+    /// If the file cannot be read, is damaged, or has another one after its end. No valid record
+    /// follows.
     pub(crate) fn advance(&mut self) -> io::Result<Next> {
+        let next = self.next_record()?;
+        if next == Next::End {
+            self.check_end()?;
+        }
+        Ok(next)
+    }
+
+    fn next_record(&mut self) -> io::Result<Next> {
         loop {
             if let Some(next) = self.advance_in_chunk()? {
                 return Ok(next);
@@ -141,6 +150,19 @@ impl<R: Read> McapRecords<R> {
                 _ => return Ok(Next::Record(opcode)),
             }
         }
+    }
+
+    /// Checks that no second file follows, as after `cat`.
+    fn check_end(&mut self) -> io::Result<()> {
+        // a damaged summary is no error, as nothing of it is needed
+        while matches!(self.next_record(), Ok(Next::Record(opcode)) if opcode != op::FOOTER) {}
+        self.fill(2 * mcap::MAGIC.len())?;
+        let rest = &self.buffer[self.next..self.filled];
+        if rest.strip_prefix(mcap::MAGIC).is_some_and(|rest| rest.starts_with(mcap::MAGIC)) {
+            let problem = "another MCAP file follows the end of this one and is not read: keep each in its own file";
+            return Err(io::Error::new(ErrorKind::InvalidData, problem));
+        }
+        Ok(())
     }
 
     /// The content of the last record.

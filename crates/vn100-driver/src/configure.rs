@@ -85,8 +85,8 @@ pub enum ConfigureError {
         /// The changes that were made before and are restored.
         undone: Vec<Change>,
     },
-    /// A change that was made, or may have been made, could not be restored; or the output may be paused.
-    #[error("{cause}; the sensor {} changed: {}", if *is_read { "stays" } else { "may stay" }, list(changes, *may_be_paused))]
+    /// A change that was made, or may have been made, could not be restored, or the output.
+    #[error("{cause}; the sensor {} changed: {}", if *is_read { "stays" } else { "may stay" }, list(changes, *output))]
     Left {
         /// The reason why the sensor is not set as requested.
         cause: Box<ConfigureError>,
@@ -94,13 +94,36 @@ pub enum ConfigureError {
         changes: Vec<Change>,
         /// Whether these changes were read from the sensor.
         is_read: bool,
-        /// Whether the output may still be paused: the command to resume it failed.
-        may_be_paused: bool,
+        /// The possible state of the output if the command to restore it failed.
+        output: Option<OutputLeft>,
     },
 }
 
-fn list(changes: &[Change], may_be_paused: bool) -> String {
-    let output = may_be_paused.then(|| "its output, which may be paused".into());
+/// The output of a sensor if it may differ from the state in which it was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OutputLeft {
+    /// The output may be on, and was found paused.
+    On,
+    /// The output may be paused, and was found on.
+    MaybePaused,
+}
+
+impl OutputLeft {
+    /// The state after the command to restore the output; `None` if the command succeeded.
+    const fn after(is_restored: bool, was_paused: bool) -> Option<Self> {
+        match (is_restored, was_paused) {
+            (true, _) => None,
+            (false, true) => Some(Self::On),
+            (false, false) => Some(Self::MaybePaused),
+        }
+    }
+}
+
+fn list(changes: &[Change], output: Option<OutputLeft>) -> String {
+    let output = output.map(|output| match output {
+        OutputLeft::On => "its output, which may be on".into(),
+        OutputLeft::MaybePaused => "its output, which may be paused".into(),
+    });
     let list: Vec<_> = changes.iter().map(ToString::to_string).chain(output).collect();
     list.join(", ")
 }
@@ -134,7 +157,7 @@ pub async fn configure(
     // also if nothing was written; awaited because the caller may close the link next
     let is_as_found = !touched || link.request(SensorCommand::Async(!was_paused)).await.is_ok();
     let unrestored = if is_back { &[] } else { &*changes };
-    Err(match with_left(link, cause, unrestored, !is_as_found && !was_paused).await {
+    Err(match with_left(link, cause, unrestored, OutputLeft::after(is_as_found, was_paused)).await {
         ConfigureError::Interrupted { .. } => ConfigureError::Interrupted { undone: changes },
         error => error,
     })
@@ -266,9 +289,9 @@ pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), Config
     let was_paused = is_paused(link).await.unwrap_or(false);
     let back = write_back(link, changes).await;
     let output = link.request(SensorCommand::Async(!was_paused)).await;
-    let may_be_paused = output.is_err() && !was_paused;
+    let left = OutputLeft::after(output.is_ok(), was_paused);
     let Err(cause) = back.and(output.map(drop).map_err(ConfigureError::from)) else { return Ok(()) };
-    Err(with_left(link, cause, changes, may_be_paused).await)
+    Err(with_left(link, cause, changes, left).await)
 }
 
 /// Writes the former values if the registers differ from them, and leaves the output paused.
@@ -289,7 +312,7 @@ async fn with_left(
     link: &LinkHandle,
     cause: ConfigureError,
     changes: &[Change],
-    may_be_paused: bool,
+    output: Option<OutputLeft>,
 ) -> ConfigureError {
     let (mut left, mut is_read) = (Vec::new(), true);
     for change in changes {
@@ -301,10 +324,10 @@ async fn with_left(
             left.push(change.clone());
         }
     }
-    if left.is_empty() && !may_be_paused {
+    if left.is_empty() && output.is_none() {
         return cause;
     }
-    ConfigureError::Left { cause: Box::new(cause), changes: left, is_read, may_be_paused }
+    ConfigureError::Left { cause: Box::new(cause), changes: left, is_read, output }
 }
 
 /// Whether the output of the sensor is paused: it is set to send, but sends nothing.

@@ -44,7 +44,7 @@ mod serial;
 mod shared_port;
 mod tcp;
 
-pub use configure::{ConfigureError, Configured, configure, restore};
+pub use configure::{ConfigureError, Configured, OutputLeft, configure, restore};
 pub use connect::{Connect, ConnectError, Connection, PortProblem, available_ports, other_program_on};
 pub use link::{CommandError, LinkHandle, LinkOptions, LinkState, Up};
 pub use link_error::LinkHint;

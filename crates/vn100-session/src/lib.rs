@@ -52,7 +52,7 @@ pub use recording::RecordingSpec;
 pub use replay::ReplaySpec;
 pub use sample_tap::SampleTap;
 pub use session::Session;
-pub use session_event::{OutputLeft, SessionEvent};
+pub use session_event::SessionEvent;
 pub use session_result::SessionResult;
 pub use start_error::{LiveError, OtherMessage, SetupError, StartError};
 pub use state::{SourceState, Stage, link_facts};

@@ -2,12 +2,12 @@
 
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::protocol::{Register, SensorCommand};
-use vn100_driver::{Change, ConfigureError, Configured, LinkHandle, OutputSettings, configure, restore};
+use vn100_driver::{Change, ConfigureError, Configured, LinkHandle, OutputLeft, OutputSettings, configure, restore};
 
 use crate::{
     channels::Channels,
     live_source::LiveSource,
-    session_event::{OutputLeft, SessionEvent},
+    session_event::SessionEvent,
     start_error::{LiveError, SetupError},
 };
 
@@ -15,9 +15,8 @@ use crate::{
 pub(crate) struct SensorSetup {
     pub(crate) changes: Vec<Change>,
     serial: Option<String>,
-    was_paused: bool,
-    /// Whether this session paused the output and may not have resumed it.
-    may_be_paused: bool,
+    /// The output, if this session has to restore it.
+    output: Option<OutputLeft>,
 }
 
 impl SensorSetup {
@@ -36,7 +35,7 @@ impl SensorSetup {
             Ok((configured, serial)) => {
                 let Configured { changes, was_paused, .. } = configured.clone();
                 channels.report(SessionEvent::SensorConfigured(configured));
-                Ok(Self { changes, serial, was_paused, may_be_paused: false })
+                Ok(Self { changes, serial, output: was_paused.then_some(OutputLeft::On) })
             }
             Err(SetupError::Live(LiveError::Stopped)) => Ok(Self::default()),
             Err(SetupError::Configure(ConfigureError::Interrupted { undone })) => {
@@ -46,10 +45,10 @@ impl SensorSetup {
                 Ok(Self::default())
             }
             // restored once more, over another link
-            Err(SetupError::Configure(ConfigureError::Left { cause, changes, may_be_paused, .. }))
+            Err(SetupError::Configure(ConfigureError::Left { cause, changes, output, .. }))
                 if matches!(*cause, ConfigureError::Interrupted { .. }) =>
             {
-                Ok(Self { changes, may_be_paused, ..Self::default() })
+                Ok(Self { changes, output, ..Self::default() })
             }
             Err(error) => Err(error),
         }
@@ -57,29 +56,17 @@ impl SensorSetup {
 
     /// Restores the settings. Returns whether the sensor is as it was before.
     pub(crate) async fn undo(self, source: &LiveSource, known_serial: Option<&str>, channels: &Channels) -> bool {
-        let Self { changes, serial, was_paused, may_be_paused } = self;
-        if changes.is_empty() && !was_paused && !may_be_paused {
+        let Self { changes, serial, output } = self;
+        if changes.is_empty() && output.is_none() {
             return true;
         }
         // a stop does not interrupt this; only the end of the process does
-        let undo = async |link: LinkHandle| {
-            let restored = restore_same(&link, &changes, serial.as_deref()).await;
-            let is_other = matches!(restored, Err(SetupError::AnotherSensor { .. }));
-            if (was_paused || may_be_paused) && !is_other {
-                let output = link.request(SensorCommand::Async(!was_paused)).await;
-                return restored.and(output.map(|_| ()).map_err(Into::into));
-            }
-            restored
-        };
+        let undo = async |link: LinkHandle| restore_same(&link, &changes, output, serial.as_deref()).await;
         let undone = source.with_link(known_serial, &CancellationToken::new(), undo).await;
         let is_restored = undone.is_ok();
         channels.report(match undone {
-            Ok(()) => SessionEvent::SettingsRestored { output_paused: was_paused },
-            Err(error) => {
-                let maybe_paused = may_be_paused.then_some(OutputLeft::MaybePaused);
-                let output = if was_paused { Some(OutputLeft::On) } else { maybe_paused };
-                SessionEvent::SettingsNotRestored { error, changes, output }
-            }
+            Ok(()) => SessionEvent::SettingsRestored { output_paused: output == Some(OutputLeft::On) },
+            Err(error) => SessionEvent::SettingsNotRestored { error, changes, output },
         });
         is_restored
     }
@@ -91,12 +78,20 @@ async fn serial(link: &LinkHandle) -> Option<String> {
     contents.ok().flatten().map(|contents| contents.fields.to_string())
 }
 
-/// Restores the settings; another sensor on the port is left as it is.
-async fn restore_same(link: &LinkHandle, changes: &[Change], known: Option<&str>) -> Result<(), SetupError> {
+/// Restores the settings and the output; another sensor on the port is left as it is.
+async fn restore_same(
+    link: &LinkHandle,
+    changes: &[Change],
+    output: Option<OutputLeft>,
+    known: Option<&str>,
+) -> Result<(), SetupError> {
     if let (Some(known), Some(now)) = (known, serial(link).await)
         && now != known
     {
         return Err(SetupError::AnotherSensor { now, known: known.to_owned() });
     }
-    Ok(restore(link, changes).await?)
+    let restored = restore(link, changes).await.map_err(SetupError::from);
+    let Some(output) = output else { return restored };
+    let output = link.request(SensorCommand::Async(output == OutputLeft::MaybePaused)).await;
+    restored.and(output.map(drop).map_err(SetupError::from))
 }

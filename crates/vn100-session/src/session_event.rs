@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use vn100_driver::{Change, Configured};
+use vn100_driver::{Change, Configured, OutputLeft};
 
 use crate::{
     command::CommandRefusal,
@@ -56,13 +56,4 @@ pub enum SessionEvent {
     },
     /// A command had no effect, for this reason.
     Refused(CommandRefusal),
-}
-
-/// The output of a sensor whose settings could not be restored.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OutputLeft {
-    /// The output is on, and was found paused.
-    On,
-    /// The output may be paused, and was found on.
-    MaybePaused,
 }

@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use vn100_analysis::RateChange;
 use vn100_capture::with_causes;
-use vn100_driver::Configured;
+use vn100_driver::{Configured, OutputLeft};
 use vn100_report::{numbers::plain::time, printable};
-use vn100_session::{CommandRefusal, OutputLeft, RateEvent, SessionEvent, SetupError};
+use vn100_session::{CommandRefusal, RateEvent, SessionEvent, SetupError};
 
 const RESTORED: &str = "settings restored";
 

@@ -248,6 +248,9 @@ fn record<W: Write>(
     let mut oldest_unflushed_ns: Option<i64> = None;
     while let Some(input) = inputs.blocking_recv() {
         if let Some(begun) = next_part.as_mut().and_then(|next_part| next_part(&input)) {
+            // all before it is in the file, also if no part can begin
+            writer.flush()?;
+            states.send_modify(|state| state.bytes = bytes);
             let (path, part) = begun?;
             sync(&std::mem::replace(&mut writer, part).finish(Some(CONTINUED))?)?;
             states.send_modify(|state| state.path = path);

@@ -311,6 +311,18 @@ async fn a_part_bears_its_name_only_with_its_identity() {
 }
 
 #[tokio::test]
+async fn no_part_follows_the_one_with_the_largest_number() {
+    let (folder, path) = place();
+    let begin = || Recorder::in_parts(&path, &conditions("ada"), Rotation::Bytes(20), true);
+    record(begin().unwrap(), &[read(SECOND_NS)], "stopped").await;
+    let last = format!("day.{}.mcap", u32::MAX);
+    fs::rename(folder.path().join("day.0001.mcap"), folder.path().join(&last)).unwrap();
+    let error = begin().unwrap_err().to_string();
+    assert!(error.contains(&last) && error.contains("choose another name"), "{error}");
+    assert_eq!(files(&folder), [last]);
+}
+
+#[tokio::test]
 async fn only_a_part_that_is_cut_is_a_loss_of_the_link_to_the_next() {
     let (folder, path) = place();
     let recorder = Recorder::in_parts(&path, &conditions("ada"), Rotation::Bytes(20), true).unwrap();

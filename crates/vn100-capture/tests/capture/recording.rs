@@ -366,6 +366,18 @@ fn a_wrong_checksum_of_a_chunk_is_damage() {
 }
 
 #[test]
+fn a_second_file_after_the_end_is_not_lost_in_silence() {
+    for file in [recording(&session()), repacked(Some("zstd"), 300, true)] {
+        let (read, error) = inputs_to_error(&[&file[..], &file].concat());
+        assert_eq!(read, session());
+        assert!(error.is_some_and(|error| error.contains("another MCAP file follows the end of this one")));
+        // anything else after the end is not of this file
+        let (read, error) = inputs_to_error(&[&file[..], &[0; 4096]].concat());
+        assert_eq!((read, error), (session(), None));
+    }
+}
+
+#[test]
 fn another_programs_file_is_refused_by_its_topics() {
     let mut other = mcap::Writer::new(Cursor::new(Vec::new())).unwrap();
     for topic in ["/imu/data", "/tf"] {

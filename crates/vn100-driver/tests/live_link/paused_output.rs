@@ -5,7 +5,9 @@ use std::time::Duration;
 use crate::support::{LINE, Link, Sensor, Told, packet};
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{ConfigureError, Configured, LinkOptions, LinkState, OutputSettings, configure, restore};
+use vn100_driver::{
+    ConfigureError, Configured, LinkOptions, LinkState, OutputLeft, OutputSettings, configure, restore,
+};
 use vn100_protocol::SensorCommand;
 use vn100_protocol::stream::LinkEventKind;
 
@@ -211,6 +213,27 @@ async fn told_to_stop_at_any_time_it_leaves_the_output_paused() {
             assert_eq!((&world.registers[&7], world.streams), (&rate.to_string(), streams), "{after:?}: {told:?}");
         }
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_output_that_cannot_be_paused_again_is_reported() {
+    let sensor = paused(40);
+    let mut link = up(&sensor).await;
+    let handle = link.handle.clone();
+    let settings = OutputSettings { rate_hz: Some(40), ..OutputSettings::default() };
+    let stop = CancellationToken::new();
+    let stopping = stop.clone();
+    let work = tokio::spawn(async move { configure(&handle, &settings, &stopping).await });
+    // its output is on, and counted
+    link.run(ms(3000)).await;
+    assert!(sensor.world().streams);
+    sensor.world().answers = false;
+    stop.cancel();
+    link.run(ms(10_000)).await;
+    let error = work.await.unwrap().unwrap_err();
+    assert!(matches!(error, ConfigureError::Left { output: Some(OutputLeft::On), .. }), "{error:?}");
+    assert!(error.to_string().ends_with("changed: its output, which may be on"), "{error}");
+    link.stop().await;
 }
 
 #[tokio::test(start_paused = true)]

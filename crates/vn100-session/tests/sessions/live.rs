@@ -17,10 +17,10 @@ use tokio::time;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{End, EndKind, LinkStatus, Settings};
 use vn100_capture::{Event, RecordError, RecordingReader, Rotation};
-use vn100_driver::{ConfigureError, LinkState, OutputSettings};
+use vn100_driver::{ConfigureError, LinkState, OutputLeft, OutputSettings};
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamInput};
 use vn100_session::{
-    Command, LiveError, LiveSource, LiveSpec, OutputLeft, RateEvent, RecordingSpec, ReplaySpec, Session, SessionEvent,
+    Command, LiveError, LiveSource, LiveSpec, RateEvent, RecordingSpec, ReplaySpec, Session, SessionEvent,
     SessionResult, SetupError, SourceState, Stage, StartError, WallLimits,
 };
 
@@ -199,6 +199,14 @@ async fn a_mark_is_at_its_place_in_the_recording() {
     session.commands.send(Command::Stop).await.unwrap();
     let (result, events) = ended(session).await;
     assert!(events.is_empty(), "{events:?}");
+    let marks = marks(result);
+    let [(text, before)] = &marks[..] else { panic!("{marks:?}") };
+    assert_eq!(text, "the door");
+    assert!((40..60).contains(&(before / LINE.len())), "{marks:?}");
+}
+
+/// The marks in the recording of a session, each with the bytes before it.
+fn marks(result: SessionResult) -> Vec<(String, usize)> {
     let file = std::fs::File::open(result.recording.unwrap().path).unwrap();
     let mut reader = RecordingReader::open(file).unwrap();
     let (mut bytes, mut marks) = (0, Vec::new());
@@ -209,9 +217,21 @@ async fn a_mark_is_at_its_place_in_the_recording() {
             StreamInput::Link(_) => {}
         }
     }
-    let [(text, before)] = &marks[..] else { panic!("{marks:?}") };
-    assert_eq!(text, "the door");
-    assert!((40..60).contains(&(before / LINE.len())), "{before} of {bytes} bytes");
+    marks
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_mark_just_before_the_end_is_kept() {
+    let folder = TempDir::new().unwrap();
+    let sensor = sensor();
+    let mut session = Session::live(LiveSpec { recording: recording(&folder), ..of(&sensor) });
+    until(&mut session, |state| state.snapshot.timing.samples >= 40).await;
+    session.commands.send(Command::Mark("the end".into())).await.unwrap();
+    session.commands.send(Command::Stop).await.unwrap();
+    let (result, events) = ended(session).await;
+    assert!(events.is_empty(), "{events:?}");
+    let marks = marks(result);
+    assert!(matches!(&marks[..], [(text, _)] if text == "the end"), "{marks:?}");
 }
 
 #[tokio::test(start_paused = true)]

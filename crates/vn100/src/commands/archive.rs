@@ -143,8 +143,9 @@ async fn measure_all(
     });
     let (total, mut written) = (captures.len(), 0);
     let mut completion = output.as_ref().map_or(Completion::Complete, |rows| rows.completion());
-    if let Some(rows) = output.as_ref().filter(|_| total == 0) {
-        report(&rows.kept_in_words());
+    // a failure among them is one of this run too
+    if let Some(rows) = output.as_ref().filter(|_| total == 0 || completion != Completion::Complete) {
+        report(&format!("{}{}", if total == 0 { "nothing new: " } else { "" }, rows.kept_in_words()));
     }
     let mut captures = captures.into_iter();
     let mut started: VecDeque<JoinHandle<Result<Found>>> = VecDeque::new();

@@ -65,7 +65,11 @@ impl Parts {
             begun_ns: None,
             bytes: 0,
         };
-        let (path, mut writer) = parts.open().map_err(failed)?;
+        let (path, mut writer) = parts.open().map_err(|source| match source.kind() {
+            // no part follows the one with the largest number
+            ErrorKind::AlreadyExists => RecordError::Exists(part_path(recording, number)),
+            _ => failed(source),
+        })?;
         if let Some(interruption) = before.end.as_ref().and_then(RecordingEnd::interruption) {
             writer.write(&StreamInput::Link(interruption)).and_then(|()| writer.flush()).map_err(failed)?;
         }

@@ -169,6 +169,26 @@ async fn a_full_disk_stops_a_recording_in_parts_and_keeps_what_it_took() {
 }
 
 #[tokio::test]
+async fn all_before_a_part_that_cannot_begin_is_kept_and_counted() {
+    let disk = Disk { room: usize::MAX, ..Disk::default() };
+    let mut inputs = 0;
+    let next_part = move |_: &StreamInput| {
+        inputs += 1;
+        (inputs == 10).then(|| Err(ErrorKind::AlreadyExists.into()))
+    };
+    let recorder = start_in_parts(disk.clone(), Some(Box::new(next_part))).unwrap();
+    // within less than the time between two flushes
+    let reads: Vec<StreamInput> = (0..20).map(near_read).collect();
+    for read in &reads {
+        let _ = recorder.inputs().send(read.clone()).await;
+    }
+    let state = recorder.finish("done").await;
+    assert_eq!(state.error.unwrap().kind(), ErrorKind::AlreadyExists);
+    assert_eq!(replay(&disk), reads[..9]);
+    assert_eq!(state.bytes, reads[..9].iter().map(length).sum::<usize>() as u64);
+}
+
+#[tokio::test]
 async fn a_record_that_a_full_disk_tore_is_never_repaired_with_something_else() {
     // more than the buffer holds within a second, so that a write fails in the middle of a record
     for length in 60..160 {

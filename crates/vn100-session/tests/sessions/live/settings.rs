@@ -58,6 +58,25 @@ async fn an_output_that_was_found_paused_is_paused_again() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn an_output_that_could_not_be_paused_again_is_paused_over_another_link() {
+    let sensor = sensor();
+    sensor.world().streams = false;
+    let spec = LiveSpec { output: rate(40), ..of(&sensor) };
+    let stop = spec.stop.clone();
+    let session = Session::live(spec);
+    // its output is on, and counted
+    time::sleep(Duration::from_secs(3)).await;
+    assert!(sensor.world().streams);
+    sensor.world().answers = false;
+    stop.cancel();
+    time::sleep(Duration::from_secs(2)).await;
+    sensor.world().answers = true;
+    let (result, events) = ended(session).await;
+    assert!(matches!(events[..], [SessionEvent::SettingsRestored { output_paused: true }]), "{events:?}");
+    assert!(result.is_restored && !sensor.world().streams);
+}
+
+#[tokio::test(start_paused = true)]
 async fn an_output_that_the_link_resumed_is_paused_again_at_its_end() {
     let sensor = sensor();
     sensor.world().streams = false;
@@ -69,19 +88,25 @@ async fn an_output_that_the_link_resumed_is_paused_again_at_its_end() {
 
 #[tokio::test(start_paused = true)]
 async fn another_sensor_on_the_port_is_unchanged() {
-    let sensor = sensor();
-    sensor.world().registers.insert(3, "100".into());
-    let mut session = Session::live(LiveSpec { output: rate(20), ..of(&sensor) });
-    until(&mut session, |state| state.snapshot.timing.samples > 20).await;
-    sensor.world().registers.insert(3, "200".into());
-    session.commands.send(Command::Stop).await.unwrap();
-    let (result, events) = ended(session).await;
-    let [_, SessionEvent::SettingsNotRestored { error: SetupError::AnotherSensor { now, known }, .. }] = &events[..]
-    else {
-        panic!("{events:?}")
-    };
-    assert_eq!((now.as_str(), known.as_str(), result.is_restored), ("200", "100", false));
-    assert_eq!(sensor.world().registers[&7], "20");
+    for was_on in [true, false] {
+        let sensor = sensor();
+        sensor.world().registers.insert(3, "100".into());
+        sensor.world().streams = was_on;
+        let mut session = Session::live(LiveSpec { output: rate(20), ..of(&sensor) });
+        until(&mut session, |state| state.snapshot.timing.samples > 20).await;
+        sensor.world().registers.insert(3, "200".into());
+        let written = sensor.world().written.len();
+        session.commands.send(Command::Stop).await.unwrap();
+        let (result, events) = ended(session).await;
+        let [_, SessionEvent::SettingsNotRestored { error: SetupError::AnotherSensor { now, known }, .. }] =
+            &events[..]
+        else {
+            panic!("{events:?}")
+        };
+        assert_eq!((now.as_str(), known.as_str(), result.is_restored), ("200", "100", false));
+        let world = sensor.world();
+        assert!(world.written[written..].iter().all(|(_, bytes)| bytes.starts_with(b"$VNRRG,")), "{:?}", world.written);
+    }
 }
 
 #[tokio::test(start_paused = true)]

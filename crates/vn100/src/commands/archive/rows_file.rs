@@ -100,7 +100,7 @@ impl RowsFile {
         let rows = self.kept.iter().map(|(rows, _)| *rows as u64).sum();
         let failed = self.kept.iter().filter(|(_, completion)| *completion != Completion::Complete).count();
         let end = if failed == 0 { String::new() } else { format!("; {failed} of them did not succeed") };
-        format!("nothing new: {} kept of {}{end}", counted(rows, "row"), counted(self.kept.len() as u64, "file"))
+        format!("{} kept of {}{end}", counted(rows, "row"), counted(self.kept.len() as u64, "file"))
     }
 
     pub(super) fn holds(&self, path: &str) -> bool {
