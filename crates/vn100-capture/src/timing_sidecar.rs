@@ -102,6 +102,13 @@ impl Sidecar {
         self.fault(ErrorKind::UnexpectedEof, &format!("{problem}, {excluded}"))
     }
 
+    /// The error if the capture ends before the read at `offset`.
+    fn outlasts(&self, offset: u64, capture_bytes: u64) -> io::Error {
+        let problem =
+            format!("line {} is a read at byte {offset}, but the capture was cut at byte {capture_bytes}", self.line);
+        self.fault(ErrorKind::UnexpectedEof, &problem)
+    }
+
     fn fault(&self, kind: ErrorKind, problem: &str) -> io::Error {
         let path = self.path.display();
         io::Error::new(
@@ -152,7 +159,10 @@ impl<R: Read + Send + 'static> FileReader for BytesReader<R> {
             }
         }
         let buffered = match self.reader.fill_buf() {
-            Ok([]) => return Ok(None),
+            Ok([]) => {
+                let lost = self.sidecar.as_ref().zip(self.next);
+                return lost.map_or(Ok(None), |(sidecar, read)| Err(sidecar.outlasts(read.offset, self.offset)));
+            }
             Ok(buffered) => buffered,
             Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(Some(Vec::new())),
             Err(error) => return Err(error),
@@ -247,9 +257,12 @@ mod tests {
         }
         // for several reads at one offset, which returned nothing, the last counts
         assert_eq!(stamped(&LINE.repeat(2), "10,0\n20,122\n30,122\n"), (vec![10, 30], None));
-        // nothing is read after the end
-        assert_eq!(stamped(LINE, "10,0\n20,122\n30,500\n"), (vec![10], None));
-        assert_eq!(stamped(LINE, "10,0\n20,18446744073709551615\n"), (vec![10], None));
+        // a read after the end is lost
+        for offset in ["123", "500", "18446744073709551615"] {
+            let (stamps, error) = stamped(LINE, &format!("10,0\n20,122\n30,{offset}\n"));
+            let lost = format!("line 3 is a read at byte {offset}, but the capture was cut at byte 122");
+            assert!(stamps == [10] && error.is_some_and(|error| error.contains(&lost)), "{offset}");
+        }
     }
 
     #[test]
