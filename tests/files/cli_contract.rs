@@ -231,6 +231,9 @@ fn a_cut_archive_gives_what_it_holds_and_fails() {
     assert_eq!(exit, 1);
     assert!(document["timing"]["samples"].as_u64().unwrap() > 1000);
     assert!(document["source"]["error"].as_str().unwrap().contains("reading failed"));
+    let data = &document["statuses"][0];
+    assert_eq!((&data["aspect"], &data["status"]), (&"data".into(), &"problem".into()));
+    assert!(data["findings"][0].as_str().unwrap().starts_with("reading failed"), "{data}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use serde::Serialize;
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::protocol::stream::BagReport;
 use vn100_analysis::{
-    Aspect, ChannelResult, RateFrom, Remedy, Severity, SourceFacts, SourceResult, Warning, WarningKind,
+    Aspect, ChannelResult, Completion, RateFrom, Remedy, Severity, SourceFacts, SourceResult, Warning, WarningKind,
 };
 
 use super::AspectStatus;
@@ -79,10 +79,13 @@ fn found(aspect: Aspect, result: &SourceResult, mut place: impl FnMut(&Remedy) -
     let mut findings: Vec<(String, Vec<usize>)> = (warnings.iter().filter(is_shown))
         .map(|warning| (headline(warning), warning.remedies.iter().map(&mut place).collect()))
         .collect();
+    let mut severity = warnings.iter().map(|warning| warning.severity).min();
     if aspect == Aspect::Data {
-        findings.splice(0..0, source(&result.source).map(|text| (text, Vec::new())));
+        let cut = failure(result).filter(|_| warnings.iter().all(|warning| warning.kind != WarningKind::Incomplete));
+        severity = cut.map_or(severity, |_| Some(Severity::Problem));
+        let texts = source(&result.source).into_iter().chain(cut.map(str::to_owned));
+        findings.splice(0..0, texts.map(|text| (text, Vec::new())));
     }
-    let severity = warnings.iter().map(|warning| warning.severity).min();
     let severity = severity.filter(|severity| *severity < Severity::Note || aspect == Aspect::Message);
     let untested = untested(aspect, result).filter(|_| severity.is_none());
     let is_moved = result.motion.is_some() && aspect == Aspect::AtRest;
@@ -93,6 +96,13 @@ fn found(aspect: Aspect, result: &SourceResult, mut place: impl FnMut(&Remedy) -
     let undisturbed = || undisturbed(aspect, result).filter(|_| severity.is_none());
     findings.extend(untested.or_else(undisturbed).map(|text| (text, Vec::new())));
     AspectStatus { aspect: aspect.name(), severity, word, findings }
+}
+
+/// Why the measurement failed, if it did.
+fn failure(result: &SourceResult) -> Option<&str> {
+    let SourceFacts { name, error, .. } = &result.source;
+    let error = error.as_deref().filter(|_| result.completion == Completion::Failed)?;
+    Some(error.strip_prefix(&**name).and_then(|rest| rest.strip_prefix(": ")).unwrap_or(error))
 }
 
 /// The numbers of a bag or a table that are used, and their times.
