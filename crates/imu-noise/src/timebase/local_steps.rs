@@ -453,7 +453,10 @@ fn even_pauses(periods: &[f64]) -> (bool, bool, f64) {
     let even = between.windows(3).filter(is_even).count();
     let equal = between.iter().filter(|other| **other == middle).count();
     let is_even = between.len() >= 4 && middle >= 2.0 && 10 * even >= 9 * (between.len() - 2);
-    (is_even, is_even && 10 * equal >= 9 * between.len(), length)
+    // steps of one and two in turn, at times one more of one, are those of a clock with ticks of two thirds
+    // of a step; a lost sample makes a step of three
+    let are_ticks = middle == 2.0 && equal < between.len() && lengths.iter().all(|other| other.round() == 2.0);
+    (is_even, is_even && 10 * equal >= 9 * between.len() && !are_ticks, length)
 }
 
 /// The step by which the lower edge rises, and its variation; `None` if it does not rise evenly.

@@ -147,6 +147,16 @@ proptest! {
         prop_assert!(is_measured || summary.refusal.is_some(), "{found_hz:?} of {rate_hz}, {missing}, {changes:?}");
     }
 
+    /// Steps of one and two ticks in turn are as those of a sender that leaves out each third sample.
+    #[test]
+    fn a_clock_with_ticks_of_two_thirds_of_a_step_is_one(
+        rate_hz in 5.0..400.0, part in 0.668..0.68, samples in 1500_usize..6000, phase in 0.0..1.0_f64,
+    ) {
+        let (found_hz, missing, changes, summary) = detected(&on_ticks(rate_hz, part / rate_hz, samples, phase));
+        let is_measured = is_near(found_hz, rate_hz, 0.01) && changes.is_empty() && missing as usize <= samples / 100;
+        prop_assert!(is_measured || summary.refusal.is_some(), "{found_hz:?} of {rate_hz}, {missing}, {changes:?}");
+    }
+
     #[test]
     fn samples_that_waited_while_the_host_paused_are_none_missing(
         rate_hz in rate(), from in 300_usize..2500, held in 20_usize..400, spacing in 0.001..0.1, samples in 3000_usize..4000,
@@ -167,7 +177,7 @@ proptest! {
     ) {
         let digit_s = f64::min(digits, 1.03 / rate_hz);
         // with ticks as long as the steps, a wander of more is the same as missing samples
-        let by = if digits > 1e-3 { by / 3.0 } else { by };
+        let by = if digits > 1e-3 { by / 4.0 } else { by };
         let mut at_s = 0.0;
         let stamps_s: Vec<f64> = late.iter().enumerate().map(|(place, late)| {
             at_s += (1.0 + by * f64::sin(TAU * place as f64 / over)) / rate_hz;
