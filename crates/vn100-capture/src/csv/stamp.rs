@@ -29,7 +29,7 @@ const SHORTEST_STEP_S: f64 = 0.9e-3;
 const LONGEST_STEP_S: f64 = 1.1;
 
 /// Some sensors send ten times as many lines, which is believed of decimals and of known ticks.
-pub(super) const LIKELY_STEPS_S: RangeInclusive<f64> = SHORTEST_STEP_S / 10.0..=LONGEST_STEP_S;
+const LIKELY_STEPS_S: RangeInclusive<f64> = SHORTEST_STEP_S / 10.0..=LONGEST_STEP_S;
 
 /// In a unit that the file states: chips sample at up to 32 kHz, and loggers as rarely as once a minute.
 const STATED_STEPS_S: RangeInclusive<f64> = SHORTEST_STEP_S / 32.0..=LONGEST_STEP_S * 60.0;

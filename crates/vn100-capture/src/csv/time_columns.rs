@@ -1,6 +1,8 @@
 //! The search for the columns of the stamps and their form, by the names of the columns and by
 //! their content.
 
+use std::ops::RangeInclusive;
+
 use super::{
     ColumnUse, HeadRows, OpenHint, Unusable,
     column_map::{ColumnMap, STAMP},
@@ -10,8 +12,7 @@ use super::{
     number::Number,
     numbers_at, shown,
     stamp::{
-        LIKELY_STEPS_S, StampForm, TICK_NS, USUAL_NS, are_of_day, device_ns, may_be_in, stated_unit, time_unit,
-        unit_of, with_unit,
+        StampForm, TICK_NS, USUAL_NS, are_of_day, device_ns, may_be_in, stated_unit, time_unit, unit_of, with_unit,
     },
 };
 
@@ -31,6 +32,9 @@ const DEVICE_TIMES: [&str; 4] = ["device time", "time startup", "sample time fin
 /// had arrival times.
 const WRITTEN_ARRIVAL: &str = "time [ns]";
 const WRITTEN_DEVICE_TIME: &str = "device time [ns]";
+
+/// The steps of a sensor that counts ticks of 100 us: longer ones are those of 10 to 1000 Hz in microseconds.
+const TICKED_STEPS_S: RangeInclusive<f64> = 0.9e-4..=0.099;
 
 /// With fewer rows, stamps of whole seconds may have only two values.
 const FEWEST_ROWS_OF_COARSE: usize = 500;
@@ -212,8 +216,8 @@ impl TimeSearch<'_> {
         let are_fine = name.is_device_time() && name.whole.contains("fine");
         let unit_ns = match name.unit_ns {
             Some(unit_ns) => stated_unit(&stamps, unit_ns),
-            // some sensors of Xsens count microseconds
-            None if are_fine && may_be_in(&stamps, TICK_NS, &LIKELY_STEPS_S) => Ok(TICK_NS),
+            // some sensors of Xsens count microseconds, at 1000 Hz at most
+            None if are_fine && may_be_in(&stamps, TICK_NS, &TICKED_STEPS_S) => Ok(TICK_NS),
             None => unit_of(&stamps),
         };
         let unit_ns = unit_ns.map_err(|ambiguous| {

@@ -68,6 +68,16 @@ fn times_are_found_by_name_and_content_and_reported() {
 }
 
 #[test]
+fn a_fine_time_in_microseconds_is_none_in_ticks() {
+    for (unit_ns, form) in [(1000, "SampleTimeFine:us"), (100_000, "SampleTimeFine:100us")] {
+        for step_us in [5000_u64, 8300, 10_000, 16_700] {
+            let rows: String = (0..80).map(|row| format!("{},0.1\n", (row * step_us * 1000) / unit_ns)).collect();
+            assert_eq!(times(&format!("SampleTimeFine,gyro_x\n{rows}"), None).1.as_deref(), Some(form), "{step_us}");
+        }
+    }
+}
+
+#[test]
 fn a_word_of_a_longer_name_means_times() {
     for (header, unit_ns) in [
         ("Shimmer_1_Timestamp_Unix_CAL [ms]", 1_000_000),
