@@ -7,7 +7,6 @@ use std::{
 };
 
 use flate2::{Compression, write::GzEncoder};
-use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 use serde_json::Value;
 
 use crate::support::{Lines, channel, document, replay, replay_log, vn100, with_stdin};
@@ -192,34 +191,6 @@ fn stdin_differs_in_its_source_only() {
 }
 
 #[test]
-fn compressed_captures_are_read_as_they_are() {
-    let folder = tempfile::tempdir().unwrap();
-    let bytes = fs::read(replay_log(CLEAN)).unwrap();
-    let (plain, _) = replay(&replay_log(CLEAN), &[]);
-    let gzip = |bytes: &[u8]| {
-        let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
-        encoder.write_all(bytes).unwrap();
-        encoder.finish().unwrap()
-    };
-    let zstd = |bytes: &[u8]| compress_to_vec(bytes, CompressionLevel::Fastest);
-    let (head, tail) = bytes.split_at(100_003);
-    for (name, stored) in [
-        ("one.gz", gzip(&bytes)),
-        ("two-members.gz", [gzip(head), gzip(tail)].concat()),
-        ("one.zst", zstd(&bytes)),
-        ("two-frames.zst", [zstd(head), zstd(tail)].concat()),
-        ("no-extension", gzip(&bytes)),
-    ] {
-        let path = folder.path().join(name);
-        fs::write(&path, stored).unwrap();
-        let (document, exit) = replay(&path, &[]);
-        assert_eq!(exit, 0, "{name}");
-        assert_eq!(document["link"], plain["link"], "{name}");
-        assert_eq!(document["channels"], plain["channels"], "{name}");
-    }
-}
-
-#[test]
 fn a_cut_archive_gives_what_it_holds_and_fails() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cut.gz");
@@ -307,25 +278,6 @@ fn ndjson_gives_every_second_and_the_end() {
     }
     let (whole, _) = replay(&replay_log(CLEAN), &[]);
     assert_eq!(documents[60], whole);
-}
-
-#[test]
-fn ndjson_does_not_depend_on_how_the_bytes_arrive() {
-    let bytes = fs::read(replay_log("corrupted.vnymr")).unwrap();
-    let run = |piece: usize| {
-        let mut command = vn100();
-        let mut child =
-            command.args(["replay", "-", "--ndjson"]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
-        let mut stdin = child.stdin.take().unwrap();
-        let bytes = bytes.clone();
-        let writer = std::thread::spawn(move || bytes.chunks(piece).for_each(|piece| stdin.write_all(piece).unwrap()));
-        let output = child.wait_with_output().unwrap();
-        writer.join().unwrap();
-        String::from_utf8(output.stdout).unwrap()
-    };
-    let whole = run(usize::MAX);
-    assert!(whole.lines().count() > 15);
-    assert_eq!(whole, run(1));
 }
 
 #[test]

@@ -141,7 +141,7 @@ fn as_csv(rows: usize) -> String {
 }
 
 /// The channels without the interval of N, which depends on arrival times, and without verdicts from it.
-pub(crate) fn of_samples(document: &Value) -> Value {
+fn of_samples(document: &Value) -> Value {
     let mut channels = document["channels"].clone();
     for channel in channels.as_array_mut().unwrap() {
         channel.as_object_mut().unwrap().remove("verdict");
@@ -203,20 +203,6 @@ fn values_without_a_rate_are_refused_with_the_remedy() {
     assert_eq!((exit, &document["timing"]["rate_from"]), (0, &"assumed".into()));
 }
 
-#[test]
-fn odd_rows_are_counted_with_their_reason() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("odd.csv");
-    let text = as_csv(300).replace("\n1761939168.000000,", "\n\n# a word\n1761939168.000000,x");
-    fs::write(&path, text).unwrap();
-    let (document, _) = replay(&path, &[]);
-    let csv = &document["source"]["csv"];
-    assert_eq!((&csv["lines"], &csv["rows"], &csv["skipped_lines"]), (&303.into(), &299.into(), &3.into()));
-    assert_eq!((&csv["odd"][0]["reason"], &csv["odd"][0]["count"]), (&"number".into(), &1.into()));
-    assert_eq!(csv["odd"][0]["first_line"], 44);
-    assert_eq!((&document["timing"]["samples"], &document["timing"]["missing"]), (&299.into(), &1.into()));
-}
-
 /// The text of the first warning of that kind.
 fn warning(document: &Value, kind: &str) -> String {
     let mut warnings = document["warnings"].as_array().unwrap().iter().filter(|warning| warning["kind"] == kind);
@@ -240,24 +226,6 @@ fn advice_on_a_csv_file_is_about_its_rows() {
     assert_eq!(exit, 3);
     let advice = warning(&document, "no-valid-lines");
     assert!(advice.starts_with("100 of 100 lines rejected (number 100). ") && advice.contains("--columns"), "{advice}");
-}
-
-#[test]
-fn any_sensor_is_read_by_a_map_of_its_columns() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("other.csv");
-    let rows = (0..500).map(|i| format!("{},{:.3},{:.4}\n", 10 * i, f64::from(i % 7), 1.0 + 0.0001 * f64::from(i % 5)));
-    fs::write(&path, "ms,wx,az\n".to_owned() + &rows.collect::<String>()).unwrap();
-    let (document, exit) = replay(&path, &["--columns", "t=ms:ms,gyro_x=wx:deg/s,accel_z=az:g"]);
-    assert_eq!(exit, 0);
-    assert_eq!(document["timing"]["rate_hz"], 100.0);
-    let gyro_x = &channel(&document, "gyro_x")["statistics"];
-    assert_eq!(gyro_x["max"].as_f64().unwrap(), 6.0_f64.to_radians());
-    let accel_z = &channel(&document, "accel_z")["statistics"];
-    assert!((accel_z["min"].as_f64().unwrap() - 9.80665).abs() < 1e-12);
-    let wrong = vn100().arg("replay").arg(&path).args(["--columns", "gyro_x=wx:furlong"]).output().unwrap();
-    assert_eq!(wrong.status.code(), Some(2));
-    assert!(String::from_utf8(wrong.stderr).unwrap().contains("deg/s"));
 }
 
 /// The minute as `vn100 sim` records it.
@@ -333,19 +301,6 @@ fn a_recording_that_was_cut_gives_its_samples() {
     assert!(table.contains(&format!("incomplete,caution,,{said},")), "{table}");
     fs::write(&path, &whole).unwrap();
     assert!(!warned(&replay(&path, &[]).0, "incomplete"));
-}
-
-#[test]
-fn a_recording_of_another_program_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("other.mcap");
-    // the magic number, the end of the data without a checksum, and no summary
-    let end = [&b"\x89MCAP0\r\n"[..], &[0x0f, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]].concat();
-    fs::write(&path, end).unwrap();
-    let (document, exit) = replay(&path, &[]);
-    assert_eq!((exit, &document["source"]["kind"]), (3, &Value::Null));
-    let error = document["source"]["error"].as_str().unwrap();
-    assert!(error.contains("an MCAP file without a message"), "{error}");
 }
 
 #[test]

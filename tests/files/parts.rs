@@ -3,11 +3,8 @@
 use std::{
     collections::BTreeMap,
     fs::{self, File},
-    io::Write,
     path::{Path, PathBuf},
-    process::Stdio,
-    thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use serde_json::Value;
@@ -162,44 +159,4 @@ fn a_last_part_that_was_cut_at_its_beginning_leaves_the_others_whole() {
     let recorded = &document["source"]["recorded"];
     assert_eq!((&recorded["ended"], &recorded["complete"]), (&without["source"]["recorded"]["ended"], &false.into()));
     assert!(recorded["ended"].is_string(), "{recorded}");
-}
-
-#[test]
-fn a_killed_recording_in_parts_is_resumed_by_the_same_command_line() {
-    let folder = tempfile::tempdir().unwrap();
-    let recording = folder.path().join("night.mcap");
-    let log = fs::read(replay_log("clean-minute.vnymr")).unwrap();
-    let files =
-        || (1..).map(|number| part_path(&recording, number)).take_while(|part| part.exists()).collect::<Vec<_>>();
-    let stored = || files().iter().map(|file| fs::metadata(file).map_or(0, |file| file.len())).sum::<u64>();
-    // begun and killed, resumed and killed, resumed to the end
-    for round in 0..3 {
-        let before = stored();
-        let mut record = vn100();
-        record.args(["record", "-", "--rotate", "40kB", "--resume", "-q", "-o"]).arg(&recording);
-        let mut record = record.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-        let mut stdin = record.stdin.take().unwrap();
-        stdin.write_all(&log).unwrap();
-        if round < 2 {
-            let begun = Instant::now();
-            while stored() < before + 150_000 {
-                assert!(begun.elapsed() < Duration::from_secs(60), "{} bytes in {:?}", stored(), files());
-                thread::yield_now();
-            }
-            record.kill().unwrap();
-            record.wait().unwrap();
-        } else {
-            drop(stdin);
-            assert!(record.wait().unwrap().success());
-        }
-    }
-    let files = files();
-    let all: Vec<&Path> = files.iter().rev().map(PathBuf::as_path).collect();
-    let (document, error) = replayed(&all, &["--rate", "40"]);
-    assert_eq!((error.as_str(), &document["source"]["name"]), ("", &"night.mcap".into()));
-    assert_eq!(document["timing"]["segments"], 3, "two breaks");
-    // 150 kB twice, and the complete recording
-    let samples = document["timing"]["samples"].as_u64().unwrap();
-    assert!((4400..=7200).contains(&samples), "{samples}");
-    assert_eq!(document["link"]["bad_frames"]["checksum"], 0);
 }

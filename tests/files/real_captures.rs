@@ -6,7 +6,6 @@ use std::{fs, path::Path};
 use serde_json::Value;
 use vn100_protocol::{Check, Frame, Framer, Options};
 
-use crate::formats::of_samples;
 use crate::support::{channel, deviation, real_captures, replay, warned};
 
 fn bad(document: &Value) -> u64 {
@@ -308,15 +307,4 @@ fn stamps_of_a_file_that_was_read_are_refused() {
         assert_eq!((exit, placed(document)), (0, [12_114, 0, 0]));
         assert!(warned(document, "stamps-doubtful"));
     });
-}
-
-#[test]
-fn parsed_fields_equal_the_sentences_in_the_same_row() {
-    for name in ["vn100-static-kiran-330s", "vn100-donut-huang-155s", "vn100-shake-iwale-153s"] {
-        check(&format!("{name}.csv"), &["--compensated", "yes"], |csv, _| {
-            check(&format!("{name}.vnymr"), &["--rate", "40"], |lines, _| {
-                assert_eq!(of_samples(csv), of_samples(lines), "{name}");
-            });
-        });
-    }
 }

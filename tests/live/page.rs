@@ -125,11 +125,15 @@ fn every_address_of_the_page_answers() {
             assert!(head.contains(header), "{path}: no {header} in {head}");
         }
         assert!(!head.contains("access-control") && !head.contains("unsafe"), "{path}: {head}");
+        // a page carries its styles and scripts in itself
+        assert_eq!(head.contains("script-src 'sha256-"), kind == "text/html", "{path}: {head}");
         let (head, body) = served.ask("HEAD", path, &format!("Host: {}\r\n", served.address));
         assert!(head.starts_with("http/1.1 200 ") && body.is_empty(), "{path}: {head}");
     }
     schema::check(&serde_json::from_str(&served.get("/snapshot.json").1).unwrap());
-    assert!(served.get("/nothing").0.starts_with("http/1.1 404 "));
+    for absent in ["/nothing", "/1", "/0/x", "/events?page=1"] {
+        assert!(served.get(absent).0.starts_with("http/1.1 404 "), "{absent}");
+    }
     served.interrupt();
     let (code, out) = served.end();
     assert_eq!(code, 0);

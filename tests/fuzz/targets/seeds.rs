@@ -98,6 +98,11 @@ pub(super) fn captures() -> Vec<Vec<u8>> {
         format!("t,raw\n{}", (0..20).map(|row| format!("0.{:03},\"{sentence}\"\n", row * 25)).collect::<String>())
             .into_bytes(),
     );
+    let odd = "# a comment\n\n9,1e300,nan,-0.00000000000000000000001e5,,\"1\",+,.,1e,0,0,0,0\r\n";
+    seeds.push(
+        format!("raw_data,t\n{odd}{}", rows(|row| format!("1761939168.{row:03},\"$VNYMR,{row}\r\n\"\r\n-3.5,{row}\n")))
+            .into_bytes(),
+    );
     // over telnet, with noise between the sentences
     seeds.push(format!("{sentence}\r\n").into_bytes().into_iter().chain([0xff, 0xff]).cycle().take(2000).collect());
     let recording = recording();

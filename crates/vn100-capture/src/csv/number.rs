@@ -306,12 +306,5 @@ mod tests {
                 prop_assert!((number.value() - float).abs() <= 4.0 * f64::EPSILON * float.abs());
             }
         }
-
-        #[test]
-        fn no_bytes_panic(field in proptest::collection::vec(any::<u8>(), 0..40)) {
-            if let Some(number) = Number::parse(&field) {
-                let _ = (number.times(i64::MAX), number.value(), number.shortest_of_float());
-            }
-        }
     }
 }

@@ -319,8 +319,6 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use proptest::prelude::*;
-
     use super::*;
 
     /// The unit of stamps, by its name.
@@ -494,14 +492,5 @@ mod tests {
             assert_eq!(form.after(Some(after), late), late);
         }
         assert_eq!(StampForm::YearFirst.after(Some(9), 5), 5);
-    }
-
-    proptest! {
-        #[test]
-        fn any_bytes_are_a_stamp_or_none(bytes in any::<Vec<u8>>(), text in "[0-9:/. T+-]{0,24}") {
-            for form in StampForm::all() {
-                let _ = (form.nanoseconds(&bytes), form.nanoseconds(text.as_bytes()));
-            }
-        }
     }
 }

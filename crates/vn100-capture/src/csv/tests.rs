@@ -13,7 +13,7 @@ use crate::read_samples::{Event, FileReader};
 
 mod forms;
 mod mapped;
-mod properties;
+mod printed_counts;
 mod sentences;
 mod streams;
 mod times;

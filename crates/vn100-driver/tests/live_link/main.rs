@@ -4,7 +4,6 @@
 mod another_sensor;
 mod configure;
 mod first_opening;
-mod ledger;
 mod paused_output;
 mod reconnection;
 mod recorded_link;

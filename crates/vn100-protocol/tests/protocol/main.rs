@@ -17,6 +17,5 @@ mod packets;
 mod registers;
 mod session;
 mod session_echo;
-mod session_properties;
 mod stream;
 mod support;

@@ -1,6 +1,6 @@
 //! Packets of the maker's manual and of real sensors, and their measured values.
 
-use proptest::{collection::vec, prelude::*, sample::Index};
+use proptest::{collection::vec, prelude::*};
 use vn100_protocol::{
     BinaryOutput, Decoder, Item, MESSAGES, Options, PacketForm, Quantity, crc16,
     stream::{Batch, MarkKind, MeasuredFrames, ReadOptions, SampleReader},
@@ -446,50 +446,6 @@ fn registers_and_packets_have_one_form() {
     assert_eq!(names, [&inertial[..], &["YawPitchRoll", "Dcm", "MagNed", "AccelNed"]].concat());
     for (groups, words) in [(0x05, &[0x0001][..]), (0x08, &[1]), (0x01, &[0x0009]), (0x04, &[0x2000]), (0, &[])] {
         assert_eq!(PacketForm::new(groups, words), None, "{groups:02X} {words:04X?}");
-    }
-}
-
-proptest! {
-    #[test]
-    fn rows_do_not_depend_on_how_the_stream_is_cut(
-        cuts in vec(any::<Index>(), 0..6),
-        flips in vec((any::<Index>(), 0_u32..8), 0..3),
-        line_by_line in any::<bool>(),
-    ) {
-        let parts = [bytes(SATURATION), YMR.as_bytes().to_vec(), bytes(SATURATION), bytes(COMPENSATED)];
-        let mut stream: Vec<u8> = parts.concat();
-        for (at, bit) in flips {
-            let at = at.index(stream.len());
-            stream[at] ^= 1 << bit;
-        }
-        let mut cuts: Vec<usize> = cuts.into_iter().map(|cut| cut.index(stream.len())).collect();
-        cuts.sort_unstable();
-        let mut expected = read(MeasuredFrames::First, &[&stream]);
-        let mut reader = SampleReader::new(ReadOptions { line_by_line, ..ReadOptions::default() });
-        let (mut counts, mut device_ns, mut from) = (Vec::new(), Vec::new(), 0);
-        let mut last = None;
-        let mut take = |batches: Vec<Batch>| {
-            for batch in batches {
-                let mut lines = batch.lines();
-                while let Some(line) = lines.next_line() {
-                    counts.extend_from_slice(&line.counts);
-                    device_ns.extend_from_slice(&line.device_ns);
-                    last = Some(line.link);
-                }
-            }
-        };
-        for to in cuts.into_iter().chain([stream.len()]) {
-            reader.push(&stream[from..to], None);
-            take(reader.take_batches());
-            from = to;
-        }
-        take(reader.finish());
-        let whole = expected.remove(0);
-        prop_assert_eq!(counts, [&whole.counts[..], &expected[0].counts].concat());
-        prop_assert_eq!(device_ns, [&whole.device_ns[..], &expected[0].device_ns].concat());
-        prop_assert_eq!(last, Some(expected[0].link));
-        let link = expected[0].link;
-        prop_assert_eq!(link.bytes(), stream.len() as u64);
     }
 }
 

@@ -2,7 +2,6 @@
 
 use core::fmt::Debug;
 
-use proptest::prelude::*;
 use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, ImuFilter, ProtocolControl, ReferenceFrameRotation, Register,
     RegisterValue, Sample, SensorCommand, SyncControl, VNIMU, WritableValue,
@@ -125,40 +124,4 @@ fn messages_are_known_by_code_and_by_header() {
     assert_eq!(AsyncType::from_header(b"VNMAR"), Some(AsyncType::MAR));
     assert_eq!(AsyncType::from_header(b"VNRRG"), None);
     assert_eq!(AsyncType::OFF.header(), None);
-}
-
-proptest! {
-    #[test]
-    fn any_value_survives_the_way_there_and_back(
-        window: [u16; 5], mode: [u8; 5], numbers: [u8; 7],
-    ) {
-        fn back<T: WritableValue + PartialEq + Debug>(value: &T) {
-            let SensorCommand::WriteRegister { register, fields } = SensorCommand::write(value) else { unreachable!() };
-            let contents = contents(&sentence(&format!("VNRRG,{register},{fields}")));
-            assert_eq!(contents.value::<T>().as_ref(), Ok(value));
-        }
-        let [mag_window, accel_window, gyro_window, temperature_window, pressure_window] = window;
-        let [mag_mode, accel_mode, gyro_mode, temperature_mode, pressure_mode] = mode;
-        back(&ImuFilter {
-            mag_window, accel_window, gyro_window, temperature_window, pressure_window,
-            mag_mode, accel_mode, gyro_mode, temperature_mode, pressure_mode,
-        });
-        let [serial_count, serial_status, spi_count, spi_status, serial_checksum, spi_checksum, error_mode] = numbers;
-        back(&ProtocolControl { serial_count, serial_status, spi_count, spi_status, serial_checksum, spi_checksum, error_mode });
-    }
-
-    #[test]
-    fn no_contents_make_a_panic(number: u8, text in "[-+0-9.,eA-Fnx ]{0,60}") {
-        fn read<T: RegisterValue>(contents: &vn100_protocol::RegisterContents) {
-            let result = contents.value::<T>();
-            assert!(T::REGISTERS.contains(&contents.register) || result.is_err());
-        }
-        let contents = contents(&sentence(&format!("VNRRG,{number},{text}")));
-        read::<BaudRate>(&contents);
-        read::<AsyncType>(&contents);
-        read::<AsyncRate>(&contents);
-        read::<BinaryOutput>(&contents);
-        read::<ReferenceFrameRotation>(&contents);
-        _ = Sample::from_contents(&contents, &VNIMU);
-    }
 }

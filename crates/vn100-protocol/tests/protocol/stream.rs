@@ -94,15 +94,6 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(600))]
 
     #[test]
-    fn the_cutting_changes_nothing(pieces in vec(piece(), 0..12), sizes in vec(1_usize..200, 1..6), accept_unchecked: bool) {
-        let bytes = concat(&pieces);
-        let options = Options { accept_unchecked };
-        let whole = decode_in_pieces(&bytes, &[], options);
-        prop_assert_eq!(&decode_in_pieces(&bytes, &[1], options), &whole);
-        prop_assert_eq!(&decode_in_pieces(&bytes, &sizes, options), &whole);
-    }
-
-    #[test]
     fn stepping_gives_the_same_as_pushing(pieces in vec(piece(), 0..12), more in 1_usize..200) {
         let bytes = concat(&pieces);
         let (pushed, tally) = decode_in_pieces(&bytes, &[], Options::default());
@@ -166,12 +157,6 @@ proptest! {
         prop_assert_eq!(tally.skipped_bytes, (bytes.len() - line_bytes) as u64);
         prop_assert_eq!(tally.valid_sentences() + tally.rejected.grammar + tally.rejected.range, naive.iter().filter(|line| line.2).count() as u64);
         prop_assert_eq!(tally.valid_sentences() + tally.rejected.total(), naive.len() as u64);
-    }
-
-    #[test]
-    fn any_bytes_are_read(bytes: Vec<u8>, sizes in vec(1_usize..20, 1..4), accept_unchecked: bool) {
-        let options = Options { accept_unchecked };
-        prop_assert_eq!(decode_in_pieces(&bytes, &sizes, options), decode_in_pieces(&bytes, &[], options));
     }
 }
 

@@ -8,10 +8,7 @@ use vn100_analysis::{End, Finding, Settings, Severity, SourceFacts, WarningKind}
 use vn100_capture::{Event, Source, read_samples};
 use vn100_protocol::{
     DeviceError, VNYMR,
-    stream::{
-        Batch, Chunk, CsvReport, FileReport, LinkEvent, LinkEventKind, ReadOptions, RejectedRow, RejectedRows,
-        StreamInput,
-    },
+    stream::{Batch, Chunk, CsvReport, FileReport, LinkEvent, LinkEventKind, ReadOptions, StreamInput},
 };
 use vn100_session::{Command, CommandRefusal, Session, SessionEvent, SessionResult, Stage};
 
@@ -152,32 +149,6 @@ async fn a_source_that_vanishes_without_an_end_is_an_error() {
     let result = session.result.await.unwrap();
     assert_eq!(result.measured.timing.samples, 5);
     assert!(matches!(*result.end, End::SourceFailed(_)));
-}
-
-#[tokio::test]
-async fn the_counts_of_csv_lines_are_among_the_facts() {
-    let (events, session) = session(Settings::default());
-    let rejected = RejectedRows { reason: RejectedRow::Fields, count: 2, first_line: 7, first_text: "1,2".into() };
-    let csv = CsvReport {
-        lines: 10,
-        rows: 7,
-        skipped_lines: 1,
-        rejected: vec![rejected],
-        other_stream_rows: None,
-        times: None,
-        first_stamp_ns: None,
-        ignored_columns: vec!["note".into()],
-        left_out: Vec::new(),
-        rounded: vec!["gyro_x".into()],
-        absent: Vec::new(),
-    };
-    events.send(Event::End(vn100_capture::End { error: None, report: Some(FileReport::Csv(csv)) })).await.unwrap();
-    let csv = session.result.await.unwrap().measured.source.csv.unwrap();
-    assert_eq!((csv.lines, csv.rows, csv.skipped_lines), (10, 7, 1));
-    let [rejected] = &csv.rejected[..] else { panic!("{csv:?}") };
-    assert_eq!((rejected.reason, rejected.count), (RejectedRow::Fields, 2));
-    assert_eq!((rejected.first_line, rejected.first_text.as_str()), (7, "1,2"));
-    assert_eq!((csv.ignored_columns, csv.rounded), (vec!["note".to_owned()], vec!["gyro_x".to_owned()]));
 }
 
 #[tokio::test]

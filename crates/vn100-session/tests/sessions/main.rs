@@ -9,4 +9,3 @@ mod link_faults;
 mod live;
 mod own_questions;
 mod replay;
-mod stall;

@@ -1,7 +1,7 @@
 //! What a browser gets from a running server.
 
 use std::{
-    io::{BufRead, BufReader, Read, Write},
+    io::{BufRead, BufReader, Write},
     net::{SocketAddr, TcpStream},
 };
 
@@ -41,53 +41,6 @@ fn request(served: &Served, method: &str, path: &str, host: &str) -> TcpStream {
     stream.set_read_timeout(Some(PATIENCE)).unwrap();
     write!(stream, "{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
     stream
-}
-
-/// The status, the head in lower case, and the body.
-fn ask(served: &Served, method: &str, path: &str, host: &str) -> (u16, String, String) {
-    let mut answer = String::new();
-    request(served, method, path, host).read_to_string(&mut answer).unwrap();
-    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
-    let status = head.split(' ').nth(1).unwrap().parse().unwrap();
-    (status, head.to_lowercase(), body.to_owned())
-}
-
-#[test]
-fn every_address_answers_with_its_own_kind_of_content() {
-    let (server, _sender) = served();
-    for (path, kind, begin) in [
-        ("/", "text/html; charset=utf-8", "<!DOCTYPE html>"),
-        ("/icon.svg", "image/svg+xml", "<svg "),
-        ("/snapshot.json", "application/json", "{"),
-        ("/report.html", "text/html; charset=utf-8", "<!DOCTYPE html>"),
-        ("/metrics", "text/plain; version=0.0.4; charset=utf-8", "# HELP"),
-    ] {
-        let (status, head, body) = ask(&server, "GET", path, "localhost");
-        assert_eq!(status, 200, "{path}");
-        assert!(head.contains(&format!("\r\ncontent-type: {kind}\r\n")), "{path}: {head}");
-        assert!(!body.is_empty() && body.starts_with(begin), "{path}: {body}");
-        // a page carries its styles and scripts in itself
-        assert_eq!(head.contains("script-src 'sha256-"), kind.starts_with("text/html"), "{path}: {head}");
-    }
-    for absent in ["/other", "/1", "/0/x", "/events?page=1"] {
-        assert_eq!(ask(&server, "GET", absent, "localhost").0, 404, "{absent}");
-    }
-    assert_eq!(ask(&server, "POST", "/", "localhost").0, 405);
-    assert_eq!(ask(&server, "GET", "/", "bench").0, 200);
-    let (status, _, body) = ask(&server, "GET", "/", "evil.example");
-    assert_eq!((status, &*body), (403, "this name is unknown here: --serve-host NAME allows it\n"));
-}
-
-#[test]
-fn the_health_is_that_of_the_source() {
-    let (server, sender) = served();
-    let health = || {
-        let (status, _, body) = ask(&server, "GET", "/healthz", "localhost");
-        (status, body)
-    };
-    assert_eq!(health(), (503, "imu: preparing\n".into()));
-    sender.send_modify(|state| state.stage = Stage::Measuring);
-    assert_eq!(health(), (200, "imu: measuring\n".into()));
 }
 
 #[test]

@@ -1,8 +1,5 @@
-//! Recordings: cut at any byte, resumed, and never resumed by two.
+//! Recordings: resumed, and never resumed by two.
 
-use std::fs;
-
-use proptest::prelude::*;
 use vn100_driver::OutputSettings;
 
 use super::{Bench, replayed};
@@ -82,50 +79,4 @@ async fn an_empty_recording_leaves_nothing_behind() {
     let lost = bench.run("record --duration 1s -o {}/none.mcap").await;
     assert_eq!(lost.completion, Completion::NoData, "{}", lost.error());
     assert!(!bench.file("none.mcap").exists());
-}
-
-/// A recording that was cut at any byte, as by a kill, then resumed and cut again.
-async fn cut_and_resumed(options: &str, cuts: &[f64]) -> Result<(), TestCaseError> {
-    let bench = Bench::new("");
-    let file = bench.file("cut.mcap");
-    let mut kept = 0;
-    for (number, cut) in cuts.iter().enumerate() {
-        let recorded = bench.run(&format!("record --duration 4s --resume {options} -o {{}}/cut.mcap")).await;
-        prop_assert_eq!(recorded.completion, Completion::Complete, "{}", recorded.error());
-        let bytes = fs::read(&file).unwrap();
-        // what was there before stays: a kill cuts what came last
-        let length = kept + ((bytes.len() - kept) as f64 * cut) as usize;
-        fs::write(&file, &bytes[..length]).unwrap();
-        let read = replayed(&file, "").await;
-        prop_assert!(
-            length < 500 || read.completion != Completion::Failed,
-            "cut {number} at {length}: {}",
-            read.error()
-        );
-        kept = length.min(fs::metadata(&file).unwrap().len() as usize);
-    }
-    let before = replayed(&file, "").await;
-    let ended = bench.run(&format!("record --duration 4s --resume {options} -o {{}}/cut.mcap")).await;
-    prop_assert_eq!(ended.completion, Completion::Complete, "{}", ended.error());
-    let whole = replayed(&file, "").await;
-    prop_assert_eq!(whole.completion, Completion::Complete);
-    let (samples, rate_hz) = (whole.number("/timing/samples"), whole.document["timing"]["rate_hz"].as_f64().unwrap());
-    let added = (4.0 * rate_hz) as u64;
-    prop_assert_eq!(samples, before.number("/timing/samples") + added, "{}", whole.document["timing"]);
-    let segments = if before.number("/timing/samples") == 0 { 1 } else { before.number("/timing/segments") + 1 };
-    prop_assert_eq!(whole.number("/timing/segments"), segments, "{}", whole.document["timing"]);
-    Ok(())
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 4, failure_persistence: None, ..ProptestConfig::default() })]
-
-    #[test]
-    fn a_recording_cut_at_any_byte_is_read_and_resumed(
-        options in prop::sample::select(vec!["", "--set-message VNIMU --set-rate 100", "--set-message BINARY --set-rate 200"]),
-        cuts in prop::collection::vec(0.02_f64..1.0, 1..3),
-    ) {
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().start_paused(true).build().unwrap();
-        runtime.block_on(cut_and_resumed(options, &cuts))?;
-    }
 }
