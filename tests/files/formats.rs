@@ -190,7 +190,7 @@ fn values_without_a_rate_are_refused_with_the_remedy() {
         assert!(error.contains("its sample rate is unknown") && error.contains("--rate HZ"), "{error}");
         error
     };
-    assert!(refused(untimed.clone()).contains("if the file has one for its times, name the columns"));
+    assert!(refused(untimed.clone()).contains("if a column has the times, set --columns 't=NAME:s'"));
     // all rows at one time
     let stopped = untimed.lines().map(|row| format!("1.5,{row}\n")).collect::<String>().replacen("1.5", "t", 1);
     assert!(refused(stopped).contains("all 300 lines have the same"));

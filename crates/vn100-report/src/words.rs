@@ -119,8 +119,9 @@ fn cure_words(cure: &StartCure, words: RemedyWords) -> String {
             format!("; of two sources, read a file with the rows of one; of a buffer of two, {rate}")
         }
         StartCure::Rate { has_times } => {
-            let times = if *has_times { "a better one for its times" } else { "one for its times" };
-            format!("; {}; if the file has {times}, {}", words(&Remedy::GiveRate(None)), columns())
+            let times = if *has_times { "better times" } else { "the times" };
+            let of_times = words(&Remedy::MapColumns(Some("t=NAME:s".into())));
+            format!("; {}; if a column has {times}, {of_times}", words(&Remedy::GiveRate(None)))
         }
     }
 }

@@ -58,7 +58,7 @@ const OF_ROTATION: &str = "angular rotation rotational";
 const UNCOMP: &str = "uncomp";
 const UNCOMPENSATED: &str = "uncomp uncompensated";
 const COMPENSATED: &str = "comp compensated";
-const WITHOUT_GRAVITY: &str = "linear lin user";
+const WITHOUT_GRAVITY: &str = "linear lin user free";
 
 /// Words for numbers without a unit.
 const RAW: &str = "raw lsb adc counts ticks volt volts bits digits";
@@ -385,6 +385,7 @@ mod tests {
             ("CompGyroX", Made::Compensated),
             ("Linear Acceleration x (m/s^2)", Made::WithoutGravity),
             ("motionUserAccelerationX(G)", Made::WithoutGravity),
+            ("FreeAcc_X", Made::WithoutGravity),
             ("GyroX", Made::Unsaid),
         ] {
             assert_eq!(said(name, None).map_or(Made::Unsaid, |(_, _, made, _)| made), made, "{name}");

@@ -115,10 +115,17 @@ impl TimeSearch<'_> {
         match self.of_measurement() {
             None => match named() {
                 Some(place) => self.form(place).map(|form| Some(vec![(place, ColumnUse::Stamp(form))])),
-                None => Ok(self.likely()),
+                None => {
+                    self.likely().map_or_else(|| self.ambiguous_date().map_or(Ok(None), Err), |found| Ok(Some(found)))
+                }
             },
             columns => Ok(columns),
         }
+    }
+
+    /// The error of the first column of dates whose day or month may come first.
+    fn ambiguous_date(&self) -> Option<Unusable> {
+        self.free().filter(|&place| !self.is_coarse(place)).find_map(|place| self.date(place).err())
     }
 
     /// Like [`found`](Self::found), but any column may have another content: only columns that

@@ -18,11 +18,17 @@ pub(crate) fn explain(words: &[String]) -> Result<Completion> {
         print(&text(write_list))?;
         return Ok(Completion::Complete);
     }
-    let code = words.join(" ");
-    let found = explained(&code);
+    // the words of one name, or several codes
+    let mut found = explained(&words.join(" "));
     if found.is_empty() {
-        report(&format!("'{code}' is no code or parameter: `vn100 explain` lists all of them"));
-        return Ok(Completion::NotGiven);
+        for code in words {
+            let of_code = explained(code);
+            if of_code.is_empty() {
+                report(&format!("'{code}' is no code or parameter: `vn100 explain` lists all of them"));
+                return Ok(Completion::NotGiven);
+            }
+            found.extend(of_code);
+        }
     }
     print(&text(|out| write_explanations(out, &found)))?;
     Ok(Completion::Complete)

@@ -159,7 +159,10 @@ fn other_columns_are_no_time() {
 #[test]
 fn day_and_month_must_be_distinct() {
     let text = table("Date", |ns| format!("03/06/2023 02:25:{:02}", ns / 1_000_000_000));
-    assert_eq!(plan(text.replace("Date", "t"), None).unwrap_err().hint(), Some(&OpenHint::DateOrder("t=t:dmy".into())));
+    for name in ["t", "Date", "logged"] {
+        let error = plan(text.replace("Date", name), None).unwrap_err();
+        assert_eq!(error.hint(), Some(&OpenHint::DateOrder(format!("t={name}:dmy"))), "{name}");
+    }
     assert!(!times(&text, Some("t=Date:mdy")).0.is_empty());
 }
 
