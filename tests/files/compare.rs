@@ -131,6 +131,9 @@ fn records_with_different_aliasing_have_no_quietest() {
     let fast = capture(folder.path(), "fast.mcap", &options("40", "1"));
     let slow = capture(folder.path(), "slow.mcap", &options("5", "2"));
     let (document, _) = compare(&[slow.clone(), fast.clone()], &[]);
+    let ranked = &sensor(&document, "gyro")["ranked"];
+    assert_eq!((&ranked[0]["white_factor"], &ranked[1]["white_factor"]), (&Value::Null, &Value::Null), "{ranked}");
+    let (document, _) = compare(&[slow.clone(), fast.clone()], &["--window", "4"]);
     let gyro = sensor(&document, "gyro");
     assert_eq!((&gyro["quietest"], &gyro["folds_alike"]), (&Value::Null, &false.into()), "{gyro}");
     assert_eq!(gyro["tests"], Value::Array(vec![]));

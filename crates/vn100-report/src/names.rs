@@ -323,9 +323,13 @@ pub fn folding(ranking: &Ranking) -> String {
         })
         .collect();
     let percent = 100.0 * Onboard::UNCERTAINTY;
-    let factor = match ranking.records.iter().all(|ranked| ranked.white_factor.is_some()) {
-        true => format!("aliasing raises it differently in them, by a factor known to ±{percent:.0} %"),
-        false => format!(
+    let known = ranking.records.iter().filter(|ranked| ranked.white_factor.is_some()).count();
+    let factor = match known {
+        0 => "aliasing may raise it differently in them, by unknown factors".to_owned(),
+        _ if known == ranking.records.len() => {
+            format!("aliasing raises it differently in them, by a factor known to ±{percent:.0} %")
+        }
+        _ => format!(
             "aliasing may raise it differently in them, by a factor unknown in some, and else known to ±{percent:.0} %"
         ),
     };

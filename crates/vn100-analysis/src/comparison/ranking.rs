@@ -6,7 +6,7 @@ use vn100_protocol::Quantity;
 
 use super::{Chance, SameSamples, correct, fold_alike, pairs};
 use crate::hypothesis_tests::{VarianceEstimate, f_test};
-use crate::{ChannelResult, SENSORS, SourceResult, axes_name};
+use crate::{ChannelResult, Onboard, SENSORS, SourceResult, axes_name};
 
 /// The records in ascending order of the white noise of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -44,7 +44,7 @@ pub struct RankedRecord {
     pub upper: f64,
     /// N of each axis.
     pub axes: Vec<AxisWhite>,
-    /// White noise of the stream over that of the sensor itself, if it is known.
+    /// White noise of the stream over that of the sensor itself, if the averaging window is known.
     pub white_factor: Option<f64>,
 }
 
@@ -169,7 +169,7 @@ fn ranked_record(record: usize, axes: &[&ChannelResult], confidence: f64) -> Opt
         lower: interval.lower,
         upper: interval.upper,
         axes: known.into_iter().map(|(name, white, _)| AxisWhite { name, white }).collect(),
-        white_factor: axes.first()?.onboard.map(|onboard| onboard.window.white_factor()),
+        white_factor: axes.first()?.onboard.filter(Onboard::window_known).map(|onboard| onboard.window.white_factor()),
     };
     Some((ranked, mean_square))
 }

@@ -102,6 +102,6 @@ fn a_page_ends_with_what_was_not_tested() {
 #[test]
 fn densities_that_fold_differently_are_not_compared() {
     let of = |rate_hz| report(&[with_attitude(4096, 40.0), with_attitude(4096, rate_hz)]);
-    let said = "N is not compared: aliasing raises it differently in them, by a factor known to ±10 %. ";
+    let said = "N is not compared: aliasing may raise it differently in them, by unknown factors. ";
     assert_eq!((of(40.0).matches(said).count(), of(50.0).matches(said).count()), (0, 3));
 }
