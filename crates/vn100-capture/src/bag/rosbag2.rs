@@ -23,6 +23,8 @@ pub(super) struct Rosbag2<R> {
     unpacked: Vec<u8>,
     topics: Vec<Topic>,
     places: BTreeMap<i64, usize>,
+    /// The number of the last message: of a cut file, pages that are out of use may repeat earlier ones.
+    last_id: Option<i64>,
 }
 
 struct MessageTable {
@@ -49,14 +51,18 @@ impl<R: Read + Seek> Rosbag2<R> {
         let places = read_topics(&mut database, topics, &definitions, &mut list)?;
         let scan = database.scan(messages.root);
         let (row, decoder, unpacked) = (Row::default(), FrameDecoder::new(), Vec::new());
-        Ok(Some(Self { database, messages, scan, row, decoder, unpacked, topics: list.topics, places }))
+        Ok(Some(Self { database, messages, scan, row, decoder, unpacked, topics: list.topics, places, last_id: None }))
     }
 }
 
 impl<R: Read + Seek + Send> BagFile for Rosbag2<R> {
     fn next_head(&mut self) -> io::Result<Option<MessageHead>> {
         while self.database.next_row(&mut self.scan, &mut self.row)? {
-            if let Some(head) = self.messages.head(&self.row, &self.places) {
+            let id = Some(self.row.id);
+            if self.last_id < id
+                && let Some(head) = self.messages.head(&self.row, &self.places)
+            {
+                self.last_id = id;
                 return Ok(Some(head));
             }
         }

@@ -18,6 +18,9 @@ const ROW_BYTES: u64 = 4 * 1024 * 1024 + 4096;
 
 const FILE_HEADER_BYTES: usize = 100;
 
+/// The kind of a page with rows of a table.
+const LEAF: u8 = 0x0d;
+
 pub(super) struct Database<R> {
     file: R,
     page_bytes: usize,
@@ -55,6 +58,8 @@ pub(super) struct TableScan {
     cells: Range<usize>,
     cells_at: usize,
     pages_read: u64,
+    /// The error at a page that is not in the file: the leaves before a cut follow, whose branches may lie behind it.
+    cut: Option<io::Error>,
 }
 
 /// A row: its number, and the requested part of its bytes.
@@ -125,14 +130,17 @@ impl<R: Read + Seek> Database<R> {
     /// A scan of the table with this first page, from its first row on.
     pub(super) fn scan(&mut self, root: u32) -> TableScan {
         self.overflow_pages = 0;
-        TableScan { pages: vec![root], leaf: Vec::new(), cells: 0..0, cells_at: 0, pages_read: 0 }
+        let (pages, leaf) = (vec![root], Vec::new());
+        TableScan { pages, leaf, cells: 0..0, cells_at: 0, pages_read: 0, cut: None }
     }
 
-    /// Reads the part of the next row that is in its leaf; `false` after the last row.
+    /// Reads the part of the next row that is in its leaf; `false` after the last row. Of a table whose branches
+    /// were cut off, all rows of other tables are among those that follow, and the error is after them.
     pub(super) fn next_row(&mut self, scan: &mut TableScan, row: &mut Row) -> io::Result<bool> {
         while scan.cells.is_empty() {
-            let Some(page) = scan.pages.pop() else { return Ok(false) };
-            self.enter(scan, page)?;
+            if !self.enter_next(scan)? {
+                return Ok(false);
+            }
         }
         let Some(cell) = scan.cells.next() else { return Ok(false) };
         let at = cell_offset(&scan.leaf, scan.cells_at, cell)?;
@@ -147,6 +155,38 @@ impl<R: Read + Seek> Database<R> {
         row.bytes.extend_from_slice(bytes);
         row.overflow_page = if total_bytes > local as u64 { number_4(rest, 0)? } else { 0 };
         Ok(true)
+    }
+
+    /// Goes to the next page; `false` after the last one.
+    fn enter_next(&mut self, scan: &mut TableScan) -> io::Result<bool> {
+        let Some(page) = scan.pages.pop() else { return scan.cut.take().map_or(Ok(false), Err) };
+        match self.enter(scan, page) {
+            Err(error) if u64::from(page) > self.pages && scan.cut.is_none() => {
+                (scan.pages, scan.pages_read) = (self.leaves()?, 0);
+                scan.cut = Some(error);
+            }
+            entered => entered?,
+        }
+        Ok(true)
+    }
+
+    /// All pages with rows of tables, in the order of their first rows, the last one first.
+    fn leaves(&mut self) -> io::Result<Vec<u32>> {
+        let mut leaves = Vec::new();
+        for number in 2..=self.pages as u32 {
+            let leaf = self.page(number)?;
+            if leaf[0] != LEAF {
+                continue;
+            }
+            let first = cell_offset(leaf, 8, 0).ok().and_then(|at| leaf.get(at..));
+            if let Some(Ok((_, rest))) = first.map(varint)
+                && let Ok((id, _)) = varint(rest)
+            {
+                leaves.push((id as i64, number));
+            }
+        }
+        leaves.sort_unstable_by(|a, b| b.cmp(a));
+        Ok(leaves.into_iter().map(|(_, number)| number).collect())
     }
 
     /// Reads the part of the row on overflow pages, unless the row is longer than any message: then
@@ -174,11 +214,10 @@ impl<R: Read + Seek> Database<R> {
     /// Goes to the rows of a page, or puts the pages below it first.
     fn enter(&mut self, scan: &mut TableScan, number: u32) -> io::Result<()> {
         const INTERIOR: u8 = 0x05;
-        const LEAF: u8 = 0x0d;
         scan.pages_read += 1;
         // the branches on the way to a leaf take fewer bytes than a page; those of a cut file may
         // outnumber its pages
-        if scan.pages_read > self.pages || scan.pages.len() > self.page_bytes {
+        if scan.pages_read > self.pages || scan.cut.is_none() && scan.pages.len() > self.page_bytes {
             return Err(damaged("a page of a table is its own branch"));
         }
         let header = if number == 1 { FILE_HEADER_BYTES } else { 0 };
@@ -216,7 +255,7 @@ impl<R: Read + Seek> Database<R> {
     fn page(&mut self, number: u32) -> io::Result<&[u8]> {
         let number = u64::from(number);
         if number == 0 || number > self.pages {
-            return Err(damaged(&format!("it refers to page {number} of {}", self.pages)));
+            return Err(damaged(&format!("it refers to page {number}, and {} are there", self.pages)));
         }
         let at = (number - 1) * self.page_bytes as u64;
         let is_held = |at: u64| {
@@ -411,6 +450,27 @@ mod tests {
     #[test]
     fn a_cut_file_with_fewer_pages_than_branches_is_read_to_its_end() {
         let error = rows(&[(5, &[3, 4, 5, 6, 7, 8]), (13, &[])]).unwrap_err().to_string();
-        assert!(error.contains("it refers to page 4 of 3"), "{error}");
+        assert!(error.contains("it refers to page 4, and 3 are there"), "{error}");
+    }
+
+    #[test]
+    fn rows_before_a_cut_are_read_though_their_branches_lie_behind_it() {
+        let mut database = database(&[(5, &[9]), (13, &[]), (13, &[])]);
+        // a row of two bytes in each leaf; the later one is first in the file
+        for (page, id) in [(2, 5), (3, 2)] {
+            let leaf = &mut database.file.get_mut()[512 * page..][..512];
+            (leaf[4], leaf[9]) = (1, 100);
+            leaf[100..104].copy_from_slice(&[2, id, 1, 0]);
+        }
+        let (mut scan, mut row, mut ids) = (database.scan(2), Row::default(), Vec::new());
+        let error = loop {
+            match database.next_row(&mut scan, &mut row) {
+                Ok(true) => ids.push(row.id),
+                ended => break ended.unwrap_err().to_string(),
+            }
+        };
+        assert_eq!(ids, [2, 5]);
+        assert!(error.contains("it refers to page 9, and 4 are there"), "{error}");
+        assert!(!database.next_row(&mut scan, &mut row).unwrap());
     }
 }
