@@ -283,7 +283,9 @@ pub fn headline(warning: &Warning) -> String {
             format!("values absent in {}: {}", counted(*rows, "row"), counts.join(", "))
         }
         Finding::OutOfRange(count, rows) => {
-            format!("{count} of {rows} values of {on} are far beyond those of the first rows, and missing")
+            format!(
+                "{count} of {rows} values of {on} are far beyond those of the first rows or the sensor's range, and missing"
+            )
         }
         Finding::Rejected(what, count, of) | Finding::AllRejected(what, count, of) => rejected(what, *count, *of),
         Finding::Repeated(count, of) => format!("{count} of {} repeat an earlier one exactly", counted(*of, "sample")),

@@ -11,15 +11,22 @@ use crate::{
     warning::{Doubt, Doubtful, Finding, Warning},
 };
 
-/// Units of acceleration, in m/s².
-const ACCELERATIONS: [(&str, f64); 6] = [
+/// Units of acceleration, in m/s²; the last are the counts of a sensor of 16 bits with a range of 16, 8, 4 and 2 g.
+const ACCELERATIONS: [(&str, f64); 10] = [
     ("m/s^2", 1.0),
     ("g", STANDARD_GRAVITY_M_S2),
     ("mg", STANDARD_GRAVITY_M_S2 / 1e3),
     ("ug", STANDARD_GRAVITY_M_S2 / 1e6),
     ("cm/s^2", 1e-2),
     ("ft/s^2", 0.3048),
+    ("4.8828125e-4 g", STANDARD_GRAVITY_M_S2 / 2048.0),
+    ("2.44140625e-4 g", STANDARD_GRAVITY_M_S2 / 4096.0),
+    ("1.220703125e-4 g", STANDARD_GRAVITY_M_S2 / 8192.0),
+    ("6.103515625e-5 g", STANDARD_GRAVITY_M_S2 / 16384.0),
 ];
+
+/// The unit of rates in counts, whose scale the user knows.
+const COUNTS_OF_RATES: &str = "SCALE deg/s";
 
 /// What a column of a quantity is read as, what it is instead, and between which means that is so.
 const BEYOND: [(Quantity, &str, &str, Range<f64>); 5] = [
@@ -90,7 +97,14 @@ fn doubts(
         .filter(|(channel, column)| channel.quantity == Quantity::AngularRate && column.unit == "rad/s")
         .map(|(channel, _)| channel)
         .collect();
-    let rates = doubt_of_rates(snapshot, &in_rad_s, outlying, was_moved);
+    let are_counts = gravity.as_ref().is_some_and(|gravity| gravity.likely.ends_with(" g"));
+    let rates = if are_counts && !in_rad_s.is_empty() {
+        let value = snapshot.mean_magnitude(Quantity::AngularRate).unwrap_or_default();
+        let (by, read) = (Doubt::Mean, "rad/s".into());
+        Some(Doubtful { quantity: Quantity::AngularRate, by, value, read, likely: COUNTS_OF_RATES })
+    } else {
+        doubt_of_rates(snapshot, &in_rad_s, outlying, was_moved)
+    };
     gravity.into_iter().chain(BEYOND.into_iter().filter_map(mean_of)).chain(rates).collect()
 }
 
@@ -244,9 +258,13 @@ mod tests {
             (9806.65, "g", "mg"),
             (0.0096, "mg", "g"),
             (0.096, "mg", "m/s^2"),
+            (16_500.0, "m/s^2", "6.103515625e-5 g"),
+            (2010.0, "m/s^2", "4.8828125e-4 g"),
         ] {
             let found = doubted(measured(accel, 0.0, read, true));
-            assert!(matches!(&found[..], [doubt] if doubt.read == read && doubt.likely == likely), "{found:?}");
+            assert!(found[0].read == read && found[0].likely == likely, "{found:?}");
+            let rates: Vec<_> = found[1..].iter().map(|doubt| doubt.likely).collect();
+            assert_eq!(rates, if likely.ends_with(" g") { &["SCALE deg/s"][..] } else { &[] });
         }
         let both = measured(1.0, 5.0, "m/s^2", true).unwrap();
         let map = "accel_x=accel_xs:g,accel_y=accel_ys:g,accel_z=accel_zs:g,gyro_x=gyro_xs:deg/s,gyro_y=gyro_ys:deg/s,\

@@ -63,7 +63,7 @@ impl Quantizer {
 
     /// Decides from the numbers of the head, which are in this unit of the channel. Numbers
     /// `of_sensor` are in its own unit, and have at least its decimals; beyond its limit one is
-    /// damaged.
+    /// damaged, unless those of the head are.
     pub(super) fn new(numbers: &[Number], channel: &Channel, unit: &Unit, of_sensor: bool) -> Self {
         // the distance between two zeros must be a whole count
         let of_unit = if unit.zero == 0.0 { 0 } else { 2 };
@@ -77,7 +77,7 @@ impl Quantizer {
         let mut deviations: Vec<f64> = values.iter().map(|value| (value - median).abs()).collect();
         let deviation = nth(&mut deviations, 1.0 - GLITCHES);
         let largest = channel.value(channel.limit_counts);
-        let limit = Some(largest).filter(|limit| of_sensor && usual <= 2.0 * limit);
+        let limit = Some(largest).filter(|limit| of_sensor && usual <= *limit);
         let room = (median.abs() + HEADROOM * deviation).max(2.0 * usual) + unit.zero;
         let within = limit.map_or(room, |limit| room.min(limit));
         // zeros are printed shorter by some scripts, and are no evidence against a last digit
