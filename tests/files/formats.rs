@@ -107,6 +107,15 @@ fn a_sidecar_that_ends_early_is_reported_and_the_rest_excluded() {
 }
 
 #[test]
+fn a_given_rate_that_the_stamps_contradict_is_not_asked_for_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let (document, _) = replay(&stamped(folder.path(), 40.0, |_| false), &["--rate", "50"]);
+    let mut warnings = document["warnings"].as_array().unwrap().iter();
+    let found = warnings.find(|warning| warning["kind"] == "stamps-doubtful").unwrap();
+    assert_eq!((&found["severity"], &found["remedies"]), (&"problem".into(), &Value::Array(vec![])), "{found}");
+}
+
+#[test]
 fn stamps_at_the_ends_of_64_bits_cost_no_sample() {
     let folder = tempfile::tempdir().unwrap();
     let capture = stamped(folder.path(), 40.0, |_| false);

@@ -58,11 +58,11 @@ fn refused_stamps(snapshot: &Snapshot) -> Option<Warning> {
     let refusal = refusal.or(snapshot.refused_before)?;
     let found = Warning::new(Finding::StampsRefused(refusal, is_over));
     let is_other_rate = matches!(refusal, Refusal::OtherRate { .. });
-    // averaging times by a rate that the stamps contradict are wrong
+    // averaging times by a given rate that the stamps contradict are wrong
     let is_wrong = is_other_rate && snapshot.timing.rate_from == RateFrom::Option;
     let found = if is_wrong { found.as_severe_as(Severity::Problem) } else { found };
-    // the stamps of a link are those of its reads, and its rate is known
-    let is_cured = snapshot.link.connects == 0 && (!is_other_rate || is_wrong);
+    // the stamps of a link are those of its reads; there and with another rate, one is known
+    let is_cured = snapshot.link.connects == 0 && !is_other_rate;
     Some(if is_cured { found.cured_by(Remedy::GiveRate(None)) } else { found })
 }
 
