@@ -62,13 +62,13 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
 }
 
 /// The sensor of each recording: as the user calls it, its serial number, or the folder of the
-/// file.
+/// file, which is said to be one.
 fn units(inputs: &[ReplaySpec], all: &[SourceResult], given: &[String]) -> Vec<String> {
     let unit = |(number, (input, measured)): (usize, (&ReplaySpec, &SourceResult))| {
         let serial = measured.source.device.as_ref().and_then(|device| device.serial_number.clone());
         let named = given.get(number).or(given.last().filter(|_| given.len() == 1)).cloned();
         let folder = || input.path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
-        named.or(serial).unwrap_or_else(|| folder().display().to_string())
+        named.or(serial).unwrap_or_else(|| format!("folder {}", folder().display()))
     };
     inputs.iter().zip(all).enumerate().map(unit).collect()
 }
