@@ -2,7 +2,7 @@
 
 use imu_noise::{
     Block, ChannelSignal, Deviation, Estimator, HistogramBars, Interval, NoiseFit, OctaveSum, Sensor, Sides,
-    SpectralLine, counts_to_unit,
+    SpectralLine,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -270,19 +270,17 @@ impl Spectrum {
 
 impl Norm {
     pub(super) fn of(norm: &Magnitude, snapshot: &Snapshot) -> Self {
-        let value = |counts| counts_to_unit(counts, norm.decimals) * norm.scale;
-        let moments = &norm.moments;
         Self {
             name: format!("{}_norm", sensor_of(norm.quantity).map_or("", axes_name)),
             quantity: norm.quantity,
             unit: norm.unit.clone(),
             decimals: converted_decimals(norm.decimals, norm.scale),
             of_mean: snapshot.mean_magnitude(norm.quantity),
-            count: moments.count(),
-            mean: moments.mean_counts().map(value),
-            std: moments.std_counts().map(value),
-            min: moments.min_counts().map(|counts| value(counts.into())),
-            max: moments.max_counts().map(|counts| value(counts.into())),
+            count: norm.count,
+            mean: norm.mean(),
+            std: norm.std(),
+            min: norm.extremes().map(|(min, _)| min),
+            max: norm.extremes().map(|(_, max)| max),
         }
     }
 }
