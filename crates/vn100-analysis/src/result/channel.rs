@@ -12,8 +12,8 @@ use super::{Graded, Inflation, NoiseResult, Parts};
 use crate::{
     accumulate::magnitude::Magnitude,
     assessment::{
-        Assessment, ChannelAssessment, ChannelNoise, LongTauValidity, OctaveAssessment, Onboard, Stationarity,
-        frequency_and_share, have_one_cause,
+        Assessment, ChannelAssessment, ChannelNoise, OctaveAssessment, Onboard, Stationarity, frequency_and_share,
+        have_one_cause,
     },
     datasheet::FigureVerdict,
     sensor::{axes_name, sensor_of},
@@ -344,9 +344,10 @@ impl Maker<'_> {
             octaves,
         };
         let shows_sensor = assessment.motion.is_none() && snapshot.settings.deviation == Deviation::Allan;
-        let noise = found.noise.as_ref().filter(|noise| {
-            noise.long_taus == LongTauValidity::Sensor && noise.sensor != Sensor::Magnetometer && shows_sensor
-        });
+        let noise = found
+            .noise
+            .as_ref()
+            .filter(|noise| noise.of_sensor().is_ok() && noise.sensor != Sensor::Magnetometer && shows_sensor);
         let octaves = found.octaves().iter().map_while(|point| Some((point.tau_s, point.upper?)));
         let octaves: Vec<(f64, f64)> = octaves.collect();
         found.inflation = noise.filter(|_| whole.is_some()).and_then(|noise| Inflation::of(&octaves, noise));
