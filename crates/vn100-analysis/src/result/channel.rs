@@ -48,8 +48,8 @@ pub struct ChannelResult {
     pub stationarity: Option<Stationarity>,
     /// Power spectral density by Welch's method, and its peaks; only at the end.
     pub spectrum: Option<Spectrum>,
-    /// Smallest N and K of a filter by the density; only at the end, null if the record does not show
-    /// it.
+    /// Smallest N and K of a filter by the fitted density; only at the end, null if the record does not
+    /// show it.
     pub inflation: Option<Inflation>,
     /// Consecutive blocks of the record, in time order; only at the end.
     pub blocks: Option<Vec<BlockValues>>,
@@ -348,7 +348,7 @@ impl Maker<'_> {
             .noise
             .as_ref()
             .filter(|noise| noise.of_sensor().is_ok() && noise.sensor != Sensor::Magnetometer && shows_sensor);
-        let octaves = found.octaves().iter().map_while(|point| Some((point.tau_s, point.upper?)));
+        let octaves = found.octaves().iter().map_while(|point| Some((point.tau_s, point.upper.and(point.fitted)?)));
         let octaves: Vec<(f64, f64)> = octaves.collect();
         found.inflation = noise.filter(|_| whole.is_some()).and_then(|noise| Inflation::of(&octaves, noise));
         found

@@ -46,6 +46,15 @@ fn without_gravity_there_is_no_tilt_and_no_drift_along_an_axis() {
 }
 
 #[test]
+fn a_filter_takes_white_noise_as_it_is() {
+    let factors = |seed| result(seed, still).channels.into_iter().filter_map(|axis| axis.inflation?.white_factor);
+    let mut factors: Vec<f64> = (10..14).flat_map(factors).collect();
+    factors.sort_by(f64::total_cmp);
+    assert_eq!(factors.len(), 24);
+    assert!(factors[0] > 0.999 && factors[12] < 1.02 && factors[23] < 1.2, "{factors:?}");
+}
+
+#[test]
 fn rare_large_values_widen_the_interval_of_white_noise() {
     let width = |added| {
         let assessment = Simulated { added, ..Simulated::default() }.record().1;
