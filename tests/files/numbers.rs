@@ -137,6 +137,39 @@ fn white_noise_drifts_as_the_textbook_says() {
     assert_eq!((found, drifts.len()), (7, 3 * (3 + 2 + 2)));
 }
 
+/// Noise of a quarter of a step is hidden, and a dead axis shows no gravity.
+#[test]
+fn the_summary_says_why_there_is_no_drift() {
+    let folder = tempfile::tempdir().unwrap();
+    let coasting = |white: f64, down: f64| {
+        let noise = |name: String, mean: f64, white: f64| json!({"name": name, "statistics": {"mean": mean}, "noise": {"white": {"value": white}}});
+        let gyro = ["x", "y", "z"].map(|axis| noise(format!("gyro_{axis}"), 0.0, white));
+        let accel =
+            [("x", 0.0), ("y", 0.0), ("z", down)].map(|(axis, mean)| noise(format!("accel_{axis}"), mean, 1e-3));
+        let channels = [gyro, accel].concat();
+        let sensor = json!({"source": {"name": "white"}, "timing": {"rate_hz": 40.0}, "channels": channels});
+        let path = folder.path().join("white.json");
+        fs::write(&path, sensor.to_string()).unwrap();
+        let options = ["--message", "VNIMU", "--duration", "10min", "--like", path.to_str().unwrap()];
+        let record = capture(folder.path(), "white.vnimu", &options);
+        let summary = vn100().args(["replay", "--rate", "40", "--coast", "10s"]).arg(record).output().unwrap().stdout;
+        let summary = String::from_utf8(summary).unwrap();
+        summary
+            .split_once("Coasting ")
+            .unwrap()
+            .1
+            .lines()
+            .take(2)
+            .map(|line| line.trim().to_owned())
+            .collect::<Vec<_>>()
+    };
+    let hidden = coasting(4e-8, -9.797);
+    assert!(hidden.iter().all(|line| line.ends_with(" not measurable: rounding hides the noise")), "{hidden:?}");
+    let dead = coasting(1e-4, 0.0);
+    assert!(dead[0].contains(" of heading errors "), "{dead:?}");
+    assert_eq!(dead[1], "velocity not measurable: the mean acceleration is not gravity");
+}
+
 #[test]
 fn ten_minutes_of_it_give_means_and_white_noise() {
     let folder = tempfile::tempdir().unwrap();

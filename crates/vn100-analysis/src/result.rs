@@ -133,12 +133,7 @@ impl SourceResult {
         warnings.sort_by_key(|warning| warning.severity);
         let channels = channel::of(&snapshot, &assessment, parts);
         let is_final = parts == Parts::All && snapshot.settings.deviation == Deviation::Allan;
-        let was_moved = assessment.motion.is_some();
-        let drift = if is_final {
-            drift::of(&channels, &snapshot.settings.coasts, was_moved, assessment.confidence)
-        } else {
-            Vec::new()
-        };
+        let drift = if is_final { drift::of(&channels, &snapshot.settings.coasts, &assessment) } else { Vec::new() };
         Self {
             timing: TimeBase::of(&snapshot),
             link: LinkCounts::of(&snapshot),

@@ -128,15 +128,21 @@ impl GraphicalReadings {
 /// The status is that of `bias_instability`, but a bound needs one for every term. The lower end
 /// counts the flicker noise alone or, if that is only bounded, white noise and random walk if they are
 /// estimated; the upper end counts every term at its own. So the interval holds at the level of those
-/// three or above (Bonferroni). An end is `None` if nothing gives it.
-pub fn curve_minimum(white: &Parameter, bias_instability: &Parameter, random_walk: &Parameter) -> Parameter {
+/// three or above (Bonferroni). An end is `None` if nothing gives it. A K that is only bounded lifts the
+/// minimum too, so that the value counts the one of the likeliest noise, `likeliest_walk`.
+pub fn curve_minimum(
+    white: &Parameter,
+    bias_instability: &Parameter,
+    random_walk: &Parameter,
+    likeliest_walk: f64,
+) -> Parameter {
     let minimum = |white: f64, bias: f64, walk: f64| (PLATEAU * bias * bias + 2.0 * white * walk / 3_f64.sqrt()).sqrt();
     let upper = white.upper.zip(bias_instability.upper).zip(random_walk.upper);
     let upper = upper.map(|((white, bias), walk)| minimum(white, bias, walk));
     match bias_instability.status {
         Status::Estimated => Parameter {
             value: (white.value.zip(bias_instability.value))
-                .map(|(white, bias)| minimum(white, bias, random_walk.value.unwrap_or(0.0))),
+                .map(|(white, bias)| minimum(white, bias, random_walk.value.unwrap_or(likeliest_walk))),
             lower: bias_instability.lower.map(|bias| minimum(0.0, bias, 0.0)),
             upper,
             ..Parameter::without_value(Status::Estimated)
@@ -247,17 +253,19 @@ mod tests {
     fn it_is_the_lowest_point_of_the_curve() {
         for truth in [[1.4e-4, 2.4e-5, 2e-7], [1.4e-4, 1e-9, 2e-7], [2e-3, 3e-4, 1e-5]] {
             let [white, bias, walk] = truth.map(|value| estimated(value, value, value));
-            let minimum = curve_minimum(&white, &bias, &walk);
+            let minimum = curve_minimum(&white, &bias, &walk, 0.0);
             let expected = searched(truth);
             for found in [minimum.value, minimum.upper] {
                 assert!((found.unwrap() / expected - 1.0).abs() < 1e-3, "{truth:?}: {found:?}, not {expected}");
             }
+            // a walk that is not proved is in the curve
+            assert_eq!(curve_minimum(&white, &bias, &bounded(1.0), truth[2]).value, minimum.value);
         }
     }
 
     #[test]
     fn without_flicker_noise_it_over_0_664_is_the_phantom_that_the_recipe_prints() {
-        let minimum = curve_minimum(&estimated(3.0, 3.0, 3.0), &bounded(0.0), &estimated(2.0, 2.0, 2.0));
+        let minimum = curve_minimum(&estimated(3.0, 3.0, 3.0), &bounded(0.0), &estimated(2.0, 2.0, 2.0), 2.0);
         assert_eq!(minimum.status, Status::Bounded);
         let phantom = minimum.upper.unwrap() / (2.0 * LN_2 / PI).sqrt();
         assert!((phantom - 1.62 * 6_f64.sqrt()).abs() < 0.01, "{phantom}");
@@ -266,23 +274,23 @@ mod tests {
     #[test]
     fn white_noise_and_walk_alone_lift_the_lower_end() {
         let (white, walk) = (estimated(3.0, 2.9, 3.1), estimated(2.0, 1.5, 2.5));
-        let minimum = curve_minimum(&white, &bounded(1.0), &walk);
+        let minimum = curve_minimum(&white, &bounded(1.0), &walk, 2.0);
         assert_eq!((minimum.status, minimum.value), (Status::Bounded, None));
         assert!((minimum.lower.unwrap() - searched([2.9, 1e-9, 1.5])).abs() < 1e-3, "{minimum:?}");
         for (white, walk) in [(white, bounded(2.5)), (bounded(3.1), walk)] {
-            assert_eq!(curve_minimum(&white, &bounded(1.0), &walk).lower, None);
+            assert_eq!(curve_minimum(&white, &bounded(1.0), &walk, 2.0).lower, None);
         }
     }
 
     #[test]
     fn a_missing_bound_leaves_the_upper_end_open() {
         let (white, unseen) = (estimated(1.0, 0.9, 1.1), Parameter::without_value(Status::NotObservable));
-        let minimum = curve_minimum(&white, &estimated(1.0, 0.5, 2.0), &unseen);
+        let minimum = curve_minimum(&white, &estimated(1.0, 0.5, 2.0), &unseen, 0.0);
         assert_eq!((minimum.status, minimum.upper), (Status::Estimated, None));
         assert!((minimum.lower.unwrap() - 0.332).abs() < 1e-3);
-        assert_eq!(curve_minimum(&white, &bounded(2.0), &unseen).status, Status::NotObservable);
+        assert_eq!(curve_minimum(&white, &bounded(2.0), &unseen, 0.0).status, Status::NotObservable);
         for status in [Status::NotMeasurable, Status::NotObservable, Status::ModelRejected] {
-            let minimum = curve_minimum(&white, &Parameter::without_value(status), &bounded(1.0));
+            let minimum = curve_minimum(&white, &Parameter::without_value(status), &bounded(1.0), 0.0);
             assert_eq!(minimum, Parameter::without_value(status));
         }
     }

@@ -162,7 +162,7 @@ impl Cell {
         let [white, bias, walk] = [0, 1, 2].map(|term| fit.parameter(TERMS[term]).unwrap());
         let plateau = 2.0 * std::f64::consts::LN_2 / std::f64::consts::PI;
         let truth = (plateau * truths[1] * truths[1] + 2.0 * truths[0] * truths[2] / 3_f64.sqrt()).sqrt();
-        let minimum = curve_minimum(&white, &bias, &walk);
+        let minimum = curve_minimum(&white, &bias, &walk, fit.likeliest.rate_random_walk);
         self.minimum.count(&minimum, truth);
         self.minimum.estimated += usize::from(minimum.status != Status::Estimated && minimum.lower.is_some());
         self.rejected += usize::from(fit.quality.is_none());

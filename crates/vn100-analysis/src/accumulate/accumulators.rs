@@ -196,7 +196,7 @@ impl Accumulators {
             }
         }
         for magnitude in magnitudes {
-            rows.with(magnitude.axes()).for_each(|run| magnitude.push(run, width, &mut column));
+            rows.with(magnitude.axes()).for_each(|run| magnitude.push(run, width));
         }
     }
 
@@ -389,9 +389,9 @@ mod tests {
                     let sums = (channel.octaves, channel.moments, channel.histogram);
                     (sums, signal.blocks(), signal.spectrum().density(imu_noise::Sides::Two, 1.0, 0))
                 });
-                let magnitudes = settled.magnitudes.iter().map(|magnitude| magnitude.moments.clone());
+                let magnitudes = settled.magnitudes.clone();
                 let rest = (settled.recent.clone(), format!("{:?}", settled.temperature), settled.fingerprint.clone());
-                (channels.collect::<Vec<_>>(), magnitudes.collect::<Vec<_>>(), rest)
+                (channels.collect::<Vec<_>>(), magnitudes, rest)
             };
             prop_assert_eq!(of(&waiting), of(&at_once));
         }

@@ -193,7 +193,7 @@ impl ChannelNoise {
     pub fn curve_minimum(&self) -> Option<Parameter> {
         let [white, bias, walk] =
             [Term::White, Term::BiasInstability, Term::RateRandomWalk].map(|term| self.parameter(term));
-        Some(curve_minimum(&white?, &bias?, &walk?))
+        Some(curve_minimum(&white?, &bias?, &walk?, self.fit.likeliest.rate_random_walk))
     }
 
     fn follows_temperature(&self) -> bool {

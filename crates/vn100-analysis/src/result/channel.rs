@@ -2,7 +2,7 @@
 
 use imu_noise::{
     Block, ChannelSignal, Deviation, Estimator, HistogramBars, Interval, NoiseFit, OctaveSum, Sensor, Sides,
-    SpectralLine, counts_to_unit,
+    SpectralLine,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -12,8 +12,8 @@ use super::{Graded, Inflation, NoiseResult, Parts};
 use crate::{
     accumulate::magnitude::Magnitude,
     assessment::{
-        Assessment, ChannelAssessment, ChannelNoise, LongTauValidity, OctaveAssessment, Onboard, Stationarity,
-        frequency_and_share, have_one_cause,
+        Assessment, ChannelAssessment, ChannelNoise, OctaveAssessment, Onboard, Stationarity, frequency_and_share,
+        have_one_cause,
     },
     datasheet::FigureVerdict,
     sensor::{axes_name, sensor_of},
@@ -48,8 +48,8 @@ pub struct ChannelResult {
     pub stationarity: Option<Stationarity>,
     /// Power spectral density by Welch's method, and its peaks; only at the end.
     pub spectrum: Option<Spectrum>,
-    /// Smallest N and K of a filter by the density; only at the end, null if the record does not show
-    /// it.
+    /// Smallest N and K of a filter by the fitted density; only at the end, null if the record does not
+    /// show it.
     pub inflation: Option<Inflation>,
     /// Consecutive blocks of the record, in time order; only at the end.
     pub blocks: Option<Vec<BlockValues>>,
@@ -270,19 +270,17 @@ impl Spectrum {
 
 impl Norm {
     pub(super) fn of(norm: &Magnitude, snapshot: &Snapshot) -> Self {
-        let value = |counts| counts_to_unit(counts, norm.decimals) * norm.scale;
-        let moments = &norm.moments;
         Self {
             name: format!("{}_norm", sensor_of(norm.quantity).map_or("", axes_name)),
             quantity: norm.quantity,
             unit: norm.unit.clone(),
             decimals: converted_decimals(norm.decimals, norm.scale),
             of_mean: snapshot.mean_magnitude(norm.quantity),
-            count: moments.count(),
-            mean: moments.mean_counts().map(value),
-            std: moments.std_counts().map(value),
-            min: moments.min_counts().map(|counts| value(counts.into())),
-            max: moments.max_counts().map(|counts| value(counts.into())),
+            count: norm.count,
+            mean: norm.mean(),
+            std: norm.std(),
+            min: norm.extremes().map(|(min, _)| min),
+            max: norm.extremes().map(|(_, max)| max),
         }
     }
 }
@@ -346,10 +344,11 @@ impl Maker<'_> {
             octaves,
         };
         let shows_sensor = assessment.motion.is_none() && snapshot.settings.deviation == Deviation::Allan;
-        let noise = found.noise.as_ref().filter(|noise| {
-            noise.long_taus == LongTauValidity::Sensor && noise.sensor != Sensor::Magnetometer && shows_sensor
-        });
-        let octaves = found.octaves().iter().map_while(|point| Some((point.tau_s, point.upper?)));
+        let noise = found
+            .noise
+            .as_ref()
+            .filter(|noise| noise.of_sensor().is_ok() && noise.sensor != Sensor::Magnetometer && shows_sensor);
+        let octaves = found.octaves().iter().map_while(|point| Some((point.tau_s, point.upper.and(point.fitted)?)));
         let octaves: Vec<(f64, f64)> = octaves.collect();
         found.inflation = noise.filter(|_| whole.is_some()).and_then(|noise| Inflation::of(&octaves, noise));
         found

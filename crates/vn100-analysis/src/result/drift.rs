@@ -9,7 +9,7 @@ use serde::Serialize;
 use vn100_protocol::Quantity;
 
 use super::ChannelResult;
-use crate::{assessment::LongTauValidity, coast::Coast};
+use crate::{assessment::Assessment, coast::Coast, warning::Finding};
 
 /// A minute: beyond it the position depends on more than the noise.
 const LONGEST_POSITION: Duration = Duration::from_secs(60);
@@ -64,7 +64,9 @@ fn axes(channels: &[ChannelResult], quantity: Quantity) -> Vec<&ChannelResult> {
 }
 
 /// The drifts of all axes; none for a stream without a gyroscope and an accelerometer.
-pub(super) fn of(channels: &[ChannelResult], coasts: &[Coast], was_moved: bool, confidence: f64) -> Vec<DriftResult> {
+pub(super) fn of(channels: &[ChannelResult], coasts: &[Coast], assessment: &Assessment) -> Vec<DriftResult> {
+    // the tilt turns gravity, which a dead or wrongly scaled axis does not show
+    let has_gravity = !assessment.warnings.iter().any(|warning| matches!(warning.finding, Finding::Gravity(_)));
     let mut distinct: Vec<Coast> = Vec::new();
     for coast in if coasts.is_empty() { &Coast::DEFAULTS } else { coasts } {
         if !distinct.contains(coast) {
@@ -75,8 +77,8 @@ pub(super) fn of(channels: &[ChannelResult], coasts: &[Coast], was_moved: bool, 
     let gyroscope = axes(channels, Quantity::AngularRate);
     let accelerometer = axes(channels, Quantity::Acceleration);
     let made = |axis: &ChannelResult, of, coast, found: Result<(Drift, Option<Drift>), Status>| {
-        let found = if was_moved { Err(Status::Moved) } else { found };
-        result(axis, of, coast, found, confidence)
+        let found = if assessment.motion.is_some() { Err(Status::Moved) } else { found };
+        result(axis, of, coast, found, assessment.confidence)
     };
     let angles = gyroscope.iter().flat_map(|axis| {
         coasts.iter().map(|coast| {
@@ -93,6 +95,7 @@ pub(super) fn of(channels: &[ChannelResult], coasts: &[Coast], was_moved: bool, 
         let all = coasts.flat_map(move |coast| kinds.map(|kind| (kind, *coast)));
         let of_kind = |((of, own, tilted), coast)| {
             let tilt = tilt(&gyroscope, &accelerometer, place, tilted, coast);
+            let tilt = if has_gravity { tilt } else { Err(Status::NotMeasurable) };
             let found = tilt.and_then(|tilt| drift(axis, own, coast).map(|own| (sum(&[Some(own), tilt]), Some(own))));
             made(axis, of, coast, found)
         };
@@ -113,13 +116,7 @@ pub fn angle_drift(axis: &ChannelResult, coast_s: f64) -> Option<Drift> {
 
 /// The drift of an axis, in its unit and seconds.
 fn drift(axis: &ChannelResult, integral: Integral, coast: Coast) -> Result<Drift, Status> {
-    let noise = axis.noise.as_ref().ok_or(Status::NotMeasurable)?;
-    match noise.long_taus {
-        LongTauValidity::Sensor => {}
-        LongTauValidity::Motion => return Err(Status::Moved),
-        LongTauValidity::Spoiled => return Err(Status::ModelRejected),
-        _ => return Err(Status::NotMeasurable),
-    }
+    axis.noise.as_ref().ok_or(Status::NotMeasurable)?.of_sensor()?;
     let point =
         |point: &super::Point| Some(CurvePoint { tau_s: point.tau_s, deviation: point.deviation?, edf: point.edf? });
     let curve: Vec<CurvePoint> = axis.octaves().iter().map_while(point).collect();

@@ -1,5 +1,4 @@
-//! The smallest white noise and walk that lie above the measured density: a lower bound of what a
-//! filter must be given.
+//! The smallest white noise and walk that lie above the fitted density: what a filter takes.
 
 use std::f64::consts::TAU;
 
@@ -15,9 +14,8 @@ const USE_S: f64 = 60.0;
 /// The walk of this many B per √(averaging time) drifts over that time as flicker of B does.
 pub const WALK_OF_FLICKER: f64 = 1.15;
 
-/// The smallest N and K together whose density lies above the measured one, with the upper end of its
-/// interval, at all frequencies from that of the time of use on: a lower bound of what a filter
-/// must be given. K is at least the walk that drifts over the time of use as the estimated B does,
+/// The smallest N and K together whose density lies above the fitted one at all frequencies from that
+/// of the time of use on: what a filter takes by the likeliest noise. K is at least the walk that drifts over the time of use as the estimated B does,
 /// 1.15 B/√(time): a filter with less believes that its bias stands still. A record at rest knows
 /// nothing of scale factor, vibration in motion, timing and linearisation, for which filters are
 /// inflated further.
@@ -36,8 +34,8 @@ pub struct Inflation {
 }
 
 impl Inflation {
-    /// Of the octaves, each an averaging time in seconds with the upper end of its interval; `None` if the
-    /// density has less than two points.
+    /// Of the octaves, each an averaging time in seconds with the fitted deviation; `None` if the density
+    /// has less than two points.
     pub(super) fn of(octaves: &[(f64, f64)], noise: &NoiseResult) -> Option<Self> {
         let bounds = densities(octaves);
         let lowest_hz = bounds.last().filter(|_| bounds.len() >= 2)?.0;
@@ -58,7 +56,7 @@ impl Inflation {
     }
 }
 
-/// Frequency and upper bound of the two-sided density at each octave, to the first that is as long as the time of use.
+/// Frequency and two-sided density at each octave, to the first that is as long as the time of use.
 ///
 /// The Allan variance is the density seen through a band-pass of about an octave: S(c/τ) = τ σ²(τ),
 /// with c = 1/(4 ln 2) = 0.361 for flicker noise and √3/(2π) = 0.276 for a walk (IEEE Std 952); white
@@ -66,7 +64,7 @@ impl Inflation {
 fn densities(octaves: &[(f64, f64)]) -> Vec<(f64, f64)> {
     const OF_FLICKER: f64 = 0.361;
     const OF_WALK: f64 = 0.276;
-    let known: Vec<(f64, f64)> = octaves.iter().map(|(tau_s, upper)| (*tau_s, upper * upper)).collect();
+    let known: Vec<(f64, f64)> = octaves.iter().map(|(tau_s, fitted)| (*tau_s, fitted * fitted)).collect();
     let density = |(place, (tau_s, variance)): (usize, &(f64, f64))| {
         let next = known.get(place + 1).unwrap_or(&known[place]);
         let slope = (next.1 / variance).log2().clamp(0.0, 1.0);

@@ -214,6 +214,22 @@ impl NoiseResult {
         self.curve_minimum.as_ref().map(|found| found.parameter)
     }
 
+    /// Why no averaging time of the curve shows the sensor as it is; `Ok` where each does.
+    pub(super) fn of_sensor(&self) -> Result<(), Status> {
+        match self.long_taus {
+            // rounding hides N, and makes a curve of its own
+            LongTauValidity::Sensor
+                if self.parameter(Term::White).is_some_and(|white| white.status == Status::NotMeasurable) =>
+            {
+                Err(Status::NotMeasurable)
+            }
+            LongTauValidity::Sensor => Ok(()),
+            LongTauValidity::Motion => Err(Status::Moved),
+            LongTauValidity::Spoiled => Err(Status::ModelRejected),
+            _ => Err(Status::NotMeasurable),
+        }
+    }
+
     /// What N is uncertain by; `None` without N.
     pub fn budget(&self) -> Option<&Budget> {
         self.white.as_ref()?.budget.as_ref()

@@ -45,7 +45,7 @@ struct FilterValue {
     term: Term,
     /// The value, or why it is not known.
     found: Result<KnownValue, Missing>,
-    /// The lower bound of inflation; 0 if there is none.
+    /// What inflation gives; 0 if there is none.
     least: f64,
 }
 
@@ -225,8 +225,8 @@ impl FilterNoise {
         Ok(self.of_terms(terms).filter_map(|value| value.found.as_ref().err().cloned()).collect())
     }
 
-    /// What is said at the head of a file that takes these terms. A filter with less than the lower
-    /// bounds is too sure; where the file has more, they say nothing.
+    /// What is said at the head of a file that takes these terms. A filter with less than the inflated
+    /// values is too sure; if the file has more, they say nothing.
     pub(super) fn remarks(&self, terms: &[Term]) -> Vec<String> {
         let of_term = |term| self.remarks.iter().filter(move |(of, _)| of == term).map(|(_, remark)| remark.clone());
         let is_more = |of: &&FilterValue| of.found.as_ref().is_ok_and(|known| of.least > known.value);
@@ -234,7 +234,8 @@ impl FilterNoise {
         let more =
             more.map(|of| format!("{} {:.3e} {}", name_of(of.sensor, of.term), of.least, si_unit(of.sensor, of.term)));
         let more = more.collect::<Vec<_>>().join(", ");
-        let more = (!more.is_empty()).then(|| format!("a filter that shall not be too sure takes at least: {more}"));
+        let more = (!more.is_empty())
+            .then(|| format!("by the fit, a filter that shall not be too sure takes at least: {more}"));
         terms.iter().flat_map(of_term).chain(more).collect()
     }
 

@@ -46,18 +46,18 @@ const VALUES: [Entry; 3] = [
         "IEEE Std 952-1997, annex C; NIST SP 1065; Farrell et al., IEEE Control Systems Magazine 42(6), 2022",
     ),
     (
-        ("inflation", &["inflate", "lower bound of inflation"]),
-        "lower bound of what a filter is given",
+        ("inflation", &["inflate"]),
+        "what a filter takes by the fit",
         [
-            "The smallest N and K together whose density N^2 + K^2/(2 pi f)^2 lies above the measured one, with the upper end of its interval, \
-             at all frequencies from that of a minute of use on; over the estimates, the least factors of inflation. K is no less than the walk \
+            "The smallest N and K together whose density N^2 + K^2/(2 pi f)^2 lies above the fitted one at all \
+             frequencies from that of a minute of use on; over the estimates, the least factors of inflation. K is no less than the walk \
              that drifts in a minute as the bias instability does, 1.15 B/sqrt(60 s).",
             "White noise and a walk alone lie below the density where flicker, correlated noise or vibration add to it, and a filter is then too sure.",
-            "Do not go below it. A record at rest knows nothing of scale factor, vibration in motion, timing and linearisation, for which people \
+            "With less, a filter is too sure of the noise of the record. A record at rest knows nothing of scale factor, vibration in motion, timing and linearisation, for which people \
              multiply by ten.",
         ],
         &[],
-        "IEEE Std 952-1997, annex C, for the densities of the terms; NIST SP 1065 for the intervals",
+        "IEEE Std 952-1997, annex C, for the densities of the terms",
     ),
 ];
 

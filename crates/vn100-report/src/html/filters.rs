@@ -39,7 +39,7 @@ pub(super) fn drift(record: &SourceResult, figures: &Figures, captions: &Caption
     }
 }
 
-/// The smallest N and K whose density lies above the measured one.
+/// The smallest N and K whose density lies above the fitted one.
 fn inflation(record: &SourceResult) -> Markup {
     let axes: Vec<_> = record.channels.iter().filter_map(|axis| Some((axis, axis.inflation?))).collect();
     let factor = |value: Option<f64>| value.map_or_else(|| NOTHING.into(), |value| format!("{value:.2}"));
@@ -52,10 +52,10 @@ fn inflation(record: &SourceResult) -> Markup {
     html! {
         @if let Some((_, first)) = axes.first() {
             p {
-                "Lower bound of inflation: the smallest N and K whose density lies above the measured one, with the upper end of its interval, at all frequencies from "
+                "Inflation: the smallest N and K whose density lies above the fitted one at all frequencies from "
                 (format!("{:.3}", 1.0 / first.use_s)) " Hz on, K no less than the walk that drifts as B does (" (WALK_OF_FLICKER) " B/√time). A record at rest knows nothing of scale factor, vibration in motion, timing and linearisation, for which filters are inflated further."
             }
-            div.scroll { table aria-label="Lower bound of inflation" {
+            div.scroll { table aria-label="Inflation" {
                 thead { tr { th scope="col" { "axis" } th scope="col" { "N at least" } th scope="col" { "over N" } th scope="col" { "K at least" } th scope="col" { "over K" } } }
                 tbody { @for (axis, found) in &axes {
                     tr { th scope="row" { (axis.name) } td { (least(axis, Term::White, found.white)) } td { (factor(found.white_factor)) } td { (least(axis, Term::RateRandomWalk, found.walk)) } td { (factor(found.walk_factor)) } }
