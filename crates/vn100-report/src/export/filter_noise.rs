@@ -273,23 +273,31 @@ fn measured(record: &SourceResult, (quantity, sensor): (Quantity, Sensor), span_
     };
     let uncompensated = uncompensated_message(record.source.message.as_deref().unwrap_or_default());
     let another_message = [Remedy::MeasureWith(Setting::Message(uncompensated))];
-    let too_short = "neither an estimate nor an upper bound; the record is too short";
     let (no_walk, cure): (_, &[Remedy]) = match noise.long_taus {
-        LongTauValidity::Sensor => (None, &[Remedy::Plan]),
-        LongTauValidity::Compensated => {
-            (Some("B and K are not measurable in a bias-compensated message"), &another_message)
-        }
+        LongTauValidity::Sensor => not_shown(&axes, Term::RateRandomWalk),
+        LongTauValidity::Compensated => ("B and K are not measurable in a bias-compensated message", &another_message),
         LongTauValidity::LooksCompensated => {
-            (Some("a filter removes the bias from this stream, and B and K with it"), &[Remedy::SayCompensated])
+            ("a filter removes the bias from this stream, and B and K with it", &[Remedy::SayCompensated])
         }
         LongTauValidity::Surroundings | LongTauValidity::Motion | LongTauValidity::Spoiled => {
-            (Some("B and K are not the sensor's"), &[])
+            ("B and K are not the sensor's", &[])
         }
     };
-    let density = noisiest(&axes, density).map_or_else(|| missing(Term::White, too_short, &[Remedy::Plan]), Ok);
-    let slow = noisiest(&axes, |axis| random_walk(axis, span_s)).filter(|_| no_walk.is_none());
-    let slow = slow.map_or_else(|| missing(Term::RateRandomWalk, no_walk.unwrap_or(too_short), cure), Ok);
-    [white(density), walk(slow)]
+    let (no_white, white_cure) = not_shown(&axes, Term::White);
+    let density = noisiest(&axes, density).map_or_else(|| missing(Term::White, no_white, white_cure), Ok);
+    let slow = noisiest(&axes, |axis| random_walk(axis, span_s)).filter(|_| noise.long_taus == LongTauValidity::Sensor);
+    [white(density), walk(slow.map_or_else(|| missing(Term::RateRandomWalk, no_walk, cure), Ok))]
+}
+
+/// Why a record whose long averaging times are those of the sensor shows a term on no axis, and what would
+/// show it.
+fn not_shown(axes: &[&ChannelResult], term: Term) -> (&'static str, &'static [Remedy]) {
+    let mut statuses = axes.iter().filter_map(|axis| Some(axis.noise.as_ref()?.parameter(term)?.status));
+    match statuses.find(|status| *status != Status::NotObservable) {
+        Some(Status::NotMeasurable) => ("the rounding of its samples hides it, and more digits show it", &[]),
+        Some(Status::ModelRejected) => ("its deviation follows the noise model over no range of averaging times", &[]),
+        _ => ("neither an estimate nor an upper bound; the record is too short", &[Remedy::Plan]),
+    }
 }
 
 /// The largest value of the axes; an axis without a value is named.

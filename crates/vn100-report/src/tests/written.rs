@@ -1,9 +1,13 @@
 //! The texts, tables and documents of a record.
 
+use proptest::prelude::*;
 use serde_json::Value;
-use vn100_analysis::{Completion, SourceResult, protocol::stream::BagReport};
+use vn100_analysis::{
+    Completion, SourceResult,
+    protocol::{VNIMU, stream::BagReport},
+};
 
-use super::fixture::{at_rest, long_at_rest};
+use super::fixture::{at_rest, long_at_rest, measured};
 use crate::remedies::page_words;
 use crate::{Consumer, Document, Evaluation, FilterNoise, metrics_text, summary::Summary};
 
@@ -65,6 +69,25 @@ fn a_file_for_a_filter_names_its_record_and_asks_for_more_only_than_it_has() {
                 assert!(value(least) > value(own), "{least} {text}");
             }
         }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(6))]
+
+    #[test]
+    fn a_refused_file_blames_what_hides_the_noise(std in 0.15_f64..0.25, samples in 8000_u64..16_000) {
+        let refusal = |samples, accel: (f64, f64)| {
+            let channels = [[(2100.0, 5.0); 3], [accel; 3], [(300.0, 200.0); 3]].concat();
+            let channels = [&channels[..], &[(251.0, 1.0), (101_325.0, 8.0)]].concat();
+            let record = measured((&VNIMU, 40.0), samples, &channels, |_, _, _| 0.0);
+            let error = Consumer::named("kalibr").unwrap().file(&FilterNoise::of(&record, 60.0)).unwrap_err();
+            format!("{error} {}", error.advice(page_words))
+        };
+        let rounded = refusal(samples, (120.0, std));
+        prop_assert!(rounded.contains("more digits") && !rounded.contains("short"), "{}", rounded);
+        let short = refusal(6, (120.0, 40.0));
+        prop_assert!(short.contains("record is too short") && !short.contains("digits"), "{}", short);
     }
 }
 
