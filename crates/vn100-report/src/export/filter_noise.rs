@@ -35,6 +35,8 @@ pub struct FilterNoise {
     remarks: Vec<(Term, String)>,
     /// Of the accelerometer and the gyroscope, each N and K.
     values: Vec<FilterValue>,
+    /// The sensors of which the stream has no channel.
+    absent: Vec<Sensor>,
     was_moved: bool,
 }
 
@@ -143,6 +145,7 @@ impl FilterNoise {
             let unknown = "if the rates are bias-compensated, which is not known, B and K are too small";
             remarks.push((Term::RateRandomWalk, unknown.into()));
         }
+        let has = |of| record.streamed().any(|channel| channel.quantity == of);
         Self {
             rate_hz: record.timing.rate_hz,
             // no filter reads another type
@@ -150,6 +153,7 @@ impl FilterNoise {
             scale_factor_ppm: None,
             remarks,
             values: QUANTITIES.into_iter().flat_map(|of| measured(record, of, span_s)).collect(),
+            absent: QUANTITIES.into_iter().filter(|(of, _)| !has(*of)).map(|(_, sensor)| sensor).collect(),
             was_moved: record.motion.is_some(),
         }
     }
@@ -176,7 +180,32 @@ impl FilterNoise {
             scale_factor_ppm: None,
             remarks: of_all.chain([(Term::RateRandomWalk, SHEET_WALK.into())]).collect(),
             values: QUANTITIES.into_iter().flat_map(of_sensor).collect(),
+            absent: Vec::new(),
             was_moved: false,
+        }
+    }
+
+    /// Takes the sensor that this stream lacks from another stream of the same capture. A stream that lacks
+    /// both is none that a filter reads.
+    pub fn join(&mut self, other: &Self) {
+        let is_read = self.absent.len() < QUANTITIES.len();
+        let in_other = |sensor: &Sensor| !other.absent.contains(sensor);
+        for sensor in self.absent.clone().into_iter().filter(in_other) {
+            let both = self.values.iter_mut().zip(&other.values).filter(|(value, _)| value.sensor == sensor);
+            both.for_each(|(value, found)| match &mut value.found {
+                Err(missing) if !is_read => {
+                    missing.why += ", which another stream of the capture has";
+                    missing.remedies = vec![Remedy::GiveTopic];
+                }
+                _ => value.clone_from(found),
+            });
+            if is_read {
+                let origin: Vec<_> = other.remarks.iter().take(2).map(|(_, remark)| &**remark).collect();
+                let remark = format!("the {} is that of another stream: {}", sensor_name(sensor), origin.join(", "));
+                self.remarks.push((Term::White, remark));
+                self.was_moved |= other.was_moved;
+                self.absent.clear();
+            }
         }
     }
 
@@ -267,7 +296,7 @@ fn measured(record: &SourceResult, (quantity, sensor): (Quantity, Sensor), span_
         Err(Missing { value: name_of(sensor, term), why: why.into(), remedies })
     };
     let Some(noise) = axes.first().and_then(|axis| axis.noise.as_ref()) else {
-        let why = format!("the capture has no channel {}", axes_name(sensor));
+        let why = format!("the stream has no channel {}", axes_name(sensor));
         let missing = |term| missing(term, &why, &[Remedy::MapColumns(None)]);
         return [white(missing(Term::White)), walk(missing(Term::RateRandomWalk))];
     };
