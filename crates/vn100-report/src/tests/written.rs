@@ -3,13 +3,13 @@
 use proptest::prelude::*;
 use serde_json::Value;
 use vn100_analysis::{
-    Completion, SourceResult,
-    protocol::{VNIMU, stream::BagReport},
+    CaveatKind, Comparison, Completion, SourceResult,
+    protocol::{Layout, VNIMU, stream::BagReport},
 };
 
 use super::fixture::{at_rest, long_at_rest, measured};
 use crate::remedies::page_words;
-use crate::{Consumer, Document, Evaluation, FilterNoise, metrics_text, summary::Summary};
+use crate::{Consumer, Document, Evaluation, FilterNoise, caveats::caveat_in_words, metrics_text, summary::Summary};
 
 fn document(result: &SourceResult) -> Value {
     serde_json::to_value(Document::new(result, page_words)).unwrap()
@@ -88,6 +88,21 @@ proptest! {
         prop_assert!(rounded.contains("more digits") && !rounded.contains("short"), "{}", rounded);
         let short = refusal(6, (120.0, 40.0));
         prop_assert!(short.contains("record is too short") && !short.contains("digits"), "{}", short);
+    }
+
+    #[test]
+    fn what_is_done_on_board_is_stated_only_if_it_is_known(hz in 20_u32..100, times in 2_u32..5) {
+        let said = |layout: &Layout| {
+            let of = |hz| measured((layout, f64::from(hz)), 512, &vec![(0.0, 50.0); layout.channels.len()], |_, _, _| 0.0);
+            let records = [of(hz * times), of(hz)];
+            let comparison = Comparison::of(&records, &[], 0.95);
+            let caveat = comparison.caveats.iter().find(|caveat| caveat.kind == CaveatKind::Sampling).unwrap();
+            caveat_in_words(caveat, &records, &comparison, page_words)
+        };
+        let of_table = said(&Layout { message: "CSV".into(), ..VNIMU.clone() });
+        prop_assert!(of_table.starts_with("the sensor may average and decimate differently"), "{}", of_table);
+        let of_vn100 = said(&VNIMU);
+        prop_assert!(of_vn100.starts_with("the sensor averages and decimates differently"), "{}", of_vn100);
     }
 }
 
