@@ -107,3 +107,60 @@ fn streams_of_a_table_are_reported_and_compared_and_chosen() {
     assert!(text.contains("log.csv: no columns of \"magg\": name some of gyro, accel, mag"), "{text}");
     assert_eq!(refused.status.code(), Some(3));
 }
+
+/// A gyroscope at 100 Hz and an accelerometer at 25 Hz.
+#[test]
+fn what_one_stream_has_is_not_asked_of_another() {
+    const SENSORS: [&str; 2] = ["--columns", "gyro_x=gyro_x:rad/s,accel_x=mag_x:m/s^2,t=t:s"];
+    let folder = tempfile::tempdir().unwrap();
+    let [path, sheet, page] = ["log.csv", "sheet.toml", "page.html"].map(|name| folder.path().join(name));
+    let mut state = 1_796_067_846_u64;
+    let mut text = "t,gyro_x,mag_x\n".to_owned();
+    for row in 0..ROWS {
+        let mut noise = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state % 1000) as f64 * 1e-6
+        };
+        let acceleration = if row % 4 == 0 { noise().to_string() } else { String::new() };
+        writeln!(text, "{:.2},{:.6},{acceleration}", row as f64 * 0.01, noise()).unwrap();
+    }
+    fs::write(&path, text).unwrap();
+    let figure = "sensor = \"gyroscope\"\nparameter = \"white\"\nunit = \"rad/s/sqrt(Hz)\"\nlimit = 1e-4";
+    fs::write(&sheet, format!("name = \"x\"\ndensity = \"two-sided\"\n[[figure]]\n{figure}\n")).unwrap();
+    for (option, asked, met) in [
+        ("--until", "gyro N ±20%", true),
+        ("--until", "accel_x N ±60%", true),
+        ("--until", "gyro_y N ±20%", false),
+        ("--fail-on", "gyro_x N", true),
+        ("--fail-on", "gyro_y N", false),
+        ("--fail-on", "accel N", false),
+    ] {
+        let options = [&SENSORS[..], &["--datasheet", sheet.to_str().unwrap(), option, asked]].concat();
+        let (results, exit) = replay(&path, &options);
+        assert_eq!(exit, if met { 0 } else { 4 }, "{asked} {results}");
+        let whole = |place: usize, rows| results[place]["timing"]["samples"] == rows;
+        let whole = [whole(0, ROWS), whole(1, ROWS / 4)];
+        assert!(!met || whole == [!asked.ends_with("20%"), !asked.ends_with("60%")], "{asked} {whole:?}");
+    }
+    let (results, _) = replay(&path, &SENSORS);
+    let export = |more: &[&str]| {
+        let report = ["--export", "kalibr", "--force", "-o", page.to_str().unwrap()];
+        vn100().arg("report").arg(&path).args(SENSORS).args(report).args(more).output().unwrap()
+    };
+    let made = export(&[]);
+    assert!(made.status.success(), "{made:?}");
+    for (place, rate) in [("-1", "100"), ("-2", "25")] {
+        let file = fs::read_to_string(folder.path().join(format!("page{place}.imu.yaml"))).unwrap();
+        for (sensor, result, axis) in [("gyroscope", 0, "gyro_x"), ("accelerometer", 1, "accel_x")] {
+            let (_, value) = file.split_once(&format!("\n{sensor}_noise_density: ")).unwrap();
+            let value: f64 = value.lines().next().unwrap().parse().unwrap();
+            let expected = channel(&results[result], axis)["noise"]["white"]["value"].as_f64().unwrap();
+            assert!((value / expected - 1.0).abs() < 1e-4, "{value} {expected}\n{file}");
+        }
+        assert!(file.contains(&format!("update_rate: {rate}")) && file.contains("is that of another stream"), "{file}");
+    }
+    let alone = String::from_utf8(export(&["--topic", "gyro"]).stderr).unwrap();
+    assert!(alone.contains("the stream has no channel accel"), "{alone}");
+}

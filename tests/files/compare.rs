@@ -2,6 +2,7 @@
 //! for the length of a measurement.
 
 use std::{
+    f64::consts::PI,
     fmt::Write,
     fs,
     path::{Path, PathBuf},
@@ -396,4 +397,29 @@ fn three_sensors_foretell_the_next_and_a_copy_counts_once() {
         assert!(text.contains(expected), "{expected}: {text}");
     }
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+}
+
+#[test]
+fn a_record_in_other_units_is_the_same_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = |name: &str, mut state: u64, unit: &str, factor: f64| {
+        let mut text = format!("t,gyro_x [{unit}],gyro_y [{unit}],gyro_z [{unit}]\n");
+        for row in 0..5000 {
+            let rates = [0.1, -0.2, 0.05].map(|mean| {
+                state ^= state << 13;
+                state ^= state >> 7;
+                state ^= state << 17;
+                format!(",{:.7}", factor * (mean + (state % 10_000) as f64 * 1e-5))
+            });
+            writeln!(text, "{:.2}{}", f64::from(row) * 0.01, rates.concat()).unwrap();
+        }
+        let path = folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        path
+    };
+    let degrees = table("degrees.csv", 1, "deg/s", 1.0);
+    for (state, expected) in [(1, vec!["same-samples"]), (2, vec![])] {
+        let (document, _) = compare(&[degrees.clone(), table("radians.csv", state, "rad/s", PI / 180.0)], &[]);
+        assert_eq!(kinds(&document["caveats"]), expected, "{state}");
+    }
 }

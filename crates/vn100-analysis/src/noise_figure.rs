@@ -1,6 +1,6 @@
 //! A noise parameter of some channels, as users write it: `gyro N`, `accel_y B`.
 
-use std::{fmt, str::FromStr};
+use std::{fmt, str::FromStr, sync::Arc};
 
 use imu_noise::{Sensor, Term};
 use vn100_protocol::{BINARY, Channel, Layout, Quantity, VNIMU};
@@ -27,6 +27,16 @@ impl NoiseFigure {
     /// Whether the channel of this name and quantity is one of the channels of the figure.
     pub fn concerns(&self, name: &str, quantity: Quantity) -> bool {
         name == self.channels || self.channels == axes_name(self.sensor) && sensor_of(quantity) == Some(self.sensor)
+    }
+
+    /// Whether `layout` has a channel of this figure.
+    pub fn is_in(&self, layout: &Layout) -> bool {
+        layout.channels.iter().any(|channel| self.concerns(&channel.name, channel.quantity))
+    }
+
+    /// Whether one of `others` has a channel of this figure, and `own` has none.
+    pub fn is_only_in(&self, others: &[Arc<Layout>], own: Option<&Layout>) -> bool {
+        !own.is_some_and(|own| self.is_in(own)) && others.iter().any(|other| self.is_in(other))
     }
 
     /// The number of axes of the figure.

@@ -223,8 +223,12 @@ impl SourceResult {
 
     /// Whether the stream has a channel of this figure.
     pub fn has_channel_of(&self, figure: &NoiseFigure) -> bool {
-        let channels = self.basis.snapshot.layout_channels();
-        channels.iter().any(|channel| figure.concerns(&channel.name, channel.quantity))
+        self.basis.snapshot.layout.as_ref().is_some_and(|layout| figure.is_in(layout))
+    }
+
+    /// Whether the channel of this figure is in another stream of the file alone.
+    pub fn is_elsewhere(&self, figure: &NoiseFigure) -> bool {
+        figure.is_only_in(&self.source.other_streams, self.basis.snapshot.layout.as_deref())
     }
 
     /// Why no record of this message shows the parameter of the goal; see [`Goal::out_of_reach`].

@@ -5,10 +5,14 @@ use serde::{Serialize, Serializer};
 use std::{
     collections::BTreeMap,
     str::FromStr,
+    sync::Arc,
     time::{Duration, SystemTime},
 };
 
-use vn100_protocol::stream::{BagReport, CsvReport, FileReport};
+use vn100_protocol::{
+    Layout,
+    stream::{BagReport, CsvReport, FileReport},
+};
 
 use crate::{
     snapshot::PlaceMark,
@@ -46,6 +50,9 @@ pub struct SourceFacts {
     /// Topic of a bag, or group of columns of a table, if the source may have several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stream: Option<String>,
+    /// Messages of the other streams of the file.
+    #[serde(skip)]
+    pub other_streams: Vec<Arc<Layout>>,
     /// Messages of a topic of a bag: messages = used + without_sample + unreadable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bag: Option<BagReport>,

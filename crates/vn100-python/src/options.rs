@@ -16,7 +16,7 @@ use pyo3::{
 };
 use vn100_analysis::noise::{Deviation, Estimator};
 use vn100_analysis::{AveragingTimes, Coast, Settings};
-use vn100_capture::{Capture, CaptureOptions, OpenError, RecordingPart, joined_parts, missing_parts};
+use vn100_capture::{CaptureOptions, OpenError, RecordingPart, joined_parts, missing_parts};
 use vn100_protocol::stream::{MeasuredFrames, ReadOptions};
 use vn100_session::ReplaySpec;
 
@@ -143,16 +143,8 @@ impl ReplayOptions {
 
     /// How each stream of a file is replayed.
     pub(crate) fn specs(&self, path: &Path) -> Vec<ReplaySpec> {
-        let topics = Capture::streams(path, &self.capture);
-        let is_one_of_several = topics.len() > 1;
-        let spec = |topic| ReplaySpec {
-            capture: CaptureOptions { topic, ..self.capture.clone() },
-            is_one_of_several,
-            settings: self.settings.clone(),
-            read: self.read,
-            ..ReplaySpec::of(path)
-        };
-        topics.into_iter().map(spec).collect()
+        let (capture, settings) = (self.capture.clone(), self.settings.clone());
+        ReplaySpec { capture, settings, read: self.read, ..ReplaySpec::of(path) }.streams()
     }
 }
 

@@ -93,11 +93,18 @@ fn sampling(a: &SourceResult, b: &SourceResult) -> String {
         Some(onboard.window.white_factor())
     };
     let (a, of_a, b, of_b) = (&a.source.name, factor(a), &b.source.name, factor(b));
-    let by = of_a.zip(of_b).map_or_else(String::new, |(of_a, of_b)| {
-        format!(" (by {of_a:.2} in {a} and {of_b:.2} in {b}, ±{:.0} %)", 100.0 * Onboard::UNCERTAINTY)
-    });
+    let differently = match of_a.zip(of_b) {
+        Some((of_a, of_b)) => format!(
+            "averages and decimates differently in {a} and {b}: aliasing raises its white noise differently (by {of_a:.2} in {a} and {of_b:.2} in \
+             {b}, ±{:.0} %)",
+            100.0 * Onboard::UNCERTAINTY
+        ),
+        // what it does on board is not known
+        None => format!(
+            "may average and decimate differently in {a} and {b}, and its white noise be raised differently by aliasing"
+        ),
+    };
     format!(
-        "the sensor averages and decimates differently in {a} and {b}: aliasing raises its white noise differently{by}, so that differences of \
-         short octaves or of N need not be differences of the sensors"
+        "the sensor {differently}, so that differences of short octaves or of N need not be differences of the sensors"
     )
 }

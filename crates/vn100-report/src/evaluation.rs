@@ -56,12 +56,14 @@ impl Evaluation {
         without_limit.map(|asked| (asked, sheet.name.as_str()))
     }
 
-    /// Adds verdicts, and to `unmet` each parameter that must pass and does not.
+    /// Adds verdicts, and to `unmet` each parameter that must pass and does not; one whose channel is
+    /// in another stream of the file must pass there.
     pub fn complete(&self, mut result: SourceResult) -> SourceResult {
         self.judge(&mut result);
         // a source that gave nothing has failed worse
         let gave_nothing = result.completion == Completion::NoData;
-        for figure in self.fail_on.iter().filter(|_| !gave_nothing) {
+        let is_asked = |figure: &&NoiseFigure| !gave_nothing && !result.is_elsewhere(figure);
+        for figure in self.fail_on.iter().filter(is_asked).collect::<Vec<_>>() {
             let failed = result.not_passed(figure);
             if !failed.is_empty() {
                 let reasons: Vec<_> = match &result.motion {

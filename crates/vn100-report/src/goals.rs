@@ -31,7 +31,8 @@ impl Goals {
         let is_receiving = link.is_none_or(|link| link.status == LinkStatus::Connected);
         let duration = self.duration.map(|duration| progress(data_time_s(&result.timing), duration, is_receiving));
         let wall = self.wall.map(|wall| format!("by the clock {}", progress(elapsed.as_secs_f64(), wall, true)));
-        let until = self.until.iter().map(|goal| of_goal(result, goal, is_receiving));
+        let own = self.until.iter().filter(|goal| !result.is_elsewhere(&goal.figure));
+        let until = own.map(|goal| of_goal(result, goal, is_receiving));
         duration.into_iter().chain(wall).chain(until).collect()
     }
 }

@@ -9,8 +9,8 @@ use std::{
 
 use tokio::{sync::watch, task};
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::protocol::stream::ReadOptions;
-use vn100_analysis::{End, Playback, RateFrom, Settings, SourceFacts, Speed, recorded_settings};
+use vn100_analysis::protocol::{Layout, stream::ReadOptions};
+use vn100_analysis::{End, Goal, Playback, RateFrom, Settings, SourceFacts, Speed, recorded_settings};
 use vn100_capture::{Capture, CaptureOptions, Event, OpenError, recording_path};
 
 use crate::{
@@ -31,6 +31,8 @@ pub struct ReplaySpec {
     pub capture: CaptureOptions,
     /// Whether the topic is one of several streams of the file, each with a session of its own.
     pub is_one_of_several: bool,
+    /// The messages of the others of these.
+    pub other_streams: Vec<Arc<Layout>>,
     /// The settings of the measurement. If they name no end, that of the recorded measurement is
     /// used.
     pub settings: Settings,
@@ -53,6 +55,34 @@ impl ReplaySpec {
     /// The whole file, as fast as the machine can, with all options at their defaults.
     pub fn of(path: impl Into<PathBuf>) -> Self {
         Self { path: path.into(), ..Self::default() }
+    }
+
+    /// One for each stream of the file. A goal for a channel that only some streams have is one of theirs.
+    pub fn streams(self) -> Vec<Self> {
+        let topics = Capture::streams(&self.path, &self.capture);
+        if topics.len() < 2 {
+            return vec![self];
+        }
+        let of = |topic| {
+            let capture = CaptureOptions { topic, ..self.capture.clone() };
+            Self { capture, is_one_of_several: true, ..self.clone() }
+        };
+        let mut streams: Vec<Self> = topics.into_iter().map(of).collect();
+        let layouts: Vec<Option<Arc<Layout>>> = streams.iter().map(Self::layout).collect();
+        for (place, stream) in streams.iter_mut().enumerate() {
+            let others = layouts.iter().enumerate().filter(|(other, _)| *other != place);
+            stream.other_streams = others.filter_map(|(_, layout)| layout.clone()).collect();
+            let others = &stream.other_streams;
+            let is_elsewhere = |goal: &Goal| goal.figure.is_only_in(others, layouts[place].as_deref());
+            stream.settings.until.retain(|goal| !is_elsewhere(goal));
+        }
+        streams
+    }
+
+    /// The message of the stream by its first samples.
+    fn layout(&self) -> Option<Arc<Layout>> {
+        let mut events = Capture::open(&self.path, &self.capture).ok()?.events(self.read).ok()?;
+        events.find_map(|event| if let Event::Batch(batch) = event { batch.layout } else { None })
     }
 
     /// The name of the source in results: the file's name without its folder, because a result does
@@ -156,6 +186,7 @@ fn publish_source(capture: &Capture, spec: &ReplaySpec, channels: &Channels) -> 
         name: spec.name(),
         csv: capture.csv.clone(),
         stream: capture.topic.clone(),
+        other_streams: spec.other_streams.clone(),
         ..SourceFacts::default()
     };
     channels.state.send_modify(|state| {

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use vn100_capture::{Capture, CaptureOptions, RecordingPart, joined_parts, missing_parts};
+use vn100_capture::{CaptureOptions, RecordingPart, joined_parts, missing_parts};
 use vn100_session::ReplaySpec;
 
 use crate::{args::FileArgs, exit::report};
@@ -30,15 +30,10 @@ pub(crate) fn inputs(args: &FileArgs) -> Vec<ReplaySpec> {
         report_missing(&parts);
         let mut files: Vec<PathBuf> = parts.into_values().collect();
         let path = files.remove(0);
+        let capture = CaptureOptions { later_parts: files, ..any.capture.clone() };
+        let input = ReplaySpec { path, capture, ..any.clone() };
         // standard input, which cannot be read twice, counts as one stream
-        let topics = if is_stdin(&path) { vec![args.topic.clone()] } else { Capture::streams(&path, &any.capture) };
-        let is_one_of_several = topics.len() > 1;
-        inputs.extend(topics.into_iter().map(|topic| ReplaySpec {
-            path: path.clone(),
-            capture: CaptureOptions { topic, later_parts: files.clone(), ..any.capture.clone() },
-            is_one_of_several,
-            ..any.clone()
-        }));
+        inputs.extend(if is_stdin(&input.path) { vec![input] } else { input.streams() });
     }
     inputs
 }

@@ -14,8 +14,8 @@ use crate::printable;
 /// The time in seconds over which a filter integrates, where the user does not give one.
 pub const DEFAULT_SPAN_S: f64 = 60.0;
 
-const SHEET_WALK: &str =
-    "K by a data sheet, which prints none: B/sqrt(T) of its bias instability B, the upper end at T = 60 s";
+const SHEET_WALK: &str = "K by a data sheet, which prints none: 1.15 B/sqrt(T) of its bias instability B (its minimum over 0.664), \
+                          the upper end at T = 60 s";
 
 /// The times in seconds over which a walk drifts as the bias instability of a sheet does: no sheet
 /// prints a walk.
@@ -35,6 +35,8 @@ pub struct FilterNoise {
     remarks: Vec<(Term, String)>,
     /// Of the accelerometer and the gyroscope, each N and K.
     values: Vec<FilterValue>,
+    /// The sensors of which the stream has no channel.
+    absent: Vec<Sensor>,
     was_moved: bool,
 }
 
@@ -143,6 +145,7 @@ impl FilterNoise {
             let unknown = "if the rates are bias-compensated, which is not known, B and K are too small";
             remarks.push((Term::RateRandomWalk, unknown.into()));
         }
+        let has = |of| record.streamed().any(|channel| channel.quantity == of);
         Self {
             rate_hz: record.timing.rate_hz,
             // no filter reads another type
@@ -150,13 +153,15 @@ impl FilterNoise {
             scale_factor_ppm: None,
             remarks,
             values: QUANTITIES.into_iter().flat_map(|of| measured(record, of, span_s)).collect(),
+            absent: QUANTITIES.into_iter().filter(|(of, _)| !has(*of)).map(|(_, sensor)| sensor).collect(),
             was_moved: record.motion.is_some(),
         }
     }
 
     /// Those that a data sheet gives: N as the upper end of its figure times the aliasing, and as K
-    /// the walk that drifts in a minute as much as the bias instability B of the sheet: of the range
-    /// B/√T with T from 1000 to 60 s the upper end. A figure that the sheet lacks is missing.
+    /// the walk that drifts in a minute as much as the bias instability B of the sheet, which is its
+    /// minimum over 0.664: of the range 1.15 B/√T with T from 1000 to 60 s the upper end. A figure
+    /// that the sheet lacks is missing.
     pub fn of_datasheet(sheet: &Datasheet, stream: SheetStream) -> Self {
         let SheetStream { rate_hz, aliasing } = stream;
         let aliased = match aliasing {
@@ -175,7 +180,32 @@ impl FilterNoise {
             scale_factor_ppm: None,
             remarks: of_all.chain([(Term::RateRandomWalk, SHEET_WALK.into())]).collect(),
             values: QUANTITIES.into_iter().flat_map(of_sensor).collect(),
+            absent: Vec::new(),
             was_moved: false,
+        }
+    }
+
+    /// Takes the sensor that this stream lacks from another stream of the same capture. A stream that lacks
+    /// both is none that a filter reads.
+    pub fn join(&mut self, other: &Self) {
+        let is_read = self.absent.len() < QUANTITIES.len();
+        let in_other = |sensor: &Sensor| !other.absent.contains(sensor);
+        for sensor in self.absent.clone().into_iter().filter(in_other) {
+            let both = self.values.iter_mut().zip(&other.values).filter(|(value, _)| value.sensor == sensor);
+            both.for_each(|(value, found)| match &mut value.found {
+                Err(missing) if !is_read => {
+                    missing.why += ", which another stream of the capture has";
+                    missing.remedies = vec![Remedy::GiveTopic];
+                }
+                _ => value.clone_from(found),
+            });
+            if is_read {
+                let origin: Vec<_> = other.remarks.iter().take(2).map(|(_, remark)| &**remark).collect();
+                let remark = format!("the {} is that of another stream: {}", sensor_name(sensor), origin.join(", "));
+                self.remarks.push((Term::White, remark));
+                self.was_moved |= other.was_moved;
+                self.absent.clear();
+            }
         }
     }
 
@@ -267,29 +297,37 @@ fn measured(record: &SourceResult, (quantity, sensor): (Quantity, Sensor), span_
         Err(Missing { value: name_of(sensor, term), why: why.into(), remedies })
     };
     let Some(noise) = axes.first().and_then(|axis| axis.noise.as_ref()) else {
-        let why = format!("the capture has no channel {}", axes_name(sensor));
+        let why = format!("the stream has no channel {}", axes_name(sensor));
         let missing = |term| missing(term, &why, &[Remedy::MapColumns(None)]);
         return [white(missing(Term::White)), walk(missing(Term::RateRandomWalk))];
     };
     let uncompensated = uncompensated_message(record.source.message.as_deref().unwrap_or_default());
     let another_message = [Remedy::MeasureWith(Setting::Message(uncompensated))];
-    let too_short = "neither an estimate nor an upper bound; the record is too short";
     let (no_walk, cure): (_, &[Remedy]) = match noise.long_taus {
-        LongTauValidity::Sensor => (None, &[Remedy::Plan]),
-        LongTauValidity::Compensated => {
-            (Some("B and K are not measurable in a bias-compensated message"), &another_message)
-        }
+        LongTauValidity::Sensor => not_shown(&axes, Term::RateRandomWalk),
+        LongTauValidity::Compensated => ("B and K are not measurable in a bias-compensated message", &another_message),
         LongTauValidity::LooksCompensated => {
-            (Some("a filter removes the bias from this stream, and B and K with it"), &[Remedy::SayCompensated])
+            ("a filter removes the bias from this stream, and B and K with it", &[Remedy::SayCompensated])
         }
         LongTauValidity::Surroundings | LongTauValidity::Motion | LongTauValidity::Spoiled => {
-            (Some("B and K are not the sensor's"), &[])
+            ("B and K are not the sensor's", &[])
         }
     };
-    let density = noisiest(&axes, density).map_or_else(|| missing(Term::White, too_short, &[Remedy::Plan]), Ok);
-    let slow = noisiest(&axes, |axis| random_walk(axis, span_s)).filter(|_| no_walk.is_none());
-    let slow = slow.map_or_else(|| missing(Term::RateRandomWalk, no_walk.unwrap_or(too_short), cure), Ok);
-    [white(density), walk(slow)]
+    let (no_white, white_cure) = not_shown(&axes, Term::White);
+    let density = noisiest(&axes, density).map_or_else(|| missing(Term::White, no_white, white_cure), Ok);
+    let slow = noisiest(&axes, |axis| random_walk(axis, span_s)).filter(|_| noise.long_taus == LongTauValidity::Sensor);
+    [white(density), walk(slow.map_or_else(|| missing(Term::RateRandomWalk, no_walk, cure), Ok))]
+}
+
+/// Why a record whose long averaging times are those of the sensor shows a term on no axis, and what would
+/// show it.
+fn not_shown(axes: &[&ChannelResult], term: Term) -> (&'static str, &'static [Remedy]) {
+    let mut statuses = axes.iter().filter_map(|axis| Some(axis.noise.as_ref()?.parameter(term)?.status));
+    match statuses.find(|status| *status != Status::NotObservable) {
+        Some(Status::NotMeasurable) => ("the rounding of its samples hides it, and more digits show it", &[]),
+        Some(Status::ModelRejected) => ("its deviation follows the noise model over no range of averaging times", &[]),
+        _ => ("neither an estimate nor an upper bound; the record is too short", &[Remedy::Plan]),
+    }
 }
 
 /// The largest value of the axes; an axis without a value is named.
@@ -346,8 +384,11 @@ fn printed(sheet: &Datasheet, sensor: Sensor, term: Term, aliasing: f64) -> Resu
             }
             Term::White => (largest * aliasing, figures),
             Term::BiasInstability => {
-                let (high, low) = (largest / SHEET_WALK_S.0.sqrt(), smallest / SHEET_WALK_S.1.sqrt());
-                (high, format!("upper end of {low:.2e} to {high:.2e}, B/sqrt(T) of B {figures}"))
+                let walk =
+                    |printed: f64, over_s: f64| WALK_OF_FLICKER * printed / figure.per_parameter() / over_s.sqrt();
+                let (high, low) = (walk(largest, SHEET_WALK_S.0), walk(smallest, SHEET_WALK_S.1));
+                let is = if figure.is_curve_minimum() { "the minimum " } else { "" };
+                (high, format!("upper end of {low:.2e} to {high:.2e}, 1.15 B/sqrt(T) of {is}{figures}"))
             }
             _ => (largest, figures),
         };

@@ -66,16 +66,21 @@ fn of_program(consumer: &'static Consumer) -> Explanation {
         "N is typed as {} in {} (gyroscope) and {} (accelerometer)",
         consumer.white.text, consumer.white.units.0, consumer.white.units.1
     );
-    let walk = match consumer.walk {
-        Some(walk) => format!("K as {} in {} and {}", walk.text, walk.units.0, walk.units.1),
-        None => "it has no place for K".into(),
+    let (walk, why) = match consumer.walk {
+        Some(walk) => (
+            format!("K as {} in {} and {}", walk.text, walk.units.0, walk.units.1),
+            "With these numbers its own recursion gives the variances N^2 t and K^2 t.",
+        ),
+        None => {
+            ("it has no place for K".into(), "With this number the white noise of its samples integrates to N^2 t.")
+        }
     };
     Explanation {
         group: PROGRAMS,
         code: consumer.name.into(),
         title: consumer.title.into(),
         meaning: format!("{white}, {walk}. Note: {}.", consumer.remark),
-        why: "With these numbers its own recursion gives the variances N^2 t and K^2 t.",
+        why,
         advice: "A record at rest knows nothing of scale factor, vibration rectification, timing and linearisation: its values are lower bounds.",
         source: consumer.code,
         ..Explanation::default()

@@ -7,7 +7,7 @@ use vn100_analysis::noise::NoCoefficient;
 use vn100_analysis::protocol::{MESSAGES, PACKET_MESSAGES};
 
 use super::*;
-use crate::{codes::all_codes, remedies::remedy_words};
+use crate::{Consumer, codes::all_codes, remedies::remedy_words};
 
 #[test]
 fn every_code_warning_and_parameter_is_explained() {
@@ -41,6 +41,14 @@ fn each_explanation_is_whole_sentences() {
             assert!(!text.contains("  "), "{}: {text:?}", entry.code);
         }
         assert!(!entry.title.is_empty(), "{}", entry.code);
+    }
+}
+
+#[test]
+fn a_program_is_said_to_give_the_variance_of_what_it_takes() {
+    for consumer in &Consumer::ALL {
+        let [entry] = &explain(consumer.name)[..] else { panic!("{}", consumer.name) };
+        assert_eq!(entry.why.contains("K^2 t"), consumer.walk.is_some(), "{}: {}", consumer.name, entry.why);
     }
 }
 

@@ -1,11 +1,15 @@
 //! The texts, tables and documents of a record.
 
+use proptest::prelude::*;
 use serde_json::Value;
-use vn100_analysis::{Completion, SourceResult, protocol::stream::BagReport};
+use vn100_analysis::{
+    CaveatKind, Comparison, Completion, SourceResult,
+    protocol::{Layout, VNIMU, stream::BagReport},
+};
 
-use super::fixture::{at_rest, long_at_rest};
+use super::fixture::{at_rest, long_at_rest, measured};
 use crate::remedies::page_words;
-use crate::{Consumer, Document, Evaluation, FilterNoise, metrics_text, summary::Summary};
+use crate::{Consumer, Document, Evaluation, FilterNoise, caveats::caveat_in_words, metrics_text, summary::Summary};
 
 fn document(result: &SourceResult) -> Value {
     serde_json::to_value(Document::new(result, page_words)).unwrap()
@@ -65,6 +69,40 @@ fn a_file_for_a_filter_names_its_record_and_asks_for_more_only_than_it_has() {
                 assert!(value(least) > value(own), "{least} {text}");
             }
         }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(6))]
+
+    #[test]
+    fn a_refused_file_blames_what_hides_the_noise(std in 0.15_f64..0.25, samples in 8000_u64..16_000) {
+        let refusal = |samples, accel: (f64, f64)| {
+            let channels = [[(2100.0, 5.0); 3], [accel; 3], [(300.0, 200.0); 3]].concat();
+            let channels = [&channels[..], &[(251.0, 1.0), (101_325.0, 8.0)]].concat();
+            let record = measured((&VNIMU, 40.0), samples, &channels, |_, _, _| 0.0);
+            let error = Consumer::named("kalibr").unwrap().file(&FilterNoise::of(&record, 60.0)).unwrap_err();
+            format!("{error} {}", error.advice(page_words))
+        };
+        let rounded = refusal(samples, (120.0, std));
+        prop_assert!(rounded.contains("more digits") && !rounded.contains("short"), "{}", rounded);
+        let short = refusal(6, (120.0, 40.0));
+        prop_assert!(short.contains("record is too short") && !short.contains("digits"), "{}", short);
+    }
+
+    #[test]
+    fn what_is_done_on_board_is_stated_only_if_it_is_known(hz in 20_u32..100, times in 2_u32..5) {
+        let said = |layout: &Layout| {
+            let of = |hz| measured((layout, f64::from(hz)), 512, &vec![(0.0, 50.0); layout.channels.len()], |_, _, _| 0.0);
+            let records = [of(hz * times), of(hz)];
+            let comparison = Comparison::of(&records, &[], 0.95);
+            let caveat = comparison.caveats.iter().find(|caveat| caveat.kind == CaveatKind::Sampling).unwrap();
+            caveat_in_words(caveat, &records, &comparison, page_words)
+        };
+        let of_table = said(&Layout { message: "CSV".into(), ..VNIMU.clone() });
+        prop_assert!(of_table.starts_with("the sensor may average and decimate differently"), "{}", of_table);
+        let of_vn100 = said(&VNIMU);
+        prop_assert!(of_vn100.starts_with("the sensor averages and decimates differently"), "{}", of_vn100);
     }
 }
 

@@ -257,5 +257,13 @@ mod tests {
         Kit::pack(fs::File::create(&kit).unwrap(), &recordings, &conditions).unwrap();
         let (told, _) = findings::of_kit(&Kit::open(&kit).unwrap()).await.unwrap();
         assert!(told.contains("\nsettled replug: the sensor was measured again"), "{told}");
+        // too short for N, and long enough for a standard deviation
+        for step in STEPS.iter().filter(|step| step.name.starts_with("packets-200")) {
+            let length = Duration::from_secs(17);
+            assert!(steps.record_step(step, length, &step.recording(folder.path()), &log, &stop).await.unwrap());
+        }
+        Kit::pack(fs::File::create(&kit).unwrap(), &recordings, &conditions).unwrap();
+        let (told, _) = findings::of_kit(&Kit::open(&kit).unwrap()).await.unwrap();
+        assert!(told.contains("\nopen    aliasing") && told.contains("\nsettled window"), "{told}");
     }
 }

@@ -69,7 +69,7 @@ impl<'a> Exports<'a> {
             for (index, (record, figures)) in records.iter().zip(&figures.records).enumerate() {
                 // nothing could be read: the command says so already
                 if record.timing.samples > 0 {
-                    check(self.write_one(form, index, &self.exported(record, figures, evaluation)));
+                    check(self.write_one(form, index, &self.exported(records, index, figures, evaluation)));
                 }
             }
         }
@@ -79,8 +79,19 @@ impl<'a> Exports<'a> {
         completion
     }
 
-    fn exported<'b>(&self, result: &'b SourceResult, figures: &'b Figures, evaluation: &Evaluation) -> Exported<'b> {
-        let mut noise = FilterNoise::of(result, self.args.span.as_secs_f64());
+    fn exported<'b>(
+        &self,
+        records: &'b [SourceResult],
+        index: usize,
+        figures: &'b Figures,
+        evaluation: &Evaluation,
+    ) -> Exported<'b> {
+        let (result, input, span_s) = (&records[index], &self.inputs[index], self.args.span.as_secs_f64());
+        let mut noise = FilterNoise::of(result, span_s);
+        let others = records.iter().zip(self.inputs).enumerate();
+        // streams of one file
+        let others = others.filter(|(place, (_, other))| *place != index && other.path == input.path);
+        others.for_each(|(_, (other, _))| noise.join(&FilterNoise::of(other, span_s)));
         noise.scale_factor_ppm = self.args.not_shown.scale_factor;
         if self.args.fill_from_datasheet {
             evaluation.fill(&mut noise, result);
