@@ -291,7 +291,7 @@ impl Measuring {
 
     async fn look(&mut self, channels: &Channels) {
         self.has_changed = true;
-        if let Some(end) = self.goals.end(&self.analysis) {
+        if let Some(end) = self.goals.end(&mut self.analysis) {
             self.end = Some((end, None));
         } else {
             self.send_second(channels).await;

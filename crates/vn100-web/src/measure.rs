@@ -211,7 +211,7 @@ impl Loop {
     }
 
     fn look(&mut self) -> ControlFlow<End> {
-        self.goals.end(&self.analysis).map_or(ControlFlow::Continue(()), ControlFlow::Break)
+        self.goals.end(&mut self.analysis).map_or(ControlFlow::Continue(()), ControlFlow::Break)
     }
 }
 

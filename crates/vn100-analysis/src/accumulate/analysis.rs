@@ -195,6 +195,11 @@ impl Analysis {
         has_more
     }
 
+    /// Ends the record here: samples that are pending or follow do not count.
+    pub fn end_here(&mut self) {
+        self.record.end_here();
+    }
+
     /// The settings of the analysis.
     pub const fn settings(&self) -> &Settings {
         &self.record.settings

@@ -79,6 +79,8 @@ impl DataRecord {
     pub(crate) fn push(&mut self, resolved: Resolved<'_>) {
         match resolved {
             Resolved::Rows(rows) => self.push_rows(rows),
+            // what follows the end tells nothing of the record
+            _ if self.is_complete(Duration::ZERO) => {}
             Resolved::Mark(mark) => self.push_mark(mark),
             Resolved::Event(event) => self.push_event(event),
         }
@@ -183,6 +185,12 @@ impl DataRecord {
             accumulators: std::mem::take(&mut self.accumulators),
             saturation: std::mem::take(&mut self.saturation),
         }
+    }
+
+    /// Ends the record with the samples so far, of this rate.
+    pub(crate) fn end_here(&mut self) {
+        self.span.end_here();
+        self.longest = None;
     }
 
     /// The stream has ended. Of a record whose rate has changed, the longest stretch is the result.

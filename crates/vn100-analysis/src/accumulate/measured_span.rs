@@ -8,6 +8,8 @@ use std::{ops::Range, time::Duration};
 pub(crate) struct MeasuredSpan {
     pub(super) skip: Duration,
     duration: Option<Duration>,
+    /// The index of the first sample after the end, if the record was ended by its content.
+    ended_at: Option<u64>,
     /// Absolute index of the next sample, missing samples counted.
     index: u64,
     /// Number of samples that count; `excluded` is the number of the others.
@@ -21,7 +23,7 @@ pub(crate) struct MeasuredSpan {
 impl MeasuredSpan {
     /// A span without samples, which will exclude `skip` at the start and all after `duration`.
     pub(crate) const fn new(skip: Duration, duration: Option<Duration>) -> Self {
-        Self { skip, duration, index: 0, samples: 0, excluded: 0, segments: 0, in_segment: false }
+        Self { skip, duration, ended_at: None, index: 0, samples: 0, excluded: 0, segments: 0, in_segment: false }
     }
 
     pub(crate) const fn has_rows(&self) -> bool {
@@ -90,6 +92,11 @@ impl MeasuredSpan {
         (self.skip, self.index) = (skip, 0);
     }
 
+    /// Ends the span here, before the end that the user asked for.
+    pub(crate) fn end_here(&mut self) {
+        self.ended_at = Some(self.index);
+    }
+
     /// Whether the span is complete once `pending` data time is added.
     pub(crate) fn is_complete(&self, rate_hz: f64, pending: Duration) -> bool {
         let is_passed = self.has_rows() && self.index >= self.end(rate_hz);
@@ -111,7 +118,8 @@ impl MeasuredSpan {
     }
 
     fn end(&self, rate_hz: f64) -> u64 {
-        self.duration.map_or(u64::MAX, |duration| samples_in(duration, rate_hz))
+        let asked_for = self.duration.map_or(u64::MAX, |duration| samples_in(duration, rate_hz));
+        self.ended_at.unwrap_or(asked_for)
     }
 }
 

@@ -33,6 +33,20 @@ fn capture(samples: u64) -> NamedTempFile {
     file
 }
 
+/// A table of white noise at 100 Hz.
+fn table(samples: u64, seed: u64) -> NamedTempFile {
+    let mut state = seed;
+    let mut uniform = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f64 / f64::from(1 << 24) - 0.5
+    };
+    let rows = (0..samples)
+        .map(|row| format!("{:.2},{:.7}\n", row as f64 / 100.0, 1e-3 * (uniform() + uniform() + uniform())));
+    let mut file = NamedTempFile::with_suffix(".csv").unwrap();
+    write!(file, "time,gyro_x\n{}", rows.collect::<String>()).unwrap();
+    file
+}
+
 fn paced(file: &NamedTempFile, speed: Speed) -> Session {
     Session::replay(ReplaySpec { speed: Some(speed), ..ReplaySpec::of(file.path()) })
 }
@@ -237,6 +251,18 @@ async fn the_requested_duration_is_an_end_as_well() {
     assert_eq!(end.samples, 200);
     command(&session, Command::Stop).await;
     assert!(matches!(*session.result.await.unwrap().end, End::DurationReached));
+}
+
+#[tokio::test]
+async fn the_goals_that_end_a_table_are_met_by_the_samples_that_decided() {
+    for seed in 1..=16 {
+        let file = table(6000, seed);
+        let until = vec![format!("gyro N ±{}%", 6 + seed % 5).parse().unwrap()];
+        let settings = Settings { until, ..Settings::default() };
+        let result = Session::replay(ReplaySpec { settings, ..ReplaySpec::of(file.path()) }).result.await.unwrap();
+        assert!(matches!(*result.end, End::GoalsDecided), "{seed}: {:?}", result.end);
+        assert!(result.unmet.is_empty(), "{seed}: {:?}", result.measured.half_widths(&result.unmet[0]));
+    }
 }
 
 #[tokio::test]
