@@ -38,6 +38,7 @@ use crate::{
     channels::Channels,
     pace::{Due, Pace},
     recording::RecordedMessage,
+    sample_tap::UntappedSamples,
     session_event::SessionEvent,
     state::Stage,
     wall_limits::{Deadlines, WallLimits},
@@ -177,6 +178,8 @@ pub(crate) struct Measuring {
     /// Number of seconds of data time whose states were sent.
     seconds: u64,
     has_changed: bool,
+    /// Samples that the writer of samples has not got.
+    untapped: UntappedSamples,
     /// The reason why the stream is given up although the sensor still sends; `None` while it continues.
     stream_ended: Option<End>,
     end: Option<(End, Option<FileReport>)>,
@@ -197,6 +200,7 @@ impl Measuring {
             stored_bytes_read: None,
             seconds: 0,
             has_changed: false,
+            untapped: UntappedSamples::default(),
             stream_ended: None,
             end: None,
         }
@@ -240,8 +244,12 @@ impl Measuring {
                     if channels.observer.is_some() {
                         channels.observe(&line.clone().into());
                     }
-                    self.tap(line, channels).await;
+                    let repeated = self.analysis.repeated_rows();
                     self.absorb(line, channels).await;
+                    if channels.samples.is_some() {
+                        self.untapped.push(line, self.analysis.repeated_rows().saturating_sub(repeated));
+                        self.tap(channels).await;
+                    }
                     self.look(channels).await;
                 }
             }
@@ -264,10 +272,14 @@ impl Measuring {
         }
     }
 
-    /// Sends a copy of the samples to the writer of samples, if there is one.
-    async fn tap(&self, batch: &Batch, channels: &Channels) {
-        if let Some(samples) = channels.samples.as_ref().filter(|_| batch.row_count() > 0) {
-            samples.send(batch.clone().into(), self.link.is_none(), &channels.stop).await;
+    /// Sends the samples that precede the end, as far as that is known, to the writer of samples, if there
+    /// is one.
+    async fn tap(&mut self, channels: &Channels) {
+        let Some(samples) = &channels.samples else { return };
+        let may_end = self.analysis.settings().ends_between_reads();
+        let after_end = if may_end { self.analysis.rows_after_end() } else { 0 };
+        while let Some(batch) = self.untapped.next_before(after_end) {
+            samples.send(batch, self.link.is_none(), &channels.stop).await;
         }
     }
 

@@ -228,6 +228,16 @@ impl Analysis {
         self.record.span.data_time(self.record.rate.hz())
     }
 
+    /// The number of rows, those taken last, that are behind the end of the record or may be.
+    pub fn rows_after_end(&self) -> u64 {
+        self.record.span.after_end + self.pending.as_ref().map_or(0, PendingRows::pending)
+    }
+
+    /// The number of rows that were left out, each when it was taken, because they repeat others.
+    pub fn repeated_rows(&self) -> u64 {
+        self.order().map_or(0, |order| order.repeated)
+    }
+
     /// Whole seconds of data time so far, including those missing or excluded.
     pub fn seconds(&self) -> u64 {
         self.record.span.seconds(self.record.rate.hz())

@@ -15,6 +15,8 @@ pub(crate) struct MeasuredSpan {
     /// Number of samples that count; `excluded` is the number of the others.
     pub(super) samples: u64,
     pub(super) excluded: u64,
+    /// The number of samples behind the end, which are excluded too.
+    pub(super) after_end: u64,
     pub(super) segments: u64,
     /// Whether the next sample continues the segment of the last one.
     in_segment: bool,
@@ -23,7 +25,17 @@ pub(crate) struct MeasuredSpan {
 impl MeasuredSpan {
     /// A span without samples, which will exclude `skip` at the start and all after `duration`.
     pub(crate) const fn new(skip: Duration, duration: Option<Duration>) -> Self {
-        Self { skip, duration, ended_at: None, index: 0, samples: 0, excluded: 0, segments: 0, in_segment: false }
+        Self {
+            skip,
+            duration,
+            ended_at: None,
+            index: 0,
+            samples: 0,
+            excluded: 0,
+            after_end: 0,
+            segments: 0,
+            in_segment: false,
+        }
     }
 
     pub(crate) const fn has_rows(&self) -> bool {
@@ -38,7 +50,9 @@ impl MeasuredSpan {
     /// Adds rows. Returns those that count, if any do, and the index of the first.
     pub(crate) fn push(&mut self, rows: usize, rate_hz: f64, exclude: bool) -> Option<(Range<usize>, u64)> {
         let rows_until = |index: u64| rows.min(usize::try_from(index.saturating_sub(self.index)).unwrap_or(usize::MAX));
-        let end = if exclude { 0 } else { rows_until(self.end(rate_hz)) };
+        let before_end = rows_until(self.end(rate_hz));
+        self.after_end += (rows - before_end) as u64;
+        let end = if exclude { 0 } else { before_end };
         // a rate that is measured changes a little meanwhile
         let skipped = if self.has_begun() { 0 } else { rows_until(samples_in(self.skip, rate_hz)).min(end) };
         let used = (end - skipped) as u64;

@@ -68,6 +68,7 @@ impl Measuring {
         while self.analysis.finish_to_second() {
             self.send_second(channels).await;
         }
+        self.tap(channels).await;
         let snapshot = Arc::new(self.analysis.final_snapshot());
         self.show(Arc::clone(&snapshot), channels);
         let (reason, report) = self.end.take().unwrap_or((End::SourceEnded, None));

@@ -33,15 +33,15 @@ fn capture(samples: u64) -> NamedTempFile {
     file
 }
 
-/// A table of white noise at 100 Hz.
+/// A table of white noise at 100 Hz, whose rows stand twice now and then.
 fn table(samples: u64, seed: u64) -> NamedTempFile {
     let mut state = seed;
     let mut uniform = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 40) as f64 / f64::from(1 << 24) - 0.5
     };
-    let rows = (0..samples)
-        .map(|row| format!("{:.2},{:.7}\n", row as f64 / 100.0, 1e-3 * (uniform() + uniform() + uniform())));
+    let mut row = |at| format!("{:.2},{:.7}\n", at as f64 / 100.0, 1e-3 * (uniform() + uniform() + uniform()));
+    let rows = (0..samples).map(|at| row(at).repeat(if (at + seed).is_multiple_of(97) { 2 } else { 1 }));
     let mut file = NamedTempFile::with_suffix(".csv").unwrap();
     write!(file, "time,gyro_x\n{}", rows.collect::<String>()).unwrap();
     file
@@ -99,6 +99,30 @@ async fn a_writer_of_samples_gets_each_sample_once_and_nothing_else() {
         samples += batch.row_count() as u64;
     }
     assert_eq!((samples, session.result.await.unwrap().measured.timing.samples), (SAMPLES, SAMPLES));
+}
+
+#[tokio::test]
+async fn a_writer_of_samples_gets_no_row_behind_the_end() {
+    for seed in 1..=12 {
+        let file = table(6000, seed);
+        let skip_s = seed % 3;
+        let settings = match seed % 4 {
+            0 => Settings { until: vec!["gyro N ±8%".parse().unwrap()], ..Settings::default() },
+            _ => Settings { duration: Some(Duration::from_millis(3000 + 2510 * seed)), ..Settings::default() },
+        };
+        let settings = Settings { skip: Duration::from_secs(skip_s), ..settings };
+        let (tap, mut batches) = SampleTap::new();
+        let session = Session::replay(ReplaySpec { samples: Some(tap), settings, ..ReplaySpec::of(file.path()) });
+        let mut values = Vec::new();
+        while let Some(batch) = batches.recv().await {
+            values.push(batch.counts[0]);
+        }
+        // a row that stands twice has equal neighbours
+        values.dedup();
+        let result = session.result.await.unwrap();
+        assert!(matches!(*result.end, End::DurationReached | End::GoalsDecided), "{seed}: {:?}", result.end);
+        assert_eq!(values.len() as u64, 100 * skip_s + result.measured.timing.samples, "{seed}");
+    }
 }
 
 #[tokio::test]
