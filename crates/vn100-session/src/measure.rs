@@ -73,7 +73,7 @@ pub(crate) async fn measure(
             biased;
             Some(command) = channels.commands.recv() => source.handle(command, channels),
             () = stop.cancelled(), if stop_ends_it => {
-                source.end.get_or_insert((End::Stopped, None));
+                source.end.get_or_insert(End::Stopped);
                 return source.finish(channels).await;
             }
             () = changed(&mut link) => {
@@ -182,7 +182,9 @@ pub(crate) struct Measuring {
     untapped: UntappedSamples,
     /// The reason why the stream is given up although the sensor still sends; `None` while it continues.
     stream_ended: Option<End>,
-    end: Option<(End, Option<FileReport>)>,
+    end: Option<End>,
+    /// What the file tells of its content up to the last row.
+    report: Option<Arc<FileReport>>,
 }
 
 impl Measuring {
@@ -203,6 +205,7 @@ impl Measuring {
             untapped: UntappedSamples::default(),
             stream_ended: None,
             end: None,
+            report: None,
         }
     }
 
@@ -230,7 +233,7 @@ impl Measuring {
     async fn take(&mut self, event: Option<Event>, channels: &Channels) {
         let Some(event) = event else {
             // the samples received until now are valid
-            self.end = Some((End::SourceFailed("the task that reads the source stopped".into()), None));
+            self.end = Some(End::SourceFailed("the task that reads the source stopped".into()));
             return;
         };
         // those of a batch follow row by row
@@ -267,7 +270,8 @@ impl Measuring {
                     None if channels.stop.is_cancelled() => End::Stopped,
                     None => End::SourceEnded,
                 };
-                self.end = Some((reason, end.report));
+                self.end = Some(reason);
+                self.report = end.report.map(Arc::new);
             }
         }
     }
@@ -293,6 +297,7 @@ impl Measuring {
         } else {
             self.analysis.absorb(batch);
         }
+        self.report.clone_from(&batch.report);
         if self.watchdog.is_some() && batch.row_count() > 0 {
             self.deadlines.note_sample(Instant::now());
         }
@@ -304,7 +309,7 @@ impl Measuring {
     async fn look(&mut self, channels: &Channels) {
         self.has_changed = true;
         if let Some(end) = self.goals.end(&mut self.analysis) {
-            self.end = Some((end, None));
+            self.end = Some(end);
         } else {
             self.send_second(channels).await;
         }

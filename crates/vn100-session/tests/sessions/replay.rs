@@ -126,6 +126,31 @@ async fn a_writer_of_samples_gets_no_row_behind_the_end() {
 }
 
 #[tokio::test]
+async fn of_a_table_the_lines_up_to_the_end_of_the_measurement_are_reported() {
+    let report = async |text: &str, duration| {
+        let mut file = NamedTempFile::with_suffix(".csv").unwrap();
+        file.write_all(text.as_bytes()).unwrap();
+        let settings = Settings { duration, ..Settings::default() };
+        let spec = ReplaySpec { settings, ..ReplaySpec::of(file.path()) };
+        Session::replay(spec).result.await.unwrap().measured.source.csv.unwrap()
+    };
+    for seed in 1..=8 {
+        let noise = fs::read_to_string(table(6000, seed).path()).unwrap();
+        let row = |(line, row): (u64, &str)| match (line + seed) % 61 {
+            _ if line == 0 => format!("{row},gyro_y\n"),
+            0 => "broken\n".into(),
+            5 => format!("{row},\n"),
+            _ => format!("{row},{}\n", row.rsplit(',').next().unwrap()),
+        };
+        let text: String = (0..).zip(noise.lines()).map(row).collect();
+        let ended = report(&text, Some(Duration::from_millis(3000 + 2510 * seed))).await;
+        assert!(ended.lines < 5000 && !ended.rejected.is_empty() && !ended.absent.is_empty(), "{seed}: {ended:?}");
+        let first: String = text.split_inclusive('\n').take(ended.lines as usize).collect();
+        assert_eq!(report(&first, None).await, ended, "{seed}");
+    }
+}
+
+#[tokio::test]
 async fn numbers_are_measured_at_the_rate_of_their_times_and_not_at_a_guess() {
     let measured = async |rows: &[&str], settings| {
         let mut file = NamedTempFile::with_suffix(".csv").unwrap();
