@@ -317,6 +317,21 @@ fn a_closed_pipe_hides_no_failure() {
     }
 }
 
+#[test]
+fn each_command_tells_the_goal_that_was_not_reached() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("page.html");
+    let log = replay_log(CLEAN);
+    let (log, page) = (log.to_str().unwrap(), page.to_str().unwrap());
+    let expected = "the measurement ended before gyro N ±0.01 % was reached: ";
+    for command in [&["replay", log][..], &["compare", log, log], &["archive", log], &["report", log, "-o", page]] {
+        let output = vn100().args(command).args(["--until", "gyro N ±0.01%"]).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(4) && said.contains(expected), "{command:?}: {said}");
+    }
+    assert!(fs::read_to_string(page).unwrap().contains(expected));
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupt_ends_like_the_end_of_the_data() {

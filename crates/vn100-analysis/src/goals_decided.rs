@@ -63,9 +63,10 @@ pub struct GoalCheck {
 }
 
 impl GoalCheck {
-    /// Why the measurement is over; `None` while it is not, or it is not time to check its goals.
+    /// Why the measurement is over; `None` while it is not, or it is not time to check its goals. The samples
+    /// that decide the goals are the record.
     #[must_use]
-    pub fn end(&mut self, analysis: &Analysis) -> Option<End> {
+    pub fn end(&mut self, analysis: &mut Analysis) -> Option<End> {
         if analysis.is_complete() {
             return Some(End::DurationReached);
         }
@@ -74,7 +75,11 @@ impl GoalCheck {
             return None;
         }
         self.next_second = second + second.div_ceil(20).max(1);
-        analysis.goals_are_decided().then_some(End::GoalsDecided)
+        let is_decided = analysis.goals_are_decided();
+        is_decided.then(|| {
+            analysis.end_here();
+            End::GoalsDecided
+        })
     }
 }
 
@@ -110,7 +115,7 @@ mod tests {
         for second in 1..=48 {
             add_second(&mut analysis, &mut state);
             let before = goals.next_second;
-            assert_eq!(goals.end(&analysis), None);
+            assert_eq!(goals.end(&mut analysis), None);
             looked.extend((goals.next_second != before).then_some(second));
         }
         let expected: Vec<_> = (1..=20).chain([21, 23, 25, 27, 29, 31, 33, 35, 37, 39, 41, 44, 47]).collect();

@@ -261,6 +261,11 @@ impl SourceResult {
         self.basis.snapshot.polled_temperature_c()
     }
 
+    /// Why it is not what was asked for, in words: its error, and what was not reached or did not pass.
+    pub fn failures(&self) -> impl Iterator<Item = &String> {
+        self.source.error.iter().chain(&self.unmet)
+    }
+
     /// Adds a warning, at its place by severity, before others as grave.
     pub fn warn(&mut self, warning: Warning) {
         let place = self.warnings.partition_point(|other| other.severity < warning.severity);

@@ -44,8 +44,8 @@ pub struct SourceFacts {
     pub error: Option<String>,
     /// The stored file; null if the source is no file, or if the file was not hashed.
     pub file: Option<FileFacts>,
-    /// The lines of a CSV file: lines = rows + skipped lines + rejected rows + other_stream_rows, all
-    /// 0 if it was not read to its end; null for any other source.
+    /// The lines of a CSV file: lines = rows + skipped lines + rejected rows + other_stream_rows, up to
+    /// the end of the measurement, and all 0 before it; null for any other source.
     pub csv: Option<CsvReport>,
     /// Topic of a bag, or group of columns of a table, if the source may have several.
     #[serde(skip_serializing_if = "Option::is_none")]

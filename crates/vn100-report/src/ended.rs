@@ -108,7 +108,7 @@ fn not_met(result: &SourceResult, goal: &Goal) -> String {
         })
         .collect();
     let known = if known.is_empty() { "the stream has no such channel".into() } else { known.join(", ") };
-    format!("{name}: the data ended before {goal} was reached: {known}")
+    format!("{name}: the measurement ended before {goal} was reached: {known}")
 }
 
 #[cfg(test)]
@@ -147,7 +147,7 @@ mod tests {
         let result = ended(facts("a.csv"), snapshot, &unmet);
         assert_eq!(result.completion, Completion::NotMet);
         let [unmet] = &result.unmet[..] else { panic!("{:?}", result.unmet) };
-        assert!(unmet.starts_with("a.csv: the data ended before gyro N ±5 % was reached: "), "{unmet}");
+        assert!(unmet.starts_with("a.csv: the measurement ended before gyro N ±5 % was reached: "), "{unmet}");
     }
 
     #[test]

@@ -38,6 +38,7 @@ use crate::{
     channels::Channels,
     pace::{Due, Pace},
     recording::RecordedMessage,
+    sample_tap::UntappedSamples,
     session_event::SessionEvent,
     state::Stage,
     wall_limits::{Deadlines, WallLimits},
@@ -72,7 +73,7 @@ pub(crate) async fn measure(
             biased;
             Some(command) = channels.commands.recv() => source.handle(command, channels),
             () = stop.cancelled(), if stop_ends_it => {
-                source.end.get_or_insert((End::Stopped, None));
+                source.end.get_or_insert(End::Stopped);
                 return source.finish(channels).await;
             }
             () = changed(&mut link) => {
@@ -177,9 +178,13 @@ pub(crate) struct Measuring {
     /// Number of seconds of data time whose states were sent.
     seconds: u64,
     has_changed: bool,
+    /// Samples that the writer of samples has not got.
+    untapped: UntappedSamples,
     /// The reason why the stream is given up although the sensor still sends; `None` while it continues.
     stream_ended: Option<End>,
-    end: Option<(End, Option<FileReport>)>,
+    end: Option<End>,
+    /// What the file tells of its content up to the last row.
+    report: Option<Arc<FileReport>>,
 }
 
 impl Measuring {
@@ -197,8 +202,10 @@ impl Measuring {
             stored_bytes_read: None,
             seconds: 0,
             has_changed: false,
+            untapped: UntappedSamples::default(),
             stream_ended: None,
             end: None,
+            report: None,
         }
     }
 
@@ -226,7 +233,7 @@ impl Measuring {
     async fn take(&mut self, event: Option<Event>, channels: &Channels) {
         let Some(event) = event else {
             // the samples received until now are valid
-            self.end = Some((End::SourceFailed("the task that reads the source stopped".into()), None));
+            self.end = Some(End::SourceFailed("the task that reads the source stopped".into()));
             return;
         };
         // those of a batch follow row by row
@@ -240,8 +247,12 @@ impl Measuring {
                     if channels.observer.is_some() {
                         channels.observe(&line.clone().into());
                     }
-                    self.tap(line, channels).await;
+                    let repeated = self.analysis.repeated_rows();
                     self.absorb(line, channels).await;
+                    if channels.samples.is_some() {
+                        self.untapped.push(line, self.analysis.repeated_rows().saturating_sub(repeated));
+                        self.tap(channels).await;
+                    }
                     self.look(channels).await;
                 }
             }
@@ -259,15 +270,20 @@ impl Measuring {
                     None if channels.stop.is_cancelled() => End::Stopped,
                     None => End::SourceEnded,
                 };
-                self.end = Some((reason, end.report));
+                self.end = Some(reason);
+                self.report = end.report.map(Arc::new);
             }
         }
     }
 
-    /// Sends a copy of the samples to the writer of samples, if there is one.
-    async fn tap(&self, batch: &Batch, channels: &Channels) {
-        if let Some(samples) = channels.samples.as_ref().filter(|_| batch.row_count() > 0) {
-            samples.send(batch.clone().into(), self.link.is_none(), &channels.stop).await;
+    /// Sends the samples that precede the end, as far as that is known, to the writer of samples, if there
+    /// is one.
+    async fn tap(&mut self, channels: &Channels) {
+        let Some(samples) = &channels.samples else { return };
+        let may_end = self.analysis.settings().ends_between_reads();
+        let after_end = if may_end { self.analysis.rows_after_end() } else { 0 };
+        while let Some(batch) = self.untapped.next_before(after_end) {
+            samples.send(batch, self.link.is_none(), &channels.stop).await;
         }
     }
 
@@ -281,6 +297,7 @@ impl Measuring {
         } else {
             self.analysis.absorb(batch);
         }
+        self.report.clone_from(&batch.report);
         if self.watchdog.is_some() && batch.row_count() > 0 {
             self.deadlines.note_sample(Instant::now());
         }
@@ -291,8 +308,8 @@ impl Measuring {
 
     async fn look(&mut self, channels: &Channels) {
         self.has_changed = true;
-        if let Some(end) = self.goals.end(&self.analysis) {
-            self.end = Some((end, None));
+        if let Some(end) = self.goals.end(&mut self.analysis) {
+            self.end = Some(end);
         } else {
             self.send_second(channels).await;
         }

@@ -1,8 +1,11 @@
 //! The samples of a session for a writer in parallel with the measurement.
 
-use std::sync::{
-    Arc,
-    atomic::{AtomicU64, Ordering},
+use std::{
+    collections::VecDeque,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
 };
 
 use tokio::sync::mpsc;
@@ -50,6 +53,33 @@ impl SampleTap {
         } else if let Err(mpsc::error::TrySendError::Full(batch)) = self.batches.try_send(batch) {
             self.dropped.fetch_add(batch.row_count() as u64, Ordering::Relaxed);
         }
+    }
+}
+
+/// The samples of a measurement until it is known that they precede its end: no more than those whose gaps
+/// are undecided.
+#[derive(Debug, Default)]
+pub(crate) struct UntappedSamples {
+    /// Each with the number of its rows that repeat no others.
+    batches: VecDeque<(Box<Batch>, u64)>,
+    rows: u64,
+}
+
+impl UntappedSamples {
+    /// Adds a batch, of which this many rows repeat others.
+    pub(crate) fn push(&mut self, batch: &Batch, repeated: u64) {
+        if batch.row_count() > 0 {
+            let rows = batch.row_count() as u64 - repeated;
+            self.rows += rows;
+            self.batches.push_back((batch.clone().into(), rows));
+        }
+    }
+
+    /// The next batch that is before the last rows, this many.
+    pub(crate) fn next_before(&mut self, last: u64) -> Option<Box<Batch>> {
+        let (_, rows) = self.batches.front().filter(|(_, rows)| self.rows >= rows + last)?;
+        self.rows -= rows;
+        self.batches.pop_front().map(|(batch, _)| batch)
     }
 }
 

@@ -36,7 +36,7 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
     let Ending { mut snapshot, reason, report, excluded, shortfall } = ending;
     let state = channels.state.borrow();
     let assessment = Arc::new(state.assessor.exact(&snapshot));
-    let facts = state.facts_at(true).at_end(report, reason.kind());
+    let facts = state.facts_at(true).at_end(report.map(Arc::unwrap_or_clone), reason.kind());
     drop(state);
     if let Some(cut) = facts.recording.as_ref().and_then(|recording| recording.end.as_ref()?.warning()) {
         Arc::make_mut(&mut snapshot).warnings.push(cut);

@@ -93,7 +93,7 @@ struct Run {
     snapshot: Snapshot,
     settings: Settings,
     end: End,
-    report: Option<FileReport>,
+    report: Option<Arc<FileReport>>,
     shortfall: Option<Shortfall>,
     /// Whether a recording was read to its end.
     is_whole: bool,
@@ -122,9 +122,9 @@ impl Run {
             ..ReadOptions::default()
         };
         let stored_bytes_read = Arc::clone(&capture.stored_bytes_read);
-        let mut loop_ = Loop { analysis: Analysis::new(settings.clone()), goals: GoalCheck::default() };
-        let (end, report) = match capture.events(read) {
-            Err(error) => (End::SourceFailed(error.to_string()), None),
+        let mut loop_ = Loop { analysis: Analysis::new(settings.clone()), goals: GoalCheck::default(), report: None };
+        let end = match capture.events(read) {
+            Err(error) => End::SourceFailed(error.to_string()),
             Ok(mut events) => {
                 let ended = loop_.read(&mut events, &mut || progress(stored_bytes_read.load(Ordering::Relaxed)));
                 // the recorded reason of the end is after the last sample
@@ -134,7 +134,7 @@ impl Run {
                 ended
             }
         };
-        let mut analysis = loop_.analysis;
+        let Loop { mut analysis, report, .. } = loop_;
         while analysis.finish_to_second() {}
         let snapshot = analysis.final_snapshot();
         let is_reached = matches!(end, End::DurationReached | End::GoalsDecided);
@@ -157,7 +157,7 @@ impl Run {
 
     fn ended(self, facts: SourceFacts) -> Measured {
         let Self { mut snapshot, settings, end, report, shortfall, .. } = self;
-        let facts = facts.at_end(report, end.kind());
+        let facts = facts.at_end(report.map(Arc::unwrap_or_clone), end.kind());
         let assessment = Assessment::new(&snapshot, settings.confidence);
         snapshot.warnings.extend(facts.recording.as_ref().and_then(|recording| recording.end.as_ref()?.warning()));
         let unmet = Goal::unmet(&settings.until, &snapshot, &assessment);
@@ -172,11 +172,13 @@ impl Run {
 struct Loop {
     analysis: Analysis,
     goals: GoalCheck,
+    /// What the file tells of its content up to the last row.
+    report: Option<Arc<FileReport>>,
 }
 
 impl Loop {
     /// Reads to the end of the file, or of the measurement.
-    fn read(&mut self, events: &mut FileEvents, progress: &mut dyn FnMut()) -> (End, Option<FileReport>) {
+    fn read(&mut self, events: &mut FileEvents, progress: &mut dyn FnMut()) -> End {
         for event in events {
             progress();
             let ended = match event {
@@ -186,18 +188,19 @@ impl Loop {
                     self.look()
                 }
                 Event::End(end) => {
-                    let reason = end.error.map_or(End::SourceEnded, |error| End::SourceFailed(error.to_string()));
-                    return (reason, end.report);
+                    self.report = end.report.map(Arc::new);
+                    return end.error.map_or(End::SourceEnded, |error| End::SourceFailed(error.to_string()));
                 }
             };
             if let ControlFlow::Break(end) = ended {
-                return (end, None);
+                return end;
             }
         }
-        (End::SourceEnded, None)
+        End::SourceEnded
     }
 
     fn take(&mut self, batch: Batch) -> ControlFlow<End> {
+        self.report.clone_from(&batch.report);
         if batch.tallies.is_empty() {
             self.analysis.absorb(&batch);
             return self.look();
@@ -211,7 +214,7 @@ impl Loop {
     }
 
     fn look(&mut self) -> ControlFlow<End> {
-        self.goals.end(&self.analysis).map_or(ControlFlow::Continue(()), ControlFlow::Break)
+        self.goals.end(&mut self.analysis).map_or(ControlFlow::Continue(()), ControlFlow::Break)
     }
 }
 

@@ -110,7 +110,7 @@ impl ResultWriter {
     /// Writes the next one, or keeps it for the document at the end.
     pub(crate) fn write(&mut self, measured: SourceResult) -> Result<()> {
         self.completion = self.completion.max(measured.completion);
-        measured.source.error.iter().chain(&measured.unmet).for_each(|text| report(text));
+        measured.failures().for_each(|text| report(text));
         // an error before the first byte says everything
         let source = &measured.source;
         let has_text = source.kind.is_some() && (source.error.is_none() || measured.link.bytes > 0);

@@ -195,6 +195,11 @@ impl Analysis {
         has_more
     }
 
+    /// Ends the record here: samples that are pending or follow do not count.
+    pub fn end_here(&mut self) {
+        self.record.end_here();
+    }
+
     /// The settings of the analysis.
     pub const fn settings(&self) -> &Settings {
         &self.record.settings
@@ -221,6 +226,16 @@ impl Analysis {
     /// Data time so far, including that of missing and of excluded samples.
     pub fn data_time(&self) -> Duration {
         self.record.span.data_time(self.record.rate.hz())
+    }
+
+    /// The number of rows, those taken last, that are behind the end of the record or may be.
+    pub fn rows_after_end(&self) -> u64 {
+        self.record.span.after_end + self.pending.as_ref().map_or(0, PendingRows::pending)
+    }
+
+    /// The number of rows that were left out, each when it was taken, because they repeat others.
+    pub fn repeated_rows(&self) -> u64 {
+        self.order().map_or(0, |order| order.repeated)
     }
 
     /// Whole seconds of data time so far, including those missing or excluded.

@@ -79,6 +79,8 @@ impl DataRecord {
     pub(crate) fn push(&mut self, resolved: Resolved<'_>) {
         match resolved {
             Resolved::Rows(rows) => self.push_rows(rows),
+            // what follows the end tells nothing of the record
+            _ if self.is_complete(Duration::ZERO) => {}
             Resolved::Mark(mark) => self.push_mark(mark),
             Resolved::Event(event) => self.push_event(event),
         }
@@ -185,15 +187,21 @@ impl DataRecord {
         }
     }
 
+    /// Ends the record with the samples so far, of this rate.
+    pub(crate) fn end_here(&mut self) {
+        self.span.end_here();
+        self.longest = None;
+    }
+
     /// The stream has ended. Of a record whose rate has changed, the longest stretch is the result.
     pub(crate) fn end(&mut self, arrivals: Option<TimebaseSummary>) {
         let (Some(longest), Some(arrivals)) = (self.longest.take(), arrivals) else { return };
-        let all = self.span.samples + self.span.excluded;
+        let (all, after_end) = (self.span.samples + self.span.excluded, self.span.after_end);
         let last = self.take_stretch(arrivals);
         let Stretch { hz, arrivals, span, gaps, accumulators, saturation } =
             if longest.duration_s() >= last.duration_s() { *longest } else { last };
         (self.span, self.gaps, self.accumulators, self.saturation) = (span, gaps, accumulators, saturation);
-        self.span.excluded = all - self.span.samples;
+        (self.span.excluded, self.span.after_end) = (all - self.span.samples, after_end);
         self.rate.set_measured(hz);
         self.rate.measured = Some(arrivals);
     }

@@ -8,11 +8,15 @@ use std::{ops::Range, time::Duration};
 pub(crate) struct MeasuredSpan {
     pub(super) skip: Duration,
     duration: Option<Duration>,
+    /// The index of the first sample after the end, if the record was ended by its content.
+    ended_at: Option<u64>,
     /// Absolute index of the next sample, missing samples counted.
     index: u64,
     /// Number of samples that count; `excluded` is the number of the others.
     pub(super) samples: u64,
     pub(super) excluded: u64,
+    /// The number of samples behind the end, which are excluded too.
+    pub(super) after_end: u64,
     pub(super) segments: u64,
     /// Whether the next sample continues the segment of the last one.
     in_segment: bool,
@@ -21,7 +25,17 @@ pub(crate) struct MeasuredSpan {
 impl MeasuredSpan {
     /// A span without samples, which will exclude `skip` at the start and all after `duration`.
     pub(crate) const fn new(skip: Duration, duration: Option<Duration>) -> Self {
-        Self { skip, duration, index: 0, samples: 0, excluded: 0, segments: 0, in_segment: false }
+        Self {
+            skip,
+            duration,
+            ended_at: None,
+            index: 0,
+            samples: 0,
+            excluded: 0,
+            after_end: 0,
+            segments: 0,
+            in_segment: false,
+        }
     }
 
     pub(crate) const fn has_rows(&self) -> bool {
@@ -36,7 +50,9 @@ impl MeasuredSpan {
     /// Adds rows. Returns those that count, if any do, and the index of the first.
     pub(crate) fn push(&mut self, rows: usize, rate_hz: f64, exclude: bool) -> Option<(Range<usize>, u64)> {
         let rows_until = |index: u64| rows.min(usize::try_from(index.saturating_sub(self.index)).unwrap_or(usize::MAX));
-        let end = if exclude { 0 } else { rows_until(self.end(rate_hz)) };
+        let before_end = rows_until(self.end(rate_hz));
+        self.after_end += (rows - before_end) as u64;
+        let end = if exclude { 0 } else { before_end };
         // a rate that is measured changes a little meanwhile
         let skipped = if self.has_begun() { 0 } else { rows_until(samples_in(self.skip, rate_hz)).min(end) };
         let used = (end - skipped) as u64;
@@ -90,6 +106,11 @@ impl MeasuredSpan {
         (self.skip, self.index) = (skip, 0);
     }
 
+    /// Ends the span here, before the end that the user asked for.
+    pub(crate) fn end_here(&mut self) {
+        self.ended_at = Some(self.index);
+    }
+
     /// Whether the span is complete once `pending` data time is added.
     pub(crate) fn is_complete(&self, rate_hz: f64, pending: Duration) -> bool {
         let is_passed = self.has_rows() && self.index >= self.end(rate_hz);
@@ -111,7 +132,8 @@ impl MeasuredSpan {
     }
 
     fn end(&self, rate_hz: f64) -> u64 {
-        self.duration.map_or(u64::MAX, |duration| samples_in(duration, rate_hz))
+        let asked_for = self.duration.map_or(u64::MAX, |duration| samples_in(duration, rate_hz));
+        self.ended_at.unwrap_or(asked_for)
     }
 }
 

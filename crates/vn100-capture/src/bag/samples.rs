@@ -133,9 +133,14 @@ impl BagSamples {
         }
     }
 
+    fn report(&self) -> FileReport {
+        FileReport::Bag(BagReport { absent: self.samples.absent(), ..self.report.clone() })
+    }
+
     /// Adds the counts of everything that is no sample to the batches.
     fn with_counts(&self, mut batches: Vec<Batch>) -> Vec<Batch> {
         for batch in &mut batches {
+            batch.report = self.line_by_line.then(|| self.report().into());
             let tally = &mut batch.link.tally;
             match self.samples {
                 RowSamples::Sentences(_) => {
@@ -176,8 +181,7 @@ impl FileReader for BagSamples {
 
     fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>) {
         let last = self.samples.finish();
-        let report = BagReport { absent: self.samples.absent(), ..self.report.clone() };
-        (self.with_counts(last), Some(FileReport::Bag(report)))
+        (self.with_counts(last), Some(self.report()))
     }
 }
 

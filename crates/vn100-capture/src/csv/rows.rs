@@ -40,7 +40,6 @@ const NO_NUMBERS: [&str; 18] = [
 pub(crate) struct CsvReader<R> {
     lines: Lines<R>,
     rows: Rows,
-    line_by_line: bool,
 }
 
 /// The rows that were read, according to the plan.
@@ -48,6 +47,7 @@ struct Rows {
     plan: CsvPlan,
     samples: RowSamples,
     clock: RowClock,
+    line_by_line: bool,
     /// The line in which a table with other columns begins.
     other_table: Option<u64>,
     report: CsvReport,
@@ -92,20 +92,21 @@ impl<R: Read> CsvReader<R> {
                 Some(layout) => RowSamples::Numbers(NumberRows::new(Arc::clone(layout))),
                 None => RowSamples::Sentences(SampleReader::new(options)),
             },
+            line_by_line: options.line_by_line,
             other_table: None,
             report: mem::take(&mut plan.report),
             tally: Tally::default(),
             rejected: RejectedRowCounts::default(),
             plan,
         };
-        Self { lines: Lines::new(reader, rows.plan.line_end), rows, line_by_line: options.line_by_line }
+        Self { lines: Lines::new(reader, rows.plan.line_end), rows }
     }
 }
 
 impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
     /// Up to 512 rows; fewer if the next rows would require waiting.
     fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
-        let Self { lines, rows, line_by_line } = self;
+        let Self { lines, rows } = self;
         let mut batches = Vec::new();
         let mut row_count = 0;
         while row_count == 0 {
@@ -120,7 +121,7 @@ impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
             {
                 let Some(is_sample) = rows.take(&line) else { continue };
                 row_count += 1;
-                if is_sample && *line_by_line {
+                if is_sample && rows.line_by_line {
                     batches.extend(rows.take_batches());
                 }
             }
@@ -133,11 +134,8 @@ impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
     }
 
     fn finish(&mut self) -> (Vec<Batch>, Option<FileReport>) {
-        let rows = &mut self.rows;
-        let batches = rows.samples.finish();
-        let report =
-            CsvReport { first_stamp_ns: rows.clock.first_ns, absent: rows.samples.absent(), ..rows.report.clone() };
-        (rows.complete(batches), Some(FileReport::Csv(report)))
+        let batches = self.rows.samples.finish();
+        (self.rows.complete(batches), Some(self.rows.report()))
     }
 }
 
@@ -339,6 +337,11 @@ impl Rows {
         false
     }
 
+    fn report(&self) -> FileReport {
+        let (first_stamp_ns, absent) = (self.clock.first_ns, self.samples.absent());
+        FileReport::Csv(CsvReport { first_stamp_ns, absent, ..self.report.clone() })
+    }
+
     fn take_batches(&mut self) -> Vec<Batch> {
         let batches = self.samples.take_batches();
         self.complete(batches)
@@ -348,7 +351,9 @@ impl Rows {
     /// of its line, including stamp, other columns and line end, even if its sentence is damaged.
     fn complete(&self, mut batches: Vec<Batch>) -> Vec<Batch> {
         let file = &self.tally;
-        for link in batches.iter_mut().map(|batch| &mut batch.link) {
+        for batch in &mut batches {
+            batch.report = self.line_by_line.then(|| self.report().into());
+            let link = &mut batch.link;
             let tally = &mut link.tally;
             if !self.holds_sentences() {
                 // a row of numbers carries no checksum

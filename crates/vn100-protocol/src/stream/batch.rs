@@ -3,7 +3,7 @@
 use alloc::{boxed::Box, string::String, sync::Arc, vec::Vec};
 use core::{fmt, mem};
 
-use super::StreamCounts;
+use super::{FileReport, StreamCounts};
 use crate::{Layout, PrintFormat, RegisterContents, Tally};
 
 /// The content of one read: samples, with marks for everything between them.
@@ -39,6 +39,9 @@ pub struct Batch {
     /// request them and there are two rows or more. Marks, registers and diagnostics then precede
     /// the first row.
     pub tallies: Vec<Tally>,
+    /// The counts of a file from its beginning to the end of this batch, if its rows or messages are read one
+    /// by one; `None` for any other source.
+    pub report: Option<Arc<FileReport>>,
 }
 
 impl Batch {
@@ -69,6 +72,7 @@ impl Batch {
                 registers: mem::take(&mut self.registers),
                 diagnostics: mem::take(&mut self.diagnostics),
                 link: self.link,
+                report: self.report.clone(),
                 ..Self::default()
             },
         };

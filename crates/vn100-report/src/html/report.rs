@@ -76,7 +76,7 @@ fn one(
     let content = |id: &str| Some(&*parts.iter().find(|part| part.id == id && !part.html.is_empty())?.html);
     let error = record.source.error.as_ref().filter(|_| record.timing.samples > 0);
     html! {
-        @if let Some(error) = error { p.warning.problem { (error) } }
+        @for text in error.into_iter().chain(&record.unmet) { p.warning.problem { (text) } }
         (arranged(content, prefix))
     }
 }

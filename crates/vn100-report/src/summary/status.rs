@@ -127,7 +127,7 @@ fn source(facts: &SourceFacts) -> Option<String> {
     };
     let left_out: Vec<_> = csv.left_out.iter().map(|column| format!("{} ({})", column.name, column.reason)).collect();
     let left_out = if left_out.is_empty() { String::new() } else { format!("; left out: {}", left_out.join(", ")) };
-    // they are counted at the end of the file
+    // they are counted at the end of the measurement
     let rows = if csv.lines == 0 { String::new() } else { format!("{} rows, ", grouped(csv.rows)) };
     Some(format!("{rows}{times}{unused}{left_out}"))
 }

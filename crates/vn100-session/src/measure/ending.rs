@@ -12,7 +12,7 @@ use crate::{channels::Channels, session_event::SessionEvent};
 pub(crate) struct Ending {
     pub(crate) snapshot: Arc<Snapshot>,
     pub(crate) reason: End,
-    pub(crate) report: Option<FileReport>,
+    pub(crate) report: Option<Arc<FileReport>>,
     pub(crate) excluded: Duration,
     pub(crate) shortfall: Option<Shortfall>,
 }
@@ -68,9 +68,10 @@ impl Measuring {
         while self.analysis.finish_to_second() {
             self.send_second(channels).await;
         }
+        self.tap(channels).await;
         let snapshot = Arc::new(self.analysis.final_snapshot());
         self.show(Arc::clone(&snapshot), channels);
-        let (reason, report) = self.end.take().unwrap_or((End::SourceEnded, None));
+        let (reason, report) = (self.end.take().unwrap_or(End::SourceEnded), self.report.take());
         let is_short = self.watchdog.is_some() && self.analysis.settings().duration.is_some();
         let is_reached = matches!(reason, End::DurationReached | End::GoalsDecided);
         let by_clock = |ended: &End| matches!(ended, End::GaveUp { .. } | End::WallTime(_));

@@ -33,6 +33,20 @@ fn capture(samples: u64) -> NamedTempFile {
     file
 }
 
+/// A table of white noise at 100 Hz, whose rows stand twice now and then.
+fn table(samples: u64, seed: u64) -> NamedTempFile {
+    let mut state = seed;
+    let mut uniform = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f64 / f64::from(1 << 24) - 0.5
+    };
+    let mut row = |at| format!("{:.2},{:.7}\n", at as f64 / 100.0, 1e-3 * (uniform() + uniform() + uniform()));
+    let rows = (0..samples).map(|at| row(at).repeat(if (at + seed).is_multiple_of(97) { 2 } else { 1 }));
+    let mut file = NamedTempFile::with_suffix(".csv").unwrap();
+    write!(file, "time,gyro_x\n{}", rows.collect::<String>()).unwrap();
+    file
+}
+
 fn paced(file: &NamedTempFile, speed: Speed) -> Session {
     Session::replay(ReplaySpec { speed: Some(speed), ..ReplaySpec::of(file.path()) })
 }
@@ -85,6 +99,55 @@ async fn a_writer_of_samples_gets_each_sample_once_and_nothing_else() {
         samples += batch.row_count() as u64;
     }
     assert_eq!((samples, session.result.await.unwrap().measured.timing.samples), (SAMPLES, SAMPLES));
+}
+
+#[tokio::test]
+async fn a_writer_of_samples_gets_no_row_behind_the_end() {
+    for seed in 1..=12 {
+        let file = table(6000, seed);
+        let skip_s = seed % 3;
+        let settings = match seed % 4 {
+            0 => Settings { until: vec!["gyro N ±8%".parse().unwrap()], ..Settings::default() },
+            _ => Settings { duration: Some(Duration::from_millis(3000 + 2510 * seed)), ..Settings::default() },
+        };
+        let settings = Settings { skip: Duration::from_secs(skip_s), ..settings };
+        let (tap, mut batches) = SampleTap::new();
+        let session = Session::replay(ReplaySpec { samples: Some(tap), settings, ..ReplaySpec::of(file.path()) });
+        let mut values = Vec::new();
+        while let Some(batch) = batches.recv().await {
+            values.push(batch.counts[0]);
+        }
+        // a row that stands twice has equal neighbours
+        values.dedup();
+        let result = session.result.await.unwrap();
+        assert!(matches!(*result.end, End::DurationReached | End::GoalsDecided), "{seed}: {:?}", result.end);
+        assert_eq!(values.len() as u64, 100 * skip_s + result.measured.timing.samples, "{seed}");
+    }
+}
+
+#[tokio::test]
+async fn of_a_table_the_lines_up_to_the_end_of_the_measurement_are_reported() {
+    let report = async |text: &str, duration| {
+        let mut file = NamedTempFile::with_suffix(".csv").unwrap();
+        file.write_all(text.as_bytes()).unwrap();
+        let settings = Settings { duration, ..Settings::default() };
+        let spec = ReplaySpec { settings, ..ReplaySpec::of(file.path()) };
+        Session::replay(spec).result.await.unwrap().measured.source.csv.unwrap()
+    };
+    for seed in 1..=8 {
+        let noise = fs::read_to_string(table(6000, seed).path()).unwrap();
+        let row = |(line, row): (u64, &str)| match (line + seed) % 61 {
+            _ if line == 0 => format!("{row},gyro_y\n"),
+            0 => "broken\n".into(),
+            5 => format!("{row},\n"),
+            _ => format!("{row},{}\n", row.rsplit(',').next().unwrap()),
+        };
+        let text: String = (0..).zip(noise.lines()).map(row).collect();
+        let ended = report(&text, Some(Duration::from_millis(3000 + 2510 * seed))).await;
+        assert!(ended.lines < 5000 && !ended.rejected.is_empty() && !ended.absent.is_empty(), "{seed}: {ended:?}");
+        let first: String = text.split_inclusive('\n').take(ended.lines as usize).collect();
+        assert_eq!(report(&first, None).await, ended, "{seed}");
+    }
 }
 
 #[tokio::test]
@@ -237,6 +300,18 @@ async fn the_requested_duration_is_an_end_as_well() {
     assert_eq!(end.samples, 200);
     command(&session, Command::Stop).await;
     assert!(matches!(*session.result.await.unwrap().end, End::DurationReached));
+}
+
+#[tokio::test]
+async fn the_goals_that_end_a_table_are_met_by_the_samples_that_decided() {
+    for seed in 1..=16 {
+        let file = table(6000, seed);
+        let until = vec![format!("gyro N ±{}%", 6 + seed % 5).parse().unwrap()];
+        let settings = Settings { until, ..Settings::default() };
+        let result = Session::replay(ReplaySpec { settings, ..ReplaySpec::of(file.path()) }).result.await.unwrap();
+        assert!(matches!(*result.end, End::GoalsDecided), "{seed}: {:?}", result.end);
+        assert!(result.unmet.is_empty(), "{seed}: {:?}", result.measured.half_widths(&result.unmet[0]));
+    }
 }
 
 #[tokio::test]

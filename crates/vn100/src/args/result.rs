@@ -22,8 +22,8 @@ pub(crate) struct ResultArgs {
         default_missing_value = "whole")]
     pub(crate) ndjson: Option<Ndjson>,
 
-    /// Write the samples as CSV, with the time of each; "-" for standard output, instead of the
-    /// result. An existing file is never replaced
+    /// Write the samples as CSV, with the time of each, those skipped too; "-" for standard output,
+    /// instead of the result. An existing file is never replaced
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) samples: Option<PathBuf>,
 }

@@ -190,7 +190,7 @@ async fn measure_one(capture: ArchivedCapture, job: Arc<Job>) -> Result<Found> {
         let result = Session::replay(spec).result.await.context(FAULT)?;
         is_stopped |= matches!(*result.end, End::Stopped) || matches!(result.start_error, Some(StartError::Stopped));
         let mut measured = evaluated_replay(result, &job.evaluation, false).await?;
-        errors.extend(measured.source.error.iter().map(|error| with_folder(error, &name)));
+        errors.extend(measured.failures().map(|text| with_folder(text, &name)));
         completion = completion.max(measured.completion);
         measured.source.name = name;
         recordings.push(measured);

@@ -47,7 +47,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
         return Ok(Completion::NotGiven);
     }
     measure_files(&args.files, &inputs, evaluation, Outputs::default(), |measured| {
-        measured.source.error.iter().chain(&measured.unmet).for_each(|text| report(text));
+        measured.failures().for_each(|text| report(text));
         all.push(measured);
         Ok(())
     })?;

@@ -41,9 +41,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
         // a checksum takes as long as reading the file once more: beside the measurement
         let stored = scope.spawn(|| inputs.iter().map(capture_of).collect::<Vec<_>>());
         measure_files(files, &inputs, evaluation.clone(), Outputs::default(), |measured| {
-            if let Some(error) = &measured.source.error {
-                complain(error);
-            }
+            measured.failures().for_each(|text| complain(text));
             records.push(measured);
             Ok(())
         })?;

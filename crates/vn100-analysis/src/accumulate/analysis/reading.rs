@@ -25,7 +25,7 @@ impl Analysis {
             refused_before: rate.refused_before,
             rate_change: rate.change(),
             parted: self.record.parted,
-            repeated_rows: self.order().map_or(0, |order| order.repeated),
+            repeated_rows: self.repeated_rows(),
             moved_rows: self.order().map_or(0, |order| order.moved),
             pending_rows: self.pending.as_ref().map_or(0, PendingRows::pending),
             false_rate: rate.false_rate.clone(),
