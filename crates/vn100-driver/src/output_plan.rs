@@ -341,12 +341,15 @@ impl Output {
         if load.fits(baud) {
             return Ok(());
         }
+        let uncounted = message.line_length(&ProtocolControl { serial_count: 0, ..self.protocol });
+        let fits = uncounted.is_some_and(|length| (LinkLoad::of_lines(length, rate) + packets).fits(baud));
         Err(PlanError(format!(
-            "{} at {rate} Hz{} needs {:.0} bytes a second and {has} baud carry {carries}; {}",
+            "{} at {rate} Hz{} needs {:.0} bytes a second and {has} baud carry {carries}; {}{}",
             message.header().unwrap_or("the message"),
             beside(packets),
             load.bytes_per_s,
-            way_out(packets.highest_rate_beside(length, baud), load)
+            way_out(packets.highest_rate_beside(length, baud), load),
+            if self.protocol.serial_count == COUNT_OF_SYNC_OUT && fits { ", or switch the count off" } else { "" }
         )))
     }
 }

@@ -97,6 +97,21 @@ fn a_count_of_lines_follows_the_rate_and_no_other_pulse_does() {
 }
 
 #[test]
+fn a_count_that_does_not_fit_is_named() {
+    let counting = [(Register::PROTOCOL_CONTROL, "3,0,0,0,1,0,1")];
+    let message = OutputSettings { message: Some("VNIMU".into()), ..rate(100) };
+    let counted = error(&with(current(115_200, 14, 50), &counting), &message);
+    assert_eq!(
+        counted,
+        "VNIMU at 100 Hz needs 12400 bytes a second and 115200 baud carry 11520; at most 50 Hz fit, or take \
+         128000 baud or more, or switch the count off"
+    );
+    assert!(plan(&current(115_200, 14, 50), &message, true).is_ok());
+    let without = error(&with(current(57_600, 14, 50), &counting), &message);
+    assert!(!without.contains("count off"), "{without}");
+}
+
+#[test]
 fn a_shorter_line_comes_before_a_higher_rate() {
     // 124 bytes 50 times per second are too many for 57 600 baud, 112 are not
     let counting =
