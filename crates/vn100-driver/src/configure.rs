@@ -8,7 +8,7 @@ use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 use vn100_protocol::{
     AsyncRate, AsyncType, BinaryOutput, Register, RegisterContents, RegisterFields, RegisterValue, RequestFailure,
-    SensorCommand,
+    SensorCommand, stream::FrameKind,
 };
 
 use crate::{
@@ -202,10 +202,12 @@ async fn attempt(link: &LinkHandle, settings: &OutputSettings, written: &mut Wri
         // the plan decides whether a missing register matters
         current.extend(link.read(register).await?);
     }
-    let OutputPlan { changes: planned, frames, rate_hz } = plan(&current, settings)?;
     if !written.touched {
         written.configured.was_paused = is_paused(link).await?;
     }
+    // packets that are paused here may be those of this port
+    let packets_arrive = written.configured.was_paused || packets_arrive(link, &current).await;
+    let OutputPlan { changes: planned, frames, rate_hz } = plan(&current, settings, packets_arrive)?;
     if !planned.is_empty() || settings.save || written.configured.was_paused || written.touched {
         pause(link, written).await?;
         write(link, planned, written).await?;
@@ -245,6 +247,20 @@ async fn attempt(link: &LinkHandle, settings: &OutputSettings, written: &mut Wri
     Ok(is_same_link
         && !state.has_changed().unwrap_or(true)
         && read_all_back(link, &written.configured.changes).await.is_ok())
+}
+
+/// Whether packets of the first output arrive on this port. The sensor does not report which of its
+/// ports this is.
+async fn packets_arrive(link: &LinkHandle, current: &[RegisterContents]) -> bool {
+    let output = current.iter().find(|contents| contents.register == Register::BINARY_OUTPUT_1);
+    let output = output.and_then(|contents| contents.value::<BinaryOutput>().ok());
+    let Some(output) = output.filter(|output| output.rate_hz() > 0.0) else { return false };
+    let frames = FrameKind::Packet(output.header());
+    let end = Instant::now() + LISTEN;
+    while link.frames(frames) == 0 && Instant::now() < end {
+        tokio::time::sleep(CHECK_INTERVAL).await;
+    }
+    link.frames(frames) > 0
 }
 
 /// The period of the output before the change: the first frame of the new output may come as late

@@ -15,8 +15,9 @@ use vn100_protocol::{
 pub struct OutputSettings {
     /// Baud rate, in bit/s.
     pub baud: Option<u32>,
-    /// The message: of sentences, such as `VNYMR` or `VNIMU`, or of packets, such as `BINARY`. For
-    /// packets the sentences are switched off, and the baud rate is raised if necessary.
+    /// The message: of sentences, such as `VNYMR` or `VNIMU`, or of packets, such as `BINARY`. It
+    /// replaces both the sentences and the packets of register 75 on the port of the link; packets
+    /// to the other port alone stay. For packets the baud rate is raised if necessary.
     pub message: Option<String>,
     /// Rate of the message in hertz. With `None`, packets that are not sent yet get 200 Hz.
     pub rate_hz: Option<u32>,
@@ -144,28 +145,35 @@ pub(crate) fn to_second_port(changes: &[Change]) -> Option<Change> {
     (output.async_mode == FIRST_PORT).then(|| Change { after: moved.fields(), ..change.clone() })
 }
 
-/// The writes that set the sensor to `settings`, from its present registers.
+/// The writes that set the sensor to `settings`, from its present registers. A sentence replaces
+/// packets that arrive here.
 ///
 /// At each step the output fits the line: a higher baud rate is set before more output, less output
 /// before a lower baud rate.
-pub(crate) fn plan(current: &[RegisterContents], settings: &OutputSettings) -> Result<OutputPlan, PlanError> {
+pub(crate) fn plan(
+    current: &[RegisterContents],
+    settings: &OutputSettings,
+    packets_arrive: bool,
+) -> Result<OutputPlan, PlanError> {
     let old = Output::from_registers(current, settings)?;
-    let new = old.with(settings)?;
+    let new = old.with(settings, packets_arrive)?;
     new.check_fit()?;
     let mut baud = change(Some(&old.baud), Some(&new.baud));
     let mut rate = change(Some(&old.rate), Some(&new.rate));
     let mut protocol = change(Some(&old.protocol), Some(&new.protocol));
+    let mut packets = change(old.binary.as_ref(), new.binary.as_ref());
     let is_shorter = old.protocol.serial_count != 0 && new.protocol.serial_count == 0;
     let ordered = [
         baud.take_if(|_| new.baud > old.baud),
         rate.take_if(|_| new.rate < old.rate),
         protocol.take_if(|_| is_shorter),
+        packets.take_if(|_| new.message != AsyncType::OFF),
         change(Some(&old.message), Some(&new.message)),
         rate,
         change(old.sync.as_ref(), new.sync.as_ref()),
         protocol,
         change(old.filter.as_ref(), new.filter.as_ref()),
-        change(old.binary.as_ref(), new.binary.as_ref()),
+        packets,
         baud,
     ];
     let (frames, rate_hz) = match &new.binary {
@@ -209,7 +217,7 @@ impl Output {
         })
     }
 
-    fn with(&self, settings: &OutputSettings) -> Result<Self, PlanError> {
+    fn with(&self, settings: &OutputSettings, packets_arrive: bool) -> Result<Self, PlanError> {
         let mut new = self.clone();
         if let Some(bits_per_s) = settings.baud {
             let allowed = || list(BaudRate::ALL.map(BaudRate::bits_per_s));
@@ -223,6 +231,9 @@ impl Output {
                 let allowed = || list(sentences.chain(PACKET_MESSAGES.map(|message| message.name)));
                 let message = AsyncType::from_header(name.as_bytes());
                 new.message = message.ok_or_else(|| not_allowed("the message", name, allowed()))?;
+                if let Some(binary) = new.binary.as_mut().filter(|_| packets_arrive) {
+                    binary.async_mode = 0;
+                }
             }
             (None, None) => {}
         }
@@ -330,12 +341,15 @@ impl Output {
         if load.fits(baud) {
             return Ok(());
         }
+        let uncounted = message.line_length(&ProtocolControl { serial_count: 0, ..self.protocol });
+        let fits = uncounted.is_some_and(|length| (LinkLoad::of_lines(length, rate) + packets).fits(baud));
         Err(PlanError(format!(
-            "{} at {rate} Hz{} needs {:.0} bytes a second and {has} baud carry {carries}; {}",
+            "{} at {rate} Hz{} needs {:.0} bytes a second and {has} baud carry {carries}; {}{}",
             message.header().unwrap_or("the message"),
             beside(packets),
             load.bytes_per_s,
-            way_out(packets.highest_rate_beside(length, baud), load)
+            way_out(packets.highest_rate_beside(length, baud), load),
+            if self.protocol.serial_count == COUNT_OF_SYNC_OUT && fits { ", or switch the count off" } else { "" }
         )))
     }
 }

@@ -49,6 +49,14 @@ impl Output {
         }
     }
 
+    /// The same for a file that no option replaces.
+    pub(crate) fn check_new(path: &Path) -> Result<()> {
+        if fs::symlink_metadata(path).is_ok() {
+            bail!("{} exists and is not replaced: give another name", path.display());
+        }
+        Self::new(path, false).check_place(path, &[])
+    }
+
     /// The same for a folder of many files.
     pub(crate) fn check_folder(&self, path: &Path, inputs: &[PathBuf]) -> Result<()> {
         if self.force && fs::symlink_metadata(path).is_ok() && !is_folder(path) {
@@ -144,6 +152,18 @@ mod tests {
         assert_eq!(page.beside(".json"), Path::new("out/lab.json"));
         let none = Output::new(Path::new("run.2"), false);
         assert_eq!((none.page(), none.beside(".json")), (None, PathBuf::from("run.2.json")));
+    }
+
+    #[test]
+    fn a_new_file_that_has_no_place_is_refused_with_the_cure() {
+        let folder = tempfile::tempdir().unwrap();
+        let refused = |name: &str| Output::check_new(&folder.path().join(name)).unwrap_err().to_string();
+        assert!(Output::check_new(&folder.path().join("a.csv")).is_ok());
+        assert!(refused("none/a.csv").ends_with("none: create it, or give another name"));
+        fs::write(folder.path().join("a.csv"), "mine").unwrap();
+        for name in ["a.csv", ""] {
+            assert!(refused(name).ends_with(" exists and is not replaced: give another name"));
+        }
     }
 
     #[test]

@@ -19,6 +19,8 @@ use vn100_protocol::stream::Batch;
 use vn100_report::SampleTable;
 use vn100_session::SampleTap;
 
+use crate::output;
+
 type Output = BufWriter<Box<dyn Write + Send>>;
 
 /// A file of samples, or standard output; no file is ever replaced.
@@ -40,6 +42,9 @@ impl SampleWriter {
     /// enough, `stop` ends the session.
     pub(crate) fn start(path: &Path, stop: CancellationToken) -> Result<(Self, SampleTap)> {
         let failed = || format!("cannot write samples to {}", path.display());
+        if path != Path::new("-") {
+            output::Output::check_new(path)?;
+        }
         let table = SampleTable::new(create(path).with_context(failed)?);
         let (tap, batches) = SampleTap::new();
         let (sender, written) = oneshot::channel();

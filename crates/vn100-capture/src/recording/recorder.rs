@@ -44,6 +44,12 @@ pub enum RecordError {
         /// The error.
         source: io::Error,
     },
+    /// The folder of the file does not exist.
+    #[error("there is no folder {}: create it, or choose another name", .0.display())]
+    NoFolder(PathBuf),
+    /// The name is that of a folder, a device or the like.
+    #[error("{} is not a file: choose another name", .0.display())]
+    NotAFile(PathBuf),
     /// A file of this name exists.
     #[error("{} exists and is not replaced: choose another name, or resume it", .0.display())]
     Exists(PathBuf),
@@ -61,6 +67,22 @@ pub enum RecordError {
         /// The reason.
         problem: RecordingError,
     },
+}
+
+impl RecordError {
+    /// The error of the operating system for `path`, with its cure if there is one.
+    fn of(path: &Path, source: io::Error) -> Self {
+        let found = fs::symlink_metadata(path);
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir());
+        match (folder, source.kind()) {
+            (Some(folder), ErrorKind::NotFound | ErrorKind::NotADirectory) => Self::NoFolder(folder.to_owned()),
+            (None, _) if found.is_ok_and(|found| !found.is_file() && !found.is_symlink()) => {
+                Self::NotAFile(path.to_owned())
+            }
+            (None, ErrorKind::AlreadyExists) => Self::Exists(path.to_owned()),
+            _ => Self::Io { path: path.to_owned(), source },
+        }
+    }
 }
 
 /// The state of a recording.
@@ -97,15 +119,12 @@ impl Recorder {
     /// existing file is never replaced.
     ///
     /// # Errors
-    /// [`RecordError::Exists`] if a file of this name exists, [`RecordError::Io`] if the file
-    /// cannot be written.
+    /// [`RecordError::Exists`] if a file of this name exists, and others if the file cannot be
+    /// written.
     pub fn create(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
         let path = path.as_ref();
-        let failed = |source| RecordError::Io { path: path.to_owned(), source };
-        let file = File::create_new(path).map_err(|source| match source.kind() {
-            ErrorKind::AlreadyExists => RecordError::Exists(path.to_owned()),
-            _ => failed(source),
-        })?;
+        let failed = |source| RecordError::of(path, source);
+        let file = File::create_new(path).map_err(failed)?;
         NamedFile::claim(&file);
         let writer = RecordingWriter::new(NamedFile(file), metadata).map_err(|source| {
             // an empty file would prevent the next recording

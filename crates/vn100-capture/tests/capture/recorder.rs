@@ -118,6 +118,26 @@ async fn no_file_is_replaced() {
     }
 }
 
+/// Each name that cannot be recorded to, in a file, in parts and resumed, with the cure in words.
+#[tokio::test]
+async fn a_name_without_a_place_is_refused_with_its_cure() {
+    let (folder, _) = place();
+    let nowhere = folder.path().join("none");
+    let missing = format!("there is no folder {}: create it, or choose another name", nowhere.display());
+    let none = BTreeMap::new();
+    let parts = Recorder::in_parts(nowhere.join("a.mcap"), &none, Rotation::Bytes(1000), false);
+    assert_eq!(parts.unwrap_err().to_string(), missing);
+    for (path, said) in [
+        (nowhere.join("a.mcap"), missing),
+        (folder.path().to_owned(), format!("{} is not a file: choose another name", folder.path().display())),
+        #[cfg(unix)]
+        ("/dev/null".into(), "/dev/null is not a file: choose another name".into()),
+    ] {
+        assert_eq!(Recorder::create(&path, &none).unwrap_err().to_string(), said);
+        assert_eq!(Recorder::resume(&path, &none).unwrap_err().to_string(), said);
+    }
+}
+
 #[tokio::test]
 async fn a_complete_recording_continues_after_a_break() {
     let (folder, path) = place();

@@ -40,7 +40,7 @@ fn count(count: bool) -> OutputSettings {
 
 /// Each write as received by the sensor.
 fn planned(current: &[RegisterContents], settings: &OutputSettings) -> Vec<String> {
-    plan(current, settings)
+    plan(current, settings, true)
         .unwrap()
         .changes
         .iter()
@@ -49,7 +49,7 @@ fn planned(current: &[RegisterContents], settings: &OutputSettings) -> Vec<Strin
 }
 
 fn error(current: &[RegisterContents], settings: &OutputSettings) -> String {
-    plan(current, settings).unwrap_err().to_string()
+    plan(current, settings, true).unwrap_err().to_string()
 }
 
 #[test]
@@ -58,7 +58,7 @@ fn a_port_after_a_value_is_no_change() {
     let current = with(current(115_200, 14, 40), &replies);
     let settings = OutputSettings { message: Some("VNYMR".into()), baud: Some(115_200), ..rate(40) };
     assert_eq!(planned(&current, &settings), [""; 0]);
-    let changes = plan(&current, &rate(20)).unwrap().changes;
+    let changes = plan(&current, &rate(20), true).unwrap().changes;
     let [Change { before, after, .. }] = &changes[..] else { panic!("{changes:?}") };
     assert_eq!((before.as_str(), after.as_str()), ("40", "20"));
 }
@@ -94,6 +94,21 @@ fn a_count_of_lines_follows_the_rate_and_no_other_pulse_does() {
     let camera = (Register::SYNC_CONTROL, "3,0,0,0,3,1,9,5000000,0");
     assert_eq!(planned(&with(current(115_200, 14, 40), &[camera]), &count(false)), [""; 0]);
     assert_eq!(planned(&counting(camera), &count(false)), ["30,0,0,0,0,1,0,1"]);
+}
+
+#[test]
+fn a_count_that_does_not_fit_is_named() {
+    let counting = [(Register::PROTOCOL_CONTROL, "3,0,0,0,1,0,1")];
+    let message = OutputSettings { message: Some("VNIMU".into()), ..rate(100) };
+    let counted = error(&with(current(115_200, 14, 50), &counting), &message);
+    assert_eq!(
+        counted,
+        "VNIMU at 100 Hz needs 12400 bytes a second and 115200 baud carry 11520; at most 50 Hz fit, or take \
+         128000 baud or more, or switch the count off"
+    );
+    assert!(plan(&current(115_200, 14, 50), &message, true).is_ok());
+    let without = error(&with(current(57_600, 14, 50), &counting), &message);
+    assert!(!without.contains("count off"), "{without}");
 }
 
 #[test]
@@ -134,7 +149,7 @@ fn the_highest_rates_are_those_of_the_sheet() {
     ];
     for (baud, expected) in table {
         for rate_hz in OUTPUT_RATES_HZ {
-            let result = plan(&current(baud, 14, 1), &rate(rate_hz));
+            let result = plan(&current(baud, 14, 1), &rate(rate_hz), true);
             if rate_hz <= expected {
                 assert!(result.is_ok(), "{rate_hz} Hz at {baud}");
             } else {
@@ -209,7 +224,7 @@ fn packets_follow_a_faster_line_and_replace_sentences() {
     let with_mag = OutputSettings { window: Some(1), ..packets("BINARY+MAG", Some(800)) };
     let expected = ["05,921600", "06,0", "85,0,1,1,4,0,0,3,3,3,0", "75,1,1,05,0001,003E"];
     assert_eq!(planned(&factory, &with_mag), expected);
-    let OutputPlan { frames, rate_hz, .. } = plan(&factory, &fast).unwrap();
+    let OutputPlan { frames, rate_hz, .. } = plan(&factory, &fast, true).unwrap();
     assert_eq!((frames, rate_hz), (FrameKind::Packet(PacketHeader::new(5, &[1, 0x1C])), 800.0));
 }
 
@@ -225,8 +240,15 @@ fn active_packets_keep_their_port_and_get_another_rate() {
         let port = if off.starts_with('2') { 2 } else { 1 };
         assert_eq!(planned(&silent, &binary), [format!("75,{port},4,05,0001,001C")]);
     }
-    let back = OutputSettings { message: Some("VNYMR".into()), ..OutputSettings::default() };
-    assert_eq!(planned(&sending, &back), ["06,14"], "packets come beside");
+}
+
+#[test]
+fn a_sentence_replaces_the_packets_that_arrive() {
+    let sending = with(current(115_200, 0, 40), &[(Register::BINARY_OUTPUT_1, "2,4,05,0001,001C")]);
+    let back = OutputSettings { message: Some("VNYMR".into()), ..rate(50) };
+    assert_eq!(planned(&sending, &back), ["75,0,4,05,0001,001C", "06,14", "07,50"]);
+    let elsewhere = plan(&sending, &OutputSettings { rate_hz: Some(1), ..back }, false).unwrap().changes;
+    assert_eq!(elsewhere.iter().map(|change| change.register.0).collect::<Vec<_>>(), [7, 6]);
 }
 
 #[test]
@@ -234,6 +256,7 @@ fn missing_packets_are_sent_to_the_second_port() {
     let changes = plan(
         &current(115_200, 14, 40),
         &OutputSettings { message: Some("BINARY".into()), ..OutputSettings::default() },
+        true,
     )
     .unwrap()
     .changes;
@@ -298,9 +321,13 @@ fn output(sensor: &[RegisterContents]) -> Output {
 
 proptest! {
     #[test]
-    fn every_step_fits_and_is_undone_in_reverse(sensor in sensor(), settings in settings()) {
+    fn every_step_fits_and_is_undone_in_reverse(
+        sensor in sensor(),
+        settings in settings(),
+        packets_arrive: bool,
+    ) {
         prop_assume!(output(&sensor).check_fit().is_ok());
-        let Ok(OutputPlan { changes, rate_hz, .. }) = plan(&sensor, &settings) else { return Ok(()) };
+        let Ok(OutputPlan { changes, rate_hz, .. }) = plan(&sensor, &settings, packets_arrive) else { return Ok(()) };
         let mut state = sensor.clone();
         for change in &changes {
             state = with(state, &[(change.register, change.after.as_str())]);
@@ -315,8 +342,10 @@ proptest! {
             _ => output(&sensor).rate.hz().into(),
         };
         prop_assert_eq!(rate_hz, settings.rate_hz.map_or_else(rate_before_hz, f64::from));
+        let is_replaced = packets_arrive && settings.message.is_some() && set.message != AsyncType::OFF;
+        prop_assert!(!is_replaced || set.binary.as_ref().is_none_or(|binary| binary.rate_hz() == 0.0));
         prop_assert_eq!(set.counts_lines(), settings.count.unwrap_or(output(&sensor).counts_lines()));
-        prop_assert_eq!(plan(&state, &settings).unwrap().changes, []);
+        prop_assert_eq!(plan(&state, &settings, packets_arrive).unwrap().changes, []);
         for change in changes.iter().rev() {
             state = with(state, &[(change.register, change.before.as_str())]);
             prop_assert_eq!(output(&state).check_fit(), Ok(()), "back: {:?}", change);

@@ -147,6 +147,26 @@ async fn packets_missing_on_the_first_port_are_sent_to_the_second() {
     assert!(asked("$VNWRG,75,1,1,05") && asked("$VNWRG,75,2,1,05"));
 }
 
+/// A sentence replaces the packets of its port; those to another host on the other port go on.
+#[tokio::test(start_paused = true)]
+async fn a_sentence_replaces_the_packets_of_its_port_alone() {
+    for (sent, kept) in [("1,20,05,0001,001C", "0,20,05,0001,001C"), ("2,20,05,0001,001C", "2,20,05,0001,001C")] {
+        let (sensor, _) = sensor_of_packets();
+        sensor.world().packet = Some(packet(&[5, 0x01, 0x00, 0x1C, 0x00], 36));
+        sensor.world().registers.insert(75, sent.into());
+        let settings = OutputSettings { message: Some("VNYMR".into()), ..OutputSettings::default() };
+        let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
+        let configured = link.until_done(work).await.unwrap();
+        assert!(configured.rate_is_kept(), "{configured:?}");
+        assert_eq!(sensor.world().registers[&75], kept);
+        let handle = link.handle.clone();
+        let changes = configured.changes;
+        let back = tokio::spawn(async move { restore(&handle, &changes).await });
+        link.until_done(back).await.unwrap();
+        assert_eq!(sensor.world().registers[&75], sent);
+    }
+}
+
 #[tokio::test(start_paused = true)]
 async fn packets_that_a_stall_delays_stay_on_the_first_port() {
     let (sensor, settings) = sensor_of_packets();

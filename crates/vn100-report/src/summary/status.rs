@@ -94,7 +94,10 @@ fn found(aspect: Aspect, result: &SourceResult, mut place: impl FnMut(&Remedy) -
         None => (severity, StatusWord::of(severity, is_moved)),
     };
     let undisturbed = || undisturbed(aspect, result).filter(|_| severity.is_none());
-    findings.extend(untested.or_else(undisturbed).map(|text| (text, Vec::new())));
+    // with and without losses of other kinds
+    let outages = outages(&result.link).filter(|_| aspect == Aspect::Data && result.timing.samples > 0);
+    let texts = untested.or_else(undisturbed).into_iter().chain(outages.map(|outages| format!("link {outages}")));
+    findings.extend(texts.map(|text| (text, Vec::new())));
     AspectStatus { aspect: aspect.name(), severity, word, findings }
 }
 
@@ -182,8 +185,7 @@ fn undisturbed(aspect: Aspect, result: &SourceResult) -> Option<String> {
                     format!("{} dropped samples, {}", grouped(missing), counted(timing.segments, "segment"))
                 }
             };
-            let outages = outages(&result.link).map_or_else(String::new, |outages| format!("; link {outages}"));
-            Some(format!("{rejected} rejected lines; {dropped}{outages}"))
+            Some(format!("{rejected} rejected lines; {dropped}"))
         }
         Aspect::Time => match (timing.measured_hz, timing.rate_from) {
             (Some(hz), _) => {

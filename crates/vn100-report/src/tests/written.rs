@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use serde_json::Value;
 use vn100_analysis::{
-    CaveatKind, Comparison, Completion, SourceResult,
+    CaveatKind, Comparison, Completion, Finding, Outages, SourceResult, Warning, WarningKind,
     protocol::{Layout, VNIMU, stream::BagReport},
 };
 
@@ -31,6 +31,21 @@ fn statistics_have_as_many_decimals_as_their_quantity_needs() {
         "baro kPa: 101.325; 0.008; ",
     ];
     assert_eq!(rows, expected);
+}
+
+/// Beside losses of other kinds as without them.
+#[test]
+fn an_outage_stands_in_the_line_of_the_data() {
+    for kind in [None, Some(WarningKind::Gaps), Some(WarningKind::RejectedLines), Some(WarningKind::Incomplete)] {
+        let mut result = long_at_rest().clone();
+        result.link.outages = Outages { times: 2, down_ns: Some(11_584_000_000), ..Outages::default() };
+        let said = Warning::new(Finding::Said("losses".into()));
+        result.warnings = kind.map(|kind| Warning { kind, severity: kind.severity(), ..said }).into_iter().collect();
+        let summary = Summary::new(&result, page_words);
+        let data = summary.statuses.iter().find(|status| status.aspect == "data").unwrap();
+        let said = data.findings.iter().filter(|(text, _)| text == "link lost 2 times, 11.6 s without it");
+        assert_eq!(said.count(), 1, "{kind:?}: {:?}", data.findings);
+    }
 }
 
 #[test]

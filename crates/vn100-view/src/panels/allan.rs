@@ -17,7 +17,10 @@ use vn100_report::{
 };
 
 use crate::{
-    panels::{parameters, plot::Plot},
+    panels::{
+        parameters,
+        plot::{LEAST_ROWS, Plot},
+    },
     scene::{Scene, framed},
     state::Panel,
     theme::SIGNS,
@@ -37,11 +40,15 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, alone: b
     let name = names_of(group.quantity).short;
     let title = format!("{} σ(τ) of the {name}, {}", deviation_name(source.result.settings().deviation), unit.name);
     let inner = framed(frame, area, scene, Panel::Allan, theme.spelled(title));
+    let room = inner.height.saturating_sub(LEAST_ROWS);
+    let legend = room.min(1);
+    let room = usize::from(room - legend);
+    let summary = if alone { parameters::summary(scene, &group) } else { None };
     let mut read_out = read_out(scene, &axes, &channels, &unit, inner.width);
-    if alone {
-        read_out.extend(parameters::summary(scene, &group));
-    }
-    let rows = [Constraint::Length(1), Constraint::Fill(1), Constraint::Length(read_out.len() as u16)];
+    read_out.truncate(room.saturating_sub(summary.iter().len()));
+    read_out.extend(summary);
+    read_out.truncate(room);
+    let rows = [Constraint::Length(legend), Constraint::Fill(1), Constraint::Length(read_out.len() as u16)];
     let [legend, chart, below] = Layout::vertical(rows).areas(inner);
     frame.render_widget(Paragraph::new(legend_line(scene, &axes, &channels, legend.width)), legend);
     frame.render_widget(Paragraph::new(read_out), below);

@@ -96,9 +96,15 @@ impl Parts {
     }
 }
 
-/// The line with the most detail that there is room for, or else with the least.
+/// The line with the most detail that there is room for, or else with the least, without its last
+/// parts: half a number would be another one.
 fn fitting(width: usize, line: impl Fn(Detail) -> Line<'static>) -> Line<'static> {
-    DETAILS.into_iter().map(&line).find(|line| line.width() <= width).unwrap_or_else(|| line(Detail::Least))
+    let fitting = DETAILS.into_iter().map(&line).find(|line| line.width() <= width);
+    fitting.unwrap_or_else(|| {
+        let mut least = line(Detail::Least);
+        while least.width() > width && least.spans.pop().is_some() {}
+        least
+    })
 }
 
 /// What a source does, in a word.
@@ -215,7 +221,8 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     }
     let gaps_shown = timing.gaps > 0 && detail == Detail::All;
     let gaps = if gaps_shown { in_gaps(timing.gaps) } else { String::new() };
-    let dropped = format!("dropped {}{gaps}{}", missing_text(timing), pending_text(timing));
+    let pending = if detail == Detail::Least { String::new() } else { pending_text(timing) };
+    let dropped = format!("dropped {}{gaps}{pending}", missing_text(timing));
     parts.add(dropped, counted(timing.missing_at_least));
     if timing.excluded > 0 {
         let changed = timing.rate_change.is_some();
@@ -233,7 +240,8 @@ fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
         Some(recorder) => {
             let name = Path::new(&recorder.path).file_name().unwrap_or_default().to_string_lossy();
             let name = if detail == Detail::All { format!("recorded {}", printable(&name)) } else { "rec".into() };
-            parts.add(format!("{name} {}", HumanBytes(recorder.bytes)), theme.good());
+            parts.add(name, theme.good());
+            parts.0.push(Span::styled(format!(" {}", HumanBytes(recorder.bytes)), theme.good()));
         }
         None if source.playback.is_none() => parts.add("not recorded", theme.faint()),
         None => {}

@@ -7,7 +7,10 @@ use ratatui::{
     layout::{Position, Rect},
     style::Style,
     symbols::Marker,
-    widgets::canvas::{Canvas, Points},
+    widgets::{
+        Paragraph,
+        canvas::{Canvas, Points},
+    },
 };
 use vn100_report::{
     figure::{Anchor, At, Colour, Figure, Primitive, Tick},
@@ -18,6 +21,9 @@ use crate::theme::{SIGNS, Theme};
 
 /// Columns left of a plot, for the labels of its grid.
 const LABELS: u16 = 8;
+
+/// Rows of a plot that show the shape of a curve, with one of labels. Texts beside it have the rest.
+pub(crate) const LEAST_ROWS: u16 = 4;
 
 /// Dots between those of a line that is no measurement.
 const SPARSE: f64 = 3.0;
@@ -32,7 +38,9 @@ pub(crate) struct Plot<'a> {
 impl Plot<'_> {
     /// Draws it with further lines, each in the colour of a series, and marks a place of the axis along.
     pub(crate) fn draw(&self, frame: &mut Frame<'_>, area: Rect, more: &[(usize, Vec<At>)], cursor: Option<f64>) {
-        if area.width < LABELS + 10 || area.height < 5 {
+        if area.width < LABELS + 10 || area.height < LEAST_ROWS {
+            let text = Paragraph::new(" The curve needs a larger screen.").style(self.theme.faint());
+            frame.render_widget(text, area);
             return;
         }
         let chart = Rect::new(area.x + LABELS, area.y, area.width - LABELS, area.height - 1);

@@ -10,7 +10,7 @@ use vn100_analysis::ChannelResult;
 use vn100_report::{figure::spectrum, names::names_of, numbers::plain::digits, units::pretty_unit};
 
 use crate::{
-    panels::plot::Plot,
+    panels::plot::{LEAST_ROWS, Plot},
     scene::{Scene, framed},
     state::Panel,
     theme::SIGNS,
@@ -25,7 +25,9 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let name = names_of(group.quantity).short;
     let title = theme.spelled(format!("Spectrum of the {name}, {}/√Hz one-sided", pretty_unit(&first.unit)));
     let inner = framed(frame, area, scene, Panel::Allan, title);
-    let peaks: Vec<Line<'_>> = axes.iter().zip(&channels).map(|(axis, channel)| peaks(scene, *axis, channel)).collect();
+    let room = inner.height.saturating_sub(LEAST_ROWS);
+    let peaks = axes.iter().zip(&channels).map(|(axis, channel)| peaks(scene, *axis, channel));
+    let peaks: Vec<Line<'_>> = peaks.take(room.into()).collect();
     let [chart, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(peaks.len() as u16)]).areas(inner);
     frame.render_widget(Paragraph::new(peaks), below);
     match spectrum("axes", name, &channels) {

@@ -3,7 +3,7 @@
 use std::{sync::Arc, time::Duration};
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use vn100_analysis::{Settings, Severity};
+use vn100_analysis::{Settings, Severity, SourceResult};
 use vn100_report::{goals::Goals, summary::Summary};
 use vn100_session::{Command, Session};
 
@@ -125,6 +125,27 @@ fn a_recording_that_failed_is_said_whole_at_every_width() {
     for width in 60..=200 {
         let screen = screen(&one(), &source, (width, 24));
         assert!(screen.lines().nth(2).unwrap().contains("RECORDING FAILED"), "{width}\n{screen}");
+    }
+}
+
+#[test]
+fn what_was_counted_is_whole_or_left_out_at_every_width() {
+    let whole = ["RECORDING FAILED", "rec", "recorded flight.mcap", "not recorded"];
+    for (place, width) in (0..40_u64).flat_map(|place| (60..=110).map(move |width| (place, width))) {
+        let mut source = measured();
+        let SourceResult { timing, link, .. } = &mut source.result;
+        // of every number of digits, beside each other
+        let count = |salt: u64| (place.wrapping_mul(salt) % 7).pow((1 + place % 7) as u32);
+        (timing.samples, timing.pending, timing.excluded) = (1 + count(97), count(31), place % 2 * count(61));
+        (timing.missing, timing.missing_at_least) = (Some(count(11)), count(11));
+        (link.rejected.checksum, link.reconnects) = (count(13), 1 + place % 3);
+        let screen = screen(&one(), &source, (width, 24));
+        let line = screen.lines().nth(2).unwrap();
+        let last = line.rsplit("  ").next().unwrap();
+        let is_number = last.split(' ').next_back().unwrap().chars().all(|sign| sign.is_ascii_digit());
+        let is_whole = whole.contains(&last) || is_number || last.ends_with("iB") || last.ends_with("°C");
+        assert!(is_whole && line.chars().count() <= usize::from(width), "{width}: {line:?}");
+        assert!(width < 80 || ![0, 2, 4].contains(&place) || line.contains("2.40 MiB"), "{width}: {line:?}");
     }
 }
 

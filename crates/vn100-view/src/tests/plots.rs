@@ -2,6 +2,9 @@
 
 use std::sync::Arc;
 
+use vn100_report::goals::Goals;
+use vn100_session::{Playback, Speed};
+
 use super::{PLAIN, SIZES, check, damaged, drawn, measured, nothing, one, text};
 use crate::{reference::Reference, source::SourceView, state::ViewState};
 
@@ -39,6 +42,24 @@ fn the_curve_of_an_earlier_record_lies_in_the_plot() {
     let earlier = source.reference.as_ref().unwrap();
     assert!(earlier.curve(gyro, imu_noise::Deviation::Allan).is_some());
     assert_eq!(earlier.curve(gyro, imu_noise::Deviation::Hadamard), None, "another deviation was measured");
+}
+
+/// At the least documented size too, with all that may stand above the panel of curves.
+#[test]
+fn curves_are_drawn_at_every_size_and_texts_give_way() {
+    let playback = Playback { at_end: false, paused: false, samples: 9, total: Some(10), speed: Speed::Max };
+    let until = vec!["gyro N ±0.5%".parse().unwrap()];
+    let goals = Arc::new(Goals { until, ..Goals::default() });
+    for (height, cursor, shows_spectrum) in
+        (16..30).flat_map(|height| [(height, None, false), (height, Some(3), false), (height, None, true)])
+    {
+        let source = SourceView { playback: Some(playback), goals: Arc::clone(&goals), ..measured() };
+        let state = ViewState { cursor, shows_spectrum, ..one() };
+        let screen = text(&drawn(&state, &[source], PLAIN, (60, height)));
+        let dots =
+            screen.lines().skip(5).filter(|line| line.contains(|sign| ('\u{2801}'..='\u{28ff}').contains(&sign)));
+        assert!(dots.count() >= 2, "{height} {cursor:?} {shows_spectrum}\n{screen}");
+    }
 }
 
 #[tokio::test]

@@ -127,7 +127,8 @@ pub(crate) struct ChangeArgs {
     pub(crate) set_rate: Option<u32>,
 
     /// Set the message to be sent, such as VNYMR, VNIMU or BINARY: packets with the time of the
-    /// sensor, uncompensated; BINARY+MAG has magnetic field and pressure as well
+    /// sensor, uncompensated; BINARY+MAG has magnetic field and pressure as well. On this port
+    /// packets replace sentences, and sentences packets
     #[arg(long, value_name = "NAME", conflicts_with = "listen_only", value_parser = message)]
     pub(crate) set_message: Option<String>,
 

@@ -47,7 +47,7 @@ impl Parts {
         rotation: Rotation,
         resume: bool,
     ) -> Result<(Self, PathBuf, RecordingWriter<NamedFile>, Option<String>), RecordError> {
-        let failed = |source| RecordError::Io { path: recording.to_owned(), source };
+        let failed = |source| RecordError::of(recording, source);
         let existing = existing_parts(recording).map_err(failed)?;
         if let Some(part) = existing.values().next_back().filter(|_| !resume) {
             return Err(RecordError::Exists(part.clone()));

@@ -26,9 +26,13 @@ pub(super) fn resume(
     path: &Path,
     metadata: &BTreeMap<String, String>,
 ) -> Result<(RecordingWriter<NamedFile>, Option<String>), RecordError> {
-    let failed = |source| RecordError::Io { path: path.to_owned(), source };
-    if fs::symlink_metadata(path).map_err(failed)?.is_symlink() {
+    let failed = |source| RecordError::of(path, source);
+    let found = fs::symlink_metadata(path).map_err(failed)?;
+    if found.is_symlink() {
         return Err(RecordError::SymbolicLink(path.to_owned()));
+    }
+    if !found.is_file() {
+        return Err(RecordError::NotAFile(path.to_owned()));
     }
     let not_resumable = |problem| RecordError::NotResumable { path: path.to_owned(), problem };
     // claimed until the copy has replaced it

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use tokio::time::{Duration, advance, sleep};
 use vn100_driver::OutputSettings;
 
-use super::{Bench, rate, replayed};
+use super::{Bench, message, rate, replayed};
 use crate::commands::attach::Completion;
 
 #[tokio::test(start_paused = true)]
@@ -25,6 +25,23 @@ async fn what_is_configured_is_read_back_and_what_attach_changes_is_put_back() {
     assert_eq!(measured.document["source"]["message"], "VNIMU");
     assert_eq!(measured.said("settings restored"), 1, "{:?}", measured.messages);
     assert_eq!(bench.registers(&[6, 7, 85]).await, ["14", "20", &registers[1]]);
+}
+
+/// A message is chosen again after packets; one only for a measurement gives them back.
+#[tokio::test(start_paused = true)]
+async fn a_sentence_is_measured_in_place_of_the_packets_set_before() {
+    let bench = Bench::new("");
+    bench.configure(OutputSettings { rate_hz: Some(800), ..message("BINARY") }).await;
+    let packets = bench.registers(&[6, 75]).await;
+    let measured = bench.run("attach --set-message VNIMU --set-rate 100 --duration 2s --json").await;
+    assert_eq!(measured.document["source"]["message"], "VNIMU", "{:?}", measured.messages);
+    assert_eq!(measured.document["timing"]["rate_hz"], 100.0);
+    assert_eq!(bench.registers(&[6, 75]).await, packets);
+    // a slower line has room again, also if a program left the output paused
+    bench.pause().await;
+    bench.configure(OutputSettings { baud: Some(115_200), ..message("VNYMR") }).await;
+    assert_eq!(bench.run("attach --duration 2s --json").await.document["source"]["message"], "VNYMR");
+    assert_eq!(bench.registers(&[5, 6, 75]).await, ["115200", "14", "0,1,05,0001,001C"]);
 }
 
 #[tokio::test(start_paused = true)]
