@@ -236,13 +236,7 @@ impl DatasheetFigure {
     /// The parameter of the noise model for the printed figure, the lower end of a range.
     fn parameter(&self) -> f64 {
         let (Claim::Limit(printed) | Claim::Typical { from: printed, .. }) = self.claim;
-        printed / self.per_parameter()
-    }
-
-    /// The printed number over the parameter that it stands for: B is more than the minimum of its
-    /// deviation.
-    pub fn per_parameter(&self) -> f64 {
-        if self.is_curve_minimum() { floor_of_flicker() } else { 1.0 }
+        if self.is_curve_minimum() { printed / floor_of_flicker() } else { printed }
     }
 
     /// Whether the figure is the minimum of the deviation, and no parameter.

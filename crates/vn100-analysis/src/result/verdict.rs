@@ -4,7 +4,7 @@ use imu_noise::{Aim, Term, Wanted};
 
 use crate::{
     assessment::ChannelNoise,
-    datasheet::FigureVerdict,
+    datasheet::{FigureVerdict, floor_of_flicker},
     plan::{Plan, SLOW_TERMS, TakenAt},
 };
 
@@ -19,7 +19,7 @@ pub(super) fn deciding_record_s(
 ) -> Option<f64> {
     let FigureVerdict { figure, range: (passes_below, fails_above), .. } = verdict;
     let term = figure.term;
-    let of_term = figure.per_parameter();
+    let of_term = if figure.is_curve_minimum() { floor_of_flicker() } else { 1.0 };
     let value = verdict.measured.value.unwrap_or(TakenAt::BESIDE * passes_below);
     let aim = match value > *fails_above {
         true => Aim::Above(fails_above / of_term),

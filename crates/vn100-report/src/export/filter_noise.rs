@@ -14,8 +14,8 @@ use crate::printable;
 /// The time in seconds over which a filter integrates, where the user does not give one.
 pub const DEFAULT_SPAN_S: f64 = 60.0;
 
-const SHEET_WALK: &str = "K by a data sheet, which prints none: 1.15 B/sqrt(T) of its bias instability B (its minimum over 0.664), \
-                          the upper end at T = 60 s";
+const SHEET_WALK: &str =
+    "K by a data sheet, which prints none: B/sqrt(T) of its bias instability B, the upper end at T = 60 s";
 
 /// The times in seconds over which a walk drifts as the bias instability of a sheet does: no sheet
 /// prints a walk.
@@ -159,9 +159,8 @@ impl FilterNoise {
     }
 
     /// Those that a data sheet gives: N as the upper end of its figure times the aliasing, and as K
-    /// the walk that drifts in a minute as much as the bias instability B of the sheet, which is its
-    /// minimum over 0.664: of the range 1.15 B/√T with T from 1000 to 60 s the upper end. A figure
-    /// that the sheet lacks is missing.
+    /// the walk that drifts in a minute as much as the bias instability B of the sheet: of the range
+    /// B/√T with T from 1000 to 60 s the upper end. A figure that the sheet lacks is missing.
     pub fn of_datasheet(sheet: &Datasheet, stream: SheetStream) -> Self {
         let SheetStream { rate_hz, aliasing } = stream;
         let aliased = match aliasing {
@@ -384,11 +383,8 @@ fn printed(sheet: &Datasheet, sensor: Sensor, term: Term, aliasing: f64) -> Resu
             }
             Term::White => (largest * aliasing, figures),
             Term::BiasInstability => {
-                let walk =
-                    |printed: f64, over_s: f64| WALK_OF_FLICKER * printed / figure.per_parameter() / over_s.sqrt();
-                let (high, low) = (walk(largest, SHEET_WALK_S.0), walk(smallest, SHEET_WALK_S.1));
-                let is = if figure.is_curve_minimum() { "the minimum " } else { "" };
-                (high, format!("upper end of {low:.2e} to {high:.2e}, 1.15 B/sqrt(T) of {is}{figures}"))
+                let (high, low) = (largest / SHEET_WALK_S.0.sqrt(), smallest / SHEET_WALK_S.1.sqrt());
+                (high, format!("upper end of {low:.2e} to {high:.2e}, B/sqrt(T) of B {figures}"))
             }
             _ => (largest, figures),
         };
